@@ -1,0 +1,101 @@
+"""The grid of a volume: where each voxel's centre lies in the patient's space.
+
+Voxels are samples at cell centres, so n voxels of spacing h fill n·h and reach half a voxel beyond the outer
+centres. World space is DICOM's patient space (LPS: x to the left, y to the back, z to the head), in millimetres.
+"""
+
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from volprep_formats.record import Record
+
+Length = Annotated[float, Field(gt=0.0)]
+Count = Annotated[int, Field(ge=1)]
+Vector = tuple[float, float, float]
+
+_ORTHONORMAL_TOLERANCE = 1e-6
+
+
+class Grid(Record):
+    """Positions of the voxels of one level, in the patient's space."""
+
+    shape_zyx: tuple[Count, Count, Count]
+    """Number of voxels along each axis; x is the fastest axis in memory."""
+    spacing_mm_zyx: tuple[Length, Length, Length]
+    """Distance between neighbouring voxel centres along each axis, in millimetres."""
+    origin_mm_xyz: Vector
+    """World position (LPS) of the centre of voxel [0, 0, 0], in millimetres."""
+    direction: tuple[Vector, Vector, Vector]
+    """Rows of a 3×3 matrix whose columns are the unit world vectors along the index axes x, y and z."""
+    extent_mm_zyx: tuple[Length, Length, Length]
+    """True size of the volume. A level whose odd sizes were rounded up has voxels that reach beyond it."""
+
+    @model_validator(mode="after")
+    def _direction_is_orthonormal(self) -> Self:
+        matrix = np.array(self.direction)
+        if not np.allclose(matrix.T @ matrix, np.eye(3), rtol=0.0, atol=_ORTHONORMAL_TOLERANCE):
+            msg = "direction must have orthonormal columns"
+            raise ValueError(msg)
+        return self
+
+    @classmethod
+    def of(
+        cls,
+        shape_zyx: tuple[int, int, int],
+        spacing_mm_zyx: tuple[float, float, float],
+        origin_mm_xyz: ArrayLike = (0.0, 0.0, 0.0),
+        direction: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    ) -> Self:
+        """Make the grid of a finest level, whose extent is its shape times its spacing."""
+        origin = np.asarray(origin_mm_xyz, dtype=np.float64)
+        matrix = np.asarray(direction, dtype=np.float64)
+        return cls(
+            shape_zyx=shape_zyx,
+            spacing_mm_zyx=spacing_mm_zyx,
+            origin_mm_xyz=tuple(origin.tolist()),
+            direction=tuple(tuple(row) for row in matrix.tolist()),
+            extent_mm_zyx=tuple(n * h for n, h in zip(shape_zyx, spacing_mm_zyx, strict=True)),
+        )
+
+    def coarser(self, factors_zyx: tuple[int, int, int]) -> Self:
+        """Grid of the level in which `factors_zyx` voxels of this one become one.
+
+        Odd sizes round up; the extent stays; the origin moves by (f - 1) / 2 voxels along each axis.
+        """
+        shift_xyz = np.array([(f - 1) / 2 * h for f, h in zip(factors_zyx, self.spacing_mm_zyx, strict=True)])[
+            ::-1
+        ]
+        origin = np.array(self.origin_mm_xyz) + np.array(self.direction) @ shift_xyz
+        return self.model_copy(
+            update={
+                "shape_zyx": tuple(-(-n // f) for n, f in zip(self.shape_zyx, factors_zyx, strict=True)),
+                "spacing_mm_zyx": tuple(h * f for h, f in zip(self.spacing_mm_zyx, factors_zyx, strict=True)),
+                "origin_mm_xyz": tuple(origin.tolist()),
+            }
+        )
+
+    @property
+    def corner_mm_xyz(self) -> NDArray[np.float64]:
+        """World position of the corner of the volume: half a voxel before voxel [0, 0, 0]. Same for all levels."""
+        half_xyz = np.array(self.spacing_mm_zyx[::-1]) / 2
+        corner: NDArray[np.float64] = np.array(self.origin_mm_xyz) - np.array(self.direction) @ half_xyz
+        return corner
+
+    @property
+    def world_from_index(self) -> NDArray[np.float64]:
+        """4×4 matrix from (x, y, z, 1) in voxels to world millimetres."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.array(self.direction) * np.array(self.spacing_mm_zyx[::-1])
+        matrix[:3, 3] = self.origin_mm_xyz
+        return matrix
+
+    @property
+    def world_from_box(self) -> NDArray[np.float64]:
+        """4×4 matrix from box space (millimetres along the index axes, the corner at 0) to world millimetres."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.direction
+        matrix[:3, 3] = self.corner_mm_xyz
+        return matrix

@@ -1,0 +1,1 @@
+"""Source formats, one file each. `open_source` finds the reader."""

@@ -1,0 +1,1 @@
+"""Stages, planner, reference renderer, truth and reports of volprep."""

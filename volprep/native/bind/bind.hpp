@@ -1,0 +1,27 @@
+// What the binding files share: array types whose contract (rank, dtype, C order, CPU) nanobind checks, and the
+// list of binding functions. A binding only translates; it never computes.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include "volprep/shape.hpp"
+
+namespace volprep::bind {
+
+namespace nb = nanobind;
+
+template <typename T>
+using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using MutableVolume = nb::ndarray<T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+template <typename Array>
+Shape3 shape_of(const Array& array) {
+    return {static_cast<int64_t>(array.shape(0)), static_cast<int64_t>(array.shape(1)),
+            static_cast<int64_t>(array.shape(2))};
+}
+
+void threads(nb::module_& module);
+
+}  // namespace volprep::bind
