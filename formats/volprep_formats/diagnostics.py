@@ -1,7 +1,4 @@
-"""Every message that volprep can give, in one catalogue: permanent code, exit status, what is wrong, what to do.
-
-    VolprepError          anything that stops a command with a message for the user
-"""
+"""Every message that volprep can give, in one catalogue: permanent code, exit status, what is wrong, what to do."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -52,6 +49,13 @@ CATALOGUE: dict[str, Diagnostic] = {
         "Set source.format, one of: {known}.",
     ),
     # VP3xxx scene, profile, plan
+    "VP3001": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the scene: {error}", "Check the path."),
+    "VP3002": Diagnostic(ExitStatus.SCENE, "{path}: not a TOML file: {error}", "Mend the line that the message names."),
+    "VP3003": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {problems}",
+        "Mend these keys; sample_specs holds scenes to start from.",
+    ),
     # VP4xxx package
     # VP5xxx rendering
     # VP6xxx validation and report

@@ -65,9 +65,7 @@ class Grid(Record):
 
         Odd sizes round up; the extent stays; the origin moves by (f - 1) / 2 voxels along each axis.
         """
-        shift_xyz = np.array([(f - 1) / 2 * h for f, h in zip(factors_zyx, self.spacing_mm_zyx, strict=True)])[
-            ::-1
-        ]
+        shift_xyz = np.array([(f - 1) / 2 * h for f, h in zip(factors_zyx, self.spacing_mm_zyx, strict=True)])[::-1]
         origin = np.array(self.origin_mm_xyz) + np.array(self.direction) @ shift_xyz
         return self.model_copy(
             update={

@@ -1,0 +1,274 @@
+"""manifest.json: names every other file of a package, and says how to draw them."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import Fraction, TransferFunction
+from volprep_formats.record import Record
+from volprep_formats.source import SourceInfo, StoredType
+
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+PackagePath = Annotated[str, Field(pattern=r"^[a-z0-9_-]+(\.[a-z0-9_-]+)*(/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$")]
+"""Relative path with forward slashes, lower case, no dot at the start of a part: it cannot leave the package."""
+ByteCount = Annotated[int, Field(ge=0)]
+
+
+class FileRecord(Record):
+    """One file of the package."""
+
+    path: PackagePath
+    """Path inside the package."""
+    role: Literal["texture", "shader", "preview", "work"]
+    """What the file is for. Working data exists in drafts only."""
+    size_bytes: ByteCount
+    """Size of the file."""
+    sha256: Sha256
+    """SHA-256 of the file's bytes."""
+
+
+class SourceRecord(Record):
+    """The scan that the package was made from. Nothing in it can name a patient."""
+
+    info: SourceInfo
+    """What the reader said."""
+    sha256: Sha256
+    """Digest of the geometry and the stored values; a source with another digest is another scan."""
+
+
+class Statistics(Record):
+    """What one pass over the source found. Values are physical."""
+
+    minimum: float
+    """Smallest finite value."""
+    maximum: float
+    """Largest finite value."""
+    non_finite: Annotated[int, Field(ge=0)]
+    """Number of voxels that are NaN or infinite."""
+
+
+class Quantization(Record):
+    """How physical values became stored values, and what that lost."""
+
+    bits: Literal[8, 16]
+    """Bits of a stored value."""
+    window: tuple[float, float]
+    """Physical values of the smallest and the largest code."""
+    slope: float
+    """physical = slope · stored + intercept."""
+    intercept: float
+    """physical = slope · stored + intercept."""
+    rmse: Annotated[float, Field(ge=0.0)]
+    """Root mean square error of the voxels inside the window, in physical units."""
+    max_error: Annotated[float, Field(ge=0.0)]
+    """Largest error of a voxel inside the window, in physical units."""
+    clipped_below: Annotated[int, Field(ge=0)]
+    """Number of voxels below the window."""
+    clipped_above: Annotated[int, Field(ge=0)]
+    """Number of voxels above the window."""
+
+
+class Level(Record):
+    """One resolution of the volume."""
+
+    index: Annotated[int, Field(ge=0)]
+    """0 is the resolution of the source."""
+    factors_zyx: tuple[Count, Count, Count]
+    """Voxels of level 0 along each axis that make one voxel of this level."""
+    grid: Grid
+    """Positions of the voxels."""
+    texture_from_box_per_mm_xyz: Vector
+    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing)."""
+    filter: Literal["none", "box"]
+    """Filter that made the level from level 0."""
+
+
+class MosaicLayout(Record):
+    """Where slice k of a level lies in a 2D texture.
+
+    Slice k is in channel k mod channels of tile k div channels; tile t is in column t mod tiles_x and row
+    t div tiles_x. Tiles abut: the fetch clamps to half a texel inside the tile.
+    """
+
+    tile_shape_yx: tuple[Count, Count]
+    """Size of a tile, equal to the size of a slice, in texels."""
+    slices: Count
+    """Number of slices."""
+    channels: Literal[1, 4]
+    """Slices in one tile, one per channel."""
+    tiles_x: Count
+    """Number of tiles in a row."""
+    tiles_y: Count
+    """Number of rows."""
+
+
+class GlFormat(Record):
+    """The arguments of glTexImage2D and glTexImage3D, as the names of their constants without GL_."""
+
+    target: Literal["TEXTURE_2D", "TEXTURE_3D"]
+    """Binding target."""
+    internal_format: str
+    """Internal format."""
+    format: str
+    """Format of the pixels."""
+    type: str
+    """Type of the pixels."""
+
+
+class Texture(Record):
+    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE, LINEAR, no mipmaps."""
+
+    name: str
+    """Name, unique in the package."""
+    role: Literal["volume", "transfer"]
+    """volume: normalised stored values of a level. transfer: the lookup table of a transfer function."""
+    file: PackagePath
+    """KTX 2 file."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a 2D texture."""
+    gl: GlFormat
+    """How to upload it."""
+    level: int | None = None
+    """Level that the texture holds, for a volume."""
+    mosaic: MosaicLayout | None = None
+    """Layout of the slices, for a volume in a 2D texture."""
+    transfer: str | None = None
+    """Name of the transfer function, for a lookup table."""
+    max_extinction_per_mm: float | None = None
+    """For a lookup table of 8 bits: extinction = this · a², where a is the alpha channel."""
+
+
+class Uniform(Record):
+    """One active uniform of a program that is no sampler."""
+
+    name: str
+    """Name in the shader."""
+    type: Literal["float", "vec3", "mat4"]
+    """GLSL type."""
+    source: Literal["box_from_clip", "step_mm", "texture_from_box"]
+    """What to set it to: the camera's matrix, the step in millimetres, or the level's texture_from_box_per_mm_xyz."""
+
+
+class Sampler(Record):
+    """One active sampler of a program."""
+
+    name: str
+    """Name in the shader."""
+    role: Literal["volume", "transfer"]
+    """Which texture to bind: the level's volume, or the program's lookup table."""
+
+
+class Program(Record):
+    """One vertex and fragment shader that draws a full-screen triangle over the attribute `a_ndc` (vec2)."""
+
+    name: str
+    """Name, unique in the package."""
+    technique: Literal["raycast_texture3d", "raycast_mosaic"]
+    """How it samples the volume."""
+    vertex: PackagePath
+    """Vertex shader."""
+    fragment: PackagePath
+    """Fragment shader."""
+    levels: tuple[int, ...]
+    """Levels that the program can draw."""
+    transfer: str
+    """Name of the transfer function that it draws."""
+    uniforms: tuple[Uniform, ...]
+    """Every active uniform that is no sampler."""
+    samplers: tuple[Sampler, ...]
+    """Every active sampler, in the order of texture units."""
+    step_mm_min: float | None = None
+    """Finest step for which the loop of the shader is long enough for the longest ray; no bound if absent."""
+
+
+class Tolerance(Record):
+    """Largest error that a standard view may have, on premultiplied linear values from 0 to 1."""
+
+    rmse: Fraction = 0.02
+    """Root mean square over all pixels and channels."""
+    maximum: Fraction = 0.25
+    """Largest error of one channel of one pixel."""
+
+
+class RenderSettings(Record):
+    """How the package wants to be drawn. Fragments are premultiplied linear light; alpha is the opacity."""
+
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Nominal distance of the samples along a ray."""
+    opacity_cutoff: Fraction | None = None
+    """A ray stops when its opacity passes this; absent where no ray can reach it."""
+    projection: Literal["orthographic", "perspective"] = "orthographic"
+    """Projection of the standard views."""
+    tolerance: Tolerance = Tolerance()
+    """Largest error of a standard view against the oracle."""
+
+
+class PlanItem(Record):
+    """One decision of the plan."""
+
+    name: str
+    """What was decided about."""
+    kept: bool
+    """Whether the package has it."""
+    reason: str
+    """Why."""
+    files: tuple[PackagePath, ...] = ()
+    """Files that exist because of this item."""
+    size_bytes: ByteCount = 0
+    """What it costs where it is kept, or would have cost where it is left out."""
+
+
+class StageRecord(Record):
+    """A stage that has run on a draft."""
+
+    name: str
+    """Name of the stage."""
+    key: Sha256
+    """Digest of its settings and of the keys of the stages it reads; while it is the same, the stage need not run."""
+    files: tuple[PackagePath, ...] = ()
+    """Files that the stage wrote."""
+
+
+class Manifest(Record):
+    """The manifest of a package."""
+
+    format: Literal["volpkg"] = "volpkg"
+    """Marks the file."""
+    version: Literal["1.0"] = "1.0"
+    """Version of the format: major.minor. A reader refuses a higher major version."""
+    state: Literal["draft", "sealed"]
+    """A draft is under construction; only a sealed package may be shipped."""
+    name: str
+    """Name of the scene."""
+    generator: str
+    """Program and version that wrote the package."""
+    profile: DeviceProfile
+    """Class of devices that the package is for."""
+    source: SourceRecord
+    """Scan that the package was made from."""
+    statistics: Statistics
+    """Values of the scan."""
+    stored_type: StoredType | None = None
+    """Type of the values in the working data and the volume textures."""
+    quantization: Quantization | None = None
+    """How stored values map to physical values."""
+    levels: tuple[Level, ...] = ()
+    """Levels in the package, finest first."""
+    transfer_functions: tuple[TransferFunction, ...] = ()
+    """Transfer functions, the default one first."""
+    textures: tuple[Texture, ...] = ()
+    """Textures."""
+    programs: tuple[Program, ...] = ()
+    """Shader programs."""
+    render: RenderSettings | None = None
+    """How the package wants to be drawn."""
+    preview: PackagePath | None = None
+    """Picture of the package, PNG."""
+    plan: tuple[PlanItem, ...] = ()
+    """What was decided, kept or left out, and why."""
+    stages: tuple[StageRecord, ...] = ()
+    """Stages that have run; drafts only."""
+    files: tuple[FileRecord, ...] = ()
+    """Every file but the manifest, in order of path."""

@@ -1,0 +1,31 @@
+"""A class of devices: what its OpenGL ES guarantees. A package keeps the profile that it was made for."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.record import Record
+
+Api = Literal["es2.0", "es3.0"]
+TextureFormat = Literal["LUMINANCE8", "RGBA8", "R8", "R16F", "RGBA16F"]
+
+
+class DeviceProfile(Record):
+    """Limits that a package for this class of devices obeys, whatever the driver at hand allows."""
+
+    name: str
+    """Name, for example gles3."""
+    api: Api
+    """OpenGL ES version whose contexts draw the package."""
+    max_texture_size: Annotated[int, Field(ge=64)]
+    """Largest width and height of a 2D texture, in texels."""
+    max_3d_texture_size: Annotated[int, Field(ge=0)]
+    """Largest width, height and depth of a 3D texture, in texels; 0 where there are none."""
+    texture_units: Annotated[int, Field(ge=1)]
+    """Number of textures that a fragment shader may read."""
+    texture_formats: tuple[TextureFormat, ...]
+    """Formats that can be uploaded and filtered linearly."""
+    index_bits: Literal[16, 32]
+    """Widest index of a draw call."""
+    max_texture_bytes: Annotated[int, Field(ge=1)]
+    """Memory that all textures in use at one time may take together, in bytes."""

@@ -1,0 +1,43 @@
+"""Transfer functions as a package carries them: control points over physical values."""
+
+from itertools import pairwise
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from volprep_formats.record import Record
+
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class TransferPoint(Record):
+    """Colour and extinction at one physical value."""
+
+    value: float
+    """Physical value."""
+    colour: tuple[Fraction, Fraction, Fraction]
+    """Linear-light RGB with sRGB's primaries, not multiplied by anything."""
+    extinction_per_mm: Annotated[float, Field(ge=0.0)]
+    """Extinction coefficient. A step of d millimetres has opacity 1 - exp(-extinction · d)."""
+
+
+class TransferFunction(Record):
+    """Piecewise linear between its points, constant outside. Two points at one value make a jump."""
+
+    name: str
+    """Name, unique in a package."""
+    points: Annotated[tuple[TransferPoint, ...], Field(min_length=1)]
+    """Control points in ascending order of value."""
+
+    @model_validator(mode="after")
+    def _points_ascend(self) -> Self:
+        values = [point.value for point in self.points]
+        for lower, upper in pairwise(values):
+            if lower > upper:
+                msg = f"points must ascend: {lower} stands before {upper}"
+                raise ValueError(msg)
+        for value in set(values):
+            if values.count(value) > 2:
+                msg = f"at most two points may share a value: {value} has {values.count(value)}"
+                raise ValueError(msg)
+        return self

@@ -1,0 +1,107 @@
+"""Cameras, and the nine standard views of a patient."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.grid import Grid, Vector
+
+_HEAD: Vector = (0.0, 0.0, 1.0)
+_FRONT: Vector = (0.0, -1.0, 0.0)
+
+# Name, direction in which the viewer looks, and what is up in the picture, in the patient's space (LPS).
+# As in radiology the viewer faces the patient: in the anterior view the patient's left is on the picture's right.
+_VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
+    ("anterior", (0.0, 1.0, 0.0), _HEAD),
+    ("posterior", (0.0, -1.0, 0.0), _HEAD),
+    ("left", (-1.0, 0.0, 0.0), _HEAD),
+    ("right", (1.0, 0.0, 0.0), _HEAD),
+    ("superior", (0.0, 0.0, -1.0), _FRONT),
+    ("inferior", (0.0, 0.0, 1.0), _FRONT),
+    ("anterior-left", (-1.0, 1.0, -0.5), _HEAD),
+    ("anterior-right", (1.0, 1.3, -0.7), _HEAD),
+    ("posterior-left", (-0.8, -1.0, 0.6), _HEAD),
+)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the viewer is. All positions are world millimetres (LPS)."""
+
+    eye_mm_xyz: Vector
+    """Position of the eye; with an orthographic projection a point of the plane where rays begin."""
+    forward: Vector
+    """Direction in which the viewer looks; any length but zero."""
+    up: Vector
+    """What is up in the picture; not parallel to `forward`."""
+    height_mm: float
+    """Height of the picture's field at the distance `focus_mm`; the width follows from the picture's shape."""
+    focus_mm: float
+    """Distance from the eye to the middle of the volume; rays end at twice this distance."""
+    projection: Literal["orthographic", "perspective"] = "orthographic"
+    """Whether rays are parallel or leave the eye."""
+
+    def world_from_clip(self, aspect: float) -> NDArray[np.float64]:
+        """4×4 matrix from homogeneous clip coordinates to the world, for a picture of width / height `aspect`."""
+        forward = _unit(np.array(self.forward))
+        right = _unit(np.cross(forward, np.array(self.up)))
+        rotation = np.eye(4)
+        rotation[:3, :3] = np.column_stack([right, np.cross(right, forward), -forward])
+        rotation[:3, 3] = self.eye_mm_xyz
+        half_height = self.height_mm / 2
+        half_width = half_height * aspect
+        if self.projection == "orthographic":
+            eye_from_clip = np.diag([half_width, half_height, -self.focus_mm, 1.0])
+            eye_from_clip[2, 3] = -self.focus_mm
+            return rotation @ eye_from_clip
+        # Near plane at a hundredth of the focus: the ratio of far to near, 200, leaves a float32 shader 5 digits.
+        near, far = self.focus_mm / 100, self.focus_mm * 2
+        slope = half_height / self.focus_mm
+        clip_from_eye = np.array(
+            [
+                [1 / (slope * aspect), 0.0, 0.0, 0.0],
+                [0.0, 1 / slope, 0.0, 0.0],
+                [0.0, 0.0, (near + far) / (near - far), 2 * near * far / (near - far)],
+                [0.0, 0.0, -1.0, 0.0],
+            ]
+        )
+        return rotation @ np.linalg.inv(clip_from_eye)
+
+    def box_from_clip(self, grid: Grid, aspect: float) -> NDArray[np.float64]:
+        """4×4 matrix from homogeneous clip coordinates to the box space of `grid`."""
+        matrix: NDArray[np.float64] = np.linalg.inv(grid.world_from_box) @ self.world_from_clip(aspect)
+        return matrix
+
+
+def standard_views(
+    grid: Grid, projection: Literal["orthographic", "perspective"] = "orthographic"
+) -> dict[str, Camera]:
+    """Six views along the patient's axes and three oblique ones, each holding the whole volume."""
+    extent_xyz = np.array(grid.extent_mm_zyx[::-1])
+    centre = grid.corner_mm_xyz + np.array(grid.direction) @ (extent_xyz / 2)
+    diagonal = float(np.linalg.norm(extent_xyz))
+    # The sphere around the volume fits the field in every view, so that all nine pictures have one scale.
+    focus = diagonal if projection == "orthographic" else 2 * diagonal
+    return {
+        name: Camera(
+            eye_mm_xyz=_vector(centre - _unit(np.array(forward)) * focus),
+            forward=forward,
+            up=up,
+            height_mm=diagonal if projection == "orthographic" else diagonal * 1.2,
+            focus_mm=focus,
+            projection=projection,
+        )
+        for name, forward, up in _VIEWS
+    }
+
+
+def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
+    return unit
+
+
+def _vector(array: NDArray[np.float64]) -> Vector:
+    x, y, z = array.tolist()
+    return x, y, z

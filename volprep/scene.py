@@ -1,0 +1,139 @@
+"""A scene: what the user wants, as one short TOML file."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
+from volprep_formats.record import Record
+from volprep_formats.source import SourceSpec
+
+Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
+
+
+class ScenePoint(Record):
+    """One control point of a transfer function."""
+
+    value: float
+    """Physical value (HU for CT)."""
+    colour: Colour
+    """sRGB colour as "#rrggbb", or three numbers from 0 to 1 in the transfer function's colour space."""
+    extinction_per_mm: Annotated[float, Field(ge=0.0)]
+    """Extinction coefficient: a path of d millimetres has opacity 1 - exp(-extinction · d)."""
+
+
+class SceneTransfer(Record):
+    """A transfer function over physical values."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
+    """Name, unique in the scene; lower-case letters, digits, - and _."""
+    colour_space: Literal["srgb", "linear"] = "srgb"
+    """Meaning of colours that are given as three numbers. "#rrggbb" is always sRGB."""
+    points: Annotated[tuple[ScenePoint, ...], Field(min_length=1)]
+    """Control points in ascending order of value; two at one value make a jump."""
+
+    def resolved(self) -> TransferFunction:
+        """Give the same function with linear-light colours."""
+        return TransferFunction(
+            name=self.name,
+            points=tuple(
+                TransferPoint(
+                    value=point.value,
+                    colour=self._linear(point.colour),
+                    extinction_per_mm=point.extinction_per_mm,
+                )
+                for point in self.points
+            ),
+        )
+
+    def _linear(self, colour: str | tuple[float, float, float]) -> tuple[float, float, float]:
+        if isinstance(colour, str):
+            red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+        else:
+            red, green, blue = colour
+            if self.colour_space == "linear":
+                return red, green, blue
+        return _linear_from_srgb(red), _linear_from_srgb(green), _linear_from_srgb(blue)
+
+
+class QuantizeSettings(Record):
+    """How physical values become stored values."""
+
+    bits: Literal["auto", 8, 16] = "auto"
+    """Bits of a stored value; "auto" takes 8 unless that breaks the scene's tolerance."""
+    window: Literal["auto"] | tuple[float, float] = "auto"
+    """Physical values of the smallest and largest code; "auto" takes the values that the transfers tell apart."""
+
+
+class PyramidSettings(Record):
+    """Coarser levels."""
+
+    coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
+    """Levels are added until the longest axis has at most this many voxels."""
+    filter: Literal["box"] = "box"
+    """Filter that makes a level."""
+
+
+class RenderWishes(Record):
+    """How the scene is to be drawn."""
+
+    step_voxels: Annotated[float, Field(gt=0.0)] = 0.5
+    """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds."""
+    opacity_cutoff: Fraction = 0.995
+    """A ray stops when its opacity passes this."""
+    projection: Literal["orthographic", "perspective"] = "orthographic"
+    """Projection of the standard views."""
+    picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
+    """Width and height of the pictures that validation compares."""
+
+
+class Scene(Record):
+    """What to make of which scan."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+    """Name of the package; lower-case letters, digits, - and _."""
+    profile: str = "gles3"
+    """Class of devices: a built-in profile, or the path of a TOML file beside the scene."""
+    source: SourceSpec
+    """Where the scan is."""
+    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1)]
+    """Transfer functions; the first is the default."""
+    quantize: QuantizeSettings = QuantizeSettings()
+    """How physical values become stored values."""
+    pyramid: PyramidSettings = PyramidSettings()
+    """Coarser levels."""
+    render: RenderWishes = RenderWishes()
+    """How the scene is to be drawn."""
+    tolerance: Tolerance = Tolerance()
+    """Largest error of a standard view against the oracle."""
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene file. Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise VolprepError("VP3001", path=path, error=error.strerror) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise VolprepError("VP3002", path=path, error=error) from error
+    try:
+        return Scene.model_validate(table)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+
+
+def problems(error: ValidationError) -> str:
+    """Say in one line what a model found wrong: key, problem, value."""
+    return "; ".join(
+        f"{'.'.join(str(part) for part in item['loc']) or 'file'}: {re.sub('^Value error, ', '', item['msg'])}"
+        for item in error.errors(include_url=False)
+    )
+
+
+def _linear_from_srgb(value: float) -> float:
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
