@@ -56,6 +56,15 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: {problems}",
         "Mend these keys; sample_specs holds scenes to start from.",
     ),
+    "VP3010": Diagnostic(
+        ExitStatus.SCENE,
+        "there is no profile {name}",
+        "Name one of: {known}; or give the path of a profile file that ends in .toml.",
+    ),
+    "VP3011": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the profile: {error}", "Check the path and the file."),
+    "VP3012": Diagnostic(
+        ExitStatus.SCENE, "{path}: {problems}", "Mend these keys; volprep/profiles holds profiles to start from."
+    ),
     # VP4xxx package
     # VP5xxx rendering
     # VP6xxx validation and report

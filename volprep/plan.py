@@ -1,0 +1,111 @@
+"""The plan: what this scene needs on this class of devices. Every decision is made here, once."""
+
+from typing import Literal
+
+from volprep_formats.grid import Count, Grid
+from volprep_formats.package.manifest import MosaicLayout, PackagePath, PlanItem, RenderSettings
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import Record
+
+
+class QuantizePlan(Record):
+    """How physical values become stored values."""
+
+    bits: Literal[8, 16]
+    """Bits of a stored value."""
+    window: tuple[float, float]
+    """Physical values of the smallest code, 0, and the largest, 2^bits - 1."""
+
+
+class LevelPlan(Record):
+    """One level that the package holds."""
+
+    index: int
+    """Number of the level; 0 is the resolution of the source."""
+    factors_zyx: tuple[Count, Count, Count]
+    """Voxels of level 0 along each axis that make one voxel of this level; powers of two."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Number of voxels along each axis."""
+    filter: Literal["none", "box"]
+    """Filter that makes the level from level 0."""
+
+
+class VolumePlan(Record):
+    """The texture of one level."""
+
+    level: int
+    """Level that it holds."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    format: TextureFormat
+    """Format of a texel."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a mosaic."""
+    mosaic: MosaicLayout | None
+    """Layout of the slices where the texture is a mosaic; none where it is a 3D texture."""
+
+
+class LookupPlan(Record):
+    """The lookup table of one transfer function."""
+
+    transfer: str
+    """Name of the transfer function."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    format: TextureFormat
+    """RGBA8 (extinction as a square root, scaled by its maximum) or RGBA16F (extinction per millimetre)."""
+    entries: Count
+    """Number of texels: entry j holds the function at the normalised stored value j / (entries - 1)."""
+
+
+class ProgramPlan(Record):
+    """One shader program."""
+
+    name: str
+    """Name of the program."""
+    technique: Literal["raycast_texture3d", "raycast_mosaic"]
+    """How it samples the volume."""
+    vertex: PackagePath
+    """Vertex shader, which programs share."""
+    fragment: PackagePath
+    """Fragment shader."""
+    levels: tuple[int, ...]
+    """Levels that it draws."""
+    transfer: str
+    """Name of the transfer function that it draws."""
+
+
+class Plan(Record):
+    """All that the stages need to know, and the reasons."""
+
+    profile: DeviceProfile
+    """Class of devices."""
+    grid: Grid
+    """Grid of level 0."""
+    transfer_functions: tuple[TransferFunction, ...]
+    """Transfer functions, the default one first."""
+    quantize: QuantizePlan
+    """Bits and window."""
+    levels: tuple[LevelPlan, ...]
+    """Levels that the package holds, finest first."""
+    volumes: tuple[VolumePlan, ...]
+    """The texture of each level, in the order of `levels`."""
+    lookups: tuple[LookupPlan, ...]
+    """The lookup table of each transfer function, in their order."""
+    programs: tuple[ProgramPlan, ...]
+    """A program for each transfer function, in their order."""
+    render: RenderSettings
+    """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
+    stages: tuple[str, ...]
+    """Names of the stages that this plan needs, in order."""
+    items: tuple[PlanItem, ...]
+    """Every decision with its reason, cost and files."""
+
+    def level(self, index: int) -> LevelPlan:
+        """Give the level of this number."""
+        return next(level for level in self.levels if level.index == index)

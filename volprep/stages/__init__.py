@@ -1,0 +1,33 @@
+"""The stages of a build, one file each. Every stage is a value of the type `Stage`, named STAGE in its file."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from volprep.plan import Plan
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+Changes = Mapping[str, object]
+"""New values of fields of the manifest, by the field's name; what is not named stays."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step from a scan to a package. It reads a draft, adds files to it, and says what changes in the manifest."""
+
+    name: str
+    """Name of the stage and of its verb."""
+    reads: tuple[str, ...]
+    """Names of the stages whose output it uses; it runs again when one of them has changed."""
+    settings: Callable[[Plan], tuple[Record, ...]]
+    """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
+    run: Callable[[Draft, Plan, Progress], Changes]
+    """Writes files with `Draft.write` and gives the changes of the manifest. The pipeline commits them, last."""
+
+
+def with_textures(manifest: Manifest, textures: tuple[Texture, ...]) -> tuple[Texture, ...]:
+    """Textures of the manifest, those of the same name replaced by `textures`, in order of name."""
+    by_name = {texture.name: texture for texture in (*manifest.textures, *textures)}
+    return tuple(by_name[name] for name in sorted(by_name))
