@@ -1,0 +1,58 @@
+# The four commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
+# with the versions of constraints.txt, the native core. What is there already is not done again.
+
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint bench system
+
+# Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
+VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
+export VOLPREP_TEST_DATA
+
+# The stamps lie in .venv, so that they go with it. A .venv whose Python does not run (another machine, another
+# version manager) loses them, and is then made anew.
+STAMPS := .venv/stamps
+$(shell .venv/bin/python -c '' 2>/dev/null || rm -rf $(STAMPS))
+CORE := $(STAMPS)/core
+TEST := $(STAMPS)/test
+LINT := $(STAMPS)/lint
+BENCH := $(STAMPS)/bench
+NATIVE := $(STAMPS)/native
+CXX_FILES := $(shell find volprep/native -name '*.[ch]pp')
+
+help:
+	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
+	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
+	@echo "make lint    ruff, mypy, clang-format"
+	@echo "make bench   the native kernels against their peers; writes bench.json"
+
+demo: $(NATIVE)
+	.venv/bin/python tools/demo.py
+
+test: $(NATIVE) $(TEST)
+	.venv/bin/python -m pytest -n auto $(ARGS)
+
+lint: $(NATIVE) $(TEST) $(LINT)
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
+
+bench: $(NATIVE) $(BENCH)
+	.venv/bin/python -m volprep_bench
+
+system:
+	@tools/system_packages.sh
+
+$(CORE): constraints.txt pyproject.toml | system
+	@tools/install.sh core build
+	@mkdir -p $(@D) && touch $@
+
+$(TEST) $(LINT) $(BENCH): $(CORE)
+	@tools/install.sh $(@F)
+	@touch $@
+
+# Not isolated, so that the build takes the pinned versions and compiles only what changed.
+$(NATIVE): $(CORE) $(shell find volprep/native -type f)
+	@tools/step.sh native "building the native core" .venv/bin/pip install --no-build-isolation --no-deps --editable .
+	@touch $@

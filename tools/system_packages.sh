@@ -1,0 +1,97 @@
+#!/usr/bin/env bash
+# Checks for what volprep needs from the system. On Debian and its relatives it installs what is missing, as root or
+# with sudo; anywhere else it says, one line for each missing thing, how to get it. Prints nothing if all is there.
+#
+# Exit status: 0 all is there; 1 the installation failed; 2 something is missing and cannot be installed from here.
+set -uo pipefail
+cd "$(dirname "$0")/.." || exit 1
+
+compile() { "${CXX:-c++}" -x c++ -std=c++20 -fsyntax-only "$@" - >/dev/null 2>&1; }
+has_library() { PATH=$PATH:/sbin:/usr/sbin ldconfig -p 2>/dev/null | grep -F "$1 " >/dev/null; }
+
+have_python() { tools/find_python.sh >/dev/null; }
+have_compiler() { echo '#include <omp.h>' | compile -fopenmp; }
+have_gles() { has_library libEGL.so.1 && has_library libGLESv2.so.2 && has_library libGLESv1_CM.so.1; }
+have_mesa() {
+    has_library libEGL_mesa.so.0 || return
+    compgen -G '/usr/lib*/dri/swrast_dri.so' >/dev/null || compgen -G '/usr/lib/*/dri/swrast_dri.so' >/dev/null
+}
+# Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
+have_openvdb() {
+    compile <<'EOF'
+#if !__has_include(<openvdb/openvdb.h>) || !__has_include(<tbb/version.h>) || !__has_include(<boost/version.hpp>)
+#error
+#endif
+EOF
+}
+
+# Each thing: its name above; what it is; its packages on Debian, Fedora, Arch and macOS ("-": not to be had there).
+things=(
+    "python|Python 3.11 to 3.13 with venv and C headers|python3 python3-venv python3-dev|python3 python3-devel|python|python@3.13"
+    "compiler|C++20 compiler with OpenMP|g++|gcc-c++|gcc|gcc"
+    "gles|loader of EGL and OpenGL ES|libegl1 libgles2 libgles1|libglvnd-egl libglvnd-gles|libglvnd|-"
+    "mesa|Mesa's software driver llvmpipe|libegl-mesa0 libgl1-mesa-dri|mesa-libEGL mesa-dri-drivers|mesa|-"
+    "openvdb|headers of OpenVDB, TBB and Boost|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
+)
+
+# Sets `missing` to those of `things` that are not there.
+look() {
+    missing=()
+    local thing
+    for thing in "${things[@]}"; do
+        "have_${thing%%|*}" || missing+=("$thing")
+    done
+}
+
+# Says for each missing thing, after the words $1, the packages that are in field $2.
+tell() {
+    local thing field
+    for thing in "${missing[@]}"; do
+        IFS='|' read -ra field <<<"$thing"
+        case ${field[$2]} in
+            -) echo "volprep: missing: ${field[1]}. It is not to be had here; work in a Linux container." ;;
+            *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
+        esac
+    done >&2
+    exit 2
+}
+
+install_on_debian() {
+    local thing field packages=() sudo=()
+    for thing in "${missing[@]}"; do
+        IFS='|' read -ra field <<<"$thing"
+        read -ra field <<<"${field[2]}"
+        packages+=("${field[@]}")
+    done
+    if [ "$(id -u)" -ne 0 ]; then
+        # Asks for a password where there is somebody to ask.
+        if ! sudo -n true 2>/dev/null && ! { [ -t 0 ] && sudo -v; }; then
+            tell "Neither root nor sudo here. Get it with: apt-get install --no-install-recommends" 2
+        fi
+        sudo=(sudo)
+    fi
+    echo "volprep: missing system packages: ${packages[*]}"
+    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get update &&
+        tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
+            apt-get install --yes --no-install-recommends "${packages[@]}" || exit 1
+}
+
+look
+[ ${#missing[@]} -eq 0 ] && exit 0
+if [ -r /etc/os-release ]; then
+    # shellcheck source=/dev/null
+    system=$(. /etc/os-release && echo "${ID:-} ${ID_LIKE:-}")
+else
+    system=$(uname -s)
+fi
+case " $system " in
+    *" debian "*)
+        install_on_debian
+        look
+        [ ${#missing[@]} -eq 0 ] || tell "This release has none that is new enough in its" 2
+        ;;
+    *" fedora "*) tell "Get it with: sudo dnf install" 3 ;;
+    *" arch "*) tell "Get it with: sudo pacman -S" 4 ;;
+    *" Darwin "*) tell "Get it with: brew install" 5 ;;
+    *) tell "On Debian it is in:" 2 ;;
+esac
