@@ -48,6 +48,204 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: no reader knows this format",
         "Set source.format, one of: {known}.",
     ),
+    "VP1003": Diagnostic(ExitStatus.SOURCE, "{path}: cannot be read: {error}", "Check the file and its permissions."),
+    "VP1004": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: source.{key} is set, but the source is read as {format}",
+        "Leave source.{key} out, or correct source.format.",
+    ),
+    "VP1005": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its compressed data cannot be unpacked: {error}",
+        "The file is damaged or incomplete; get it again from where it came.",
+    ),
+    "VP1010": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: a file without a header says nothing about its shape",
+        "Add the table [source.raw] with shape_zyx and dtype to the scene.",
+    ),
+    "VP1011": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {declared} needs exactly {expected} bytes, but the file has {actual}: {hint}",
+        "Correct [source.raw], or get the whole file.",
+    ),
+    "VP1020": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound NIfTI file: {error}",
+        "Get the file again from where it came. A pair of .hdr and .img must be joined into one .nii first.",
+    ),
+    "VP1021": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the NIfTI file has {shape} values along x, y, z, ...; one volume is needed",
+        "Extract one volume, or one component, into a file of its own.",
+    ),
+    "VP1022": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: voxels of NIfTI type {dtype} cannot be read as one grey value each",
+        "Convert the file to an integer or floating-point type.",
+    ),
+    "VP1023": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header declares {expected} bytes of voxels after byte {offset}, but the file has {actual}",
+        "The file is incomplete or its header is damaged; get it again from where it came.",
+    ),
+    "VP1030": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: no DICOM images here ({files} other files)",
+        "Point source.path at the folder that holds the series, or set source.format.",
+    ),
+    "VP1031": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the DICOM file is cut off: {what}",
+        "Copy the series again from where it came. Do not just remove the file: a slice would be missing.",
+    ),
+    "VP1032": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: begins like a DICOM file, but cannot be parsed ({error})",
+        "Copy the series again from where it came. Move the file away only if it belongs to no series here.",
+    ),
+    "VP1033": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {count} DICOM series, and more than one, or none, could be the volume that is meant",
+        "Set source.series to one of these, or to a unique ending of it:{found}",
+    ),
+    "VP1034": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {fits} here ends with {wanted!r}",
+        "Set source.series to one of these, or to a unique ending of it:{found}",
+    ),
+    "VP1035": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
+        "Choose the grey series that this picture was made from.",
+    ),
+    "VP1036": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {keyword} is missing, so the place or the values of this slice are not known",
+        "Export the series again with all its attributes, or choose another series.",
+    ),
+    "VP1037": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the value of {keyword} is not {wanted}",
+        "Export the series again, or choose another series.",
+    ),
+    "VP1038": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: no decoder for the transfer syntax {syntax} ({missing})",
+        "Install the decoder, or export the series as Explicit VR Little Endian.",
+    ),
+    "VP1039": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the pixel data cannot be decoded as {syntax} ({error})",
+        "The file is damaged; copy the series again from where it came.",
+    ),
+    "VP1040": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {columns}×{rows} pixels of {bits} bits, which are {expected} bytes, "
+        "but the pixel data has {actual}",
+        "The file is damaged; copy the series again from where it came.",
+    ),
+    "VP1041": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {frames} frames in one file (enhanced or multi-frame DICOM), which cannot be read yet",
+        "Export the series as single-frame images.",
+    ),
+    "VP1042": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: is a Siemens mosaic, many slices in one picture, which cannot be read yet",
+        "Export the series as single-frame images.",
+    ),
+    "VP1043": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {bits} cannot be read; 8 and 16 bits allocated as integers can",
+        "Export the series with 16-bit pixels.",
+    ),
+    "VP1044": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {columns}×{rows} pixels, more than the {limit} that any slice may have",
+        "The file is damaged or hostile; copy the series again from where it came.",
+    ),
+    "VP1080": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: exists already and is not an empty folder",
+        "Choose another folder, or remove this one.",
+    ),
+    "VP1081": Diagnostic(ExitStatus.OUTPUT, "{path}: cannot be written: {error}", "Check the disk and permissions."),
+    "VP1082": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: the volume holds values that are not finite, which DICOM cannot store",
+        "Replace NaN and infinite values first.",
+    ),
+    # VP2xxx geometry
+    "VP2001": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: slices differ in size: {first} pixels, {other}",
+        "Move the images that do not belong to the volume out of the folder.",
+    ),
+    "VP2002": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: slices differ in pixel spacing: {first} mm, {other} mm",
+        "Move the images that do not belong to the volume out of the folder.",
+    ),
+    "VP2003": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {count} of {total} slices lie in another orientation than {first}; {other} is turned by "
+        "{angle:.2f}°",
+        "Move the images that do not belong to the volume (localisers, reformats) out of the folder.",
+    ),
+    "VP2004": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: ImageOrientationPatient is not two unit vectors at a right angle: it is off by {deviation:.3g}, and "
+        "rounding explains {tolerance:g}",
+        "Export the series again, or choose another series.",
+    ),
+    "VP2005": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {several} of {places} places hold more than one image (up to {each}); the first are {first} and "
+        "{second}, both at ({position}) mm; {differ}",
+        "Keep one image at each place.",
+    ),
+    "VP2006": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {each} images at each of {places} places, so these are several volumes (echoes, phases, time "
+        "points), or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
+        "Keep the images of one volume in the folder.",
+    ),
+    "VP2007": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: gantry tilt of {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
+        "{step_mm:.3f} mm along the line from slice to slice, and have shifted sideways by {total_mm:.2f} mm in all",
+        "Straighten the series with a tool that shears the tilt away, and read the result.",
+    ),
+    "VP2008": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {name} (slice {slice}) lies {shift_mm:.3f} mm beside the line of the other slices; up to "
+        "{tolerance_mm:.3f} mm is taken as rounding",
+        "Check whether the patient or table moved, or whether the slice belongs to another series.",
+    ),
+    "VP2014": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, usual is "
+        "{usual_mm:.3f} mm; such gaps in all: {holes}",
+        "Copy the series again, whole.",
+    ),
+    "VP2015": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usual {usual_mm:.3f} mm; the "
+        "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, and up to "
+        "{tolerance_mm:.3f} mm is taken as rounding",
+        "Resample the series to even distances first, or leave out the slices that break the order.",
+    ),
+    "VP2020": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the affine of the NIfTI file is sheared: its axes are off right angles by {angle:.3f}°",
+        "Resample the volume to a grid with right angles first.",
+    ),
+    "VP2021": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the {which} of the NIfTI file is not a usable affine",
+        "Repair the header, or resample the volume.",
+    ),
     # VP3xxx scene, profile, plan
     "VP3001": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the scene: {error}", "Check the path."),
     "VP3002": Diagnostic(ExitStatus.SCENE, "{path}: not a TOML file: {error}", "Mend the line that the message names."),
@@ -66,7 +264,174 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE, "{path}: {problems}", "Mend these keys; volprep/profiles holds profiles to start from."
     ),
     # VP4xxx package
+    "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
+    "VP4002": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: not a volume package: {problem}", "Name the folder that volprep build wrote."
+    ),
+    "VP4003": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package has version {version} of the format, this volprep reads {known}",
+        "Use the volprep that wrote it, or build the package again.",
+    ),
+    "VP4004": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: the manifest breaks the schema: {problems}", "Build the package again."
+    ),
+    "VP4005": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package is a draft, still under construction",
+        "Run the stages that are missing; volprep seal is the last one.",
+    ),
+    "VP4006": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package is sealed and cannot change",
+        "Build it again with volprep build, or start a new draft.",
+    ),
+    "VP4007": Diagnostic(ExitStatus.PACKAGE, "{path}: cannot read {file}: {error}", "Build the package again."),
+    "VP4008": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: {file} has {size} bytes instead of {expected}", "Build the package again."
+    ),
+    "VP4009": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: {file} is damaged: its SHA-256 is not the one in the manifest",
+        "Copy the package again, or build it again.",
+    ),
+    "VP4010": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: the manifest does not name {file}", "Move the file out of the package."
+    ),
+    "VP4011": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: the package contradicts itself: {problem}", "Build the package again."
+    ),
+    "VP4012": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: another process is working on this draft", "Wait until it has ended."
+    ),
+    "VP4014": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: the package has no file {file}", "volprep inspect lists the files that it has."
+    ),
+    "VP4020": Diagnostic(
+        ExitStatus.OUTPUT, "{path}: cannot write: {error}", "Make room, or name an output that can be written."
+    ),
+    "VP4021": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: not replaced, because it is no package: {problem}",
+        "Name another output, or move what is there.",
+    ),
+    "VP4022": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: not replaced, because it holds files that are not the package's ({count}, the first is {first})",
+        "Move these files, or name another output.",
+    ),
+    "VP4023": Diagnostic(
+        ExitStatus.OUTPUT, "{path}: a new draft needs an empty folder", "Name another output, or move what is there."
+    ),
+    "VP4030": Diagnostic(
+        ExitStatus.PACKAGE, "{name}: not a KTX 2 texture as packages have them: {problem}", "Build the package again."
+    ),
     # VP5xxx rendering
+    "VP5001": Diagnostic(
+        ExitStatus.MACHINE,
+        "no EGL or OpenGL ES library can be loaded: {error}",
+        "Install them: libegl1, libgles2 and libegl-mesa0 on Debian and Ubuntu, mesa-libEGL and mesa-libGLES on Fedora.",
+    ),
+    "VP5002": Diagnostic(
+        ExitStatus.MACHINE,
+        "no EGL display can be opened: {error}",
+        "Set EGL_PLATFORM=surfaceless for Mesa's software driver (libegl-mesa0 and libgl1-mesa-dri on Debian).",
+    ),
+    "VP5003": Diagnostic(
+        ExitStatus.MACHINE,
+        "the driver {driver} gives no context of OpenGL ES {api}: {error}",
+        "Use a driver that has it; EGL_PLATFORM=surfaceless with Mesa's llvmpipe has 1.1 to 3.2.",
+    ),
+    "VP5004": Diagnostic(
+        ExitStatus.INTERNAL,
+        "OpenGL was started before this process forked, and cannot be used in the child",
+        "Start worker processes with the method spawn.",
+    ),
+    "VP5005": Diagnostic(
+        ExitStatus.RENDER,
+        "{path}: the driver {driver} does not compile this shader:\n{log}",
+        "Rebuild the package; if the shader is unchanged, report the log and the driver.",
+    ),
+    "VP5006": Diagnostic(
+        ExitStatus.RENDER,
+        "program {name} ({paths}): the driver {driver} does not link it:\n{log}",
+        "Rebuild the package; if the shaders are unchanged, report the log and the driver.",
+    ),
+    "VP5007": Diagnostic(
+        ExitStatus.RENDER,
+        "OpenGL ES failed with {error} in {operation} on the driver {driver}",
+        "If this is GL_OUT_OF_MEMORY, draw a smaller picture or a coarser level; otherwise report it.",
+    ),
+    "VP5008": Diagnostic(
+        ExitStatus.RENDER,
+        "the driver {driver} cannot draw into a target of format {target}",
+        "Draw into rgba8, or use a driver that has {needs}.",
+    ),
+    "VP5009": Diagnostic(
+        ExitStatus.RENDER,
+        "a picture of {width}×{height} pixels is outside the limits of the driver {driver}: 1 to {limit}",
+        "Ask for another size.",
+    ),
+    "VP5010": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name}: {axis} {size} is more than {limit_name} {limit} of the profile {profile}",
+        "Build the package for this profile, or render it with the profile that it was built for.",
+    ),
+    "VP5011": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name}: the profile {profile} has no format {format}, only {known}",
+        "Build the package for this profile.",
+    ),
+    "VP5012": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name} is three-dimensional, and the profile {profile} has no 3D textures",
+        "Build the package for this profile: it will hold a mosaic.",
+    ),
+    "VP5013": Diagnostic(
+        ExitStatus.RENDER,
+        "program {name} reads {count} textures, and the profile {profile} has {limit} units",
+        "Build the package for this profile.",
+    ),
+    "VP5014": Diagnostic(
+        ExitStatus.RENDER,
+        "the textures of program {name} take {size} bytes, and the profile {profile} allows {limit}",
+        "Draw a coarser level, or build the package for this profile.",
+    ),
+    "VP5015": Diagnostic(
+        ExitStatus.RENDER,
+        "{path}: this shader is written for a later version of OpenGL ES than {api}, which the profile {profile} has",
+        "Build the package for this profile.",
+    ),
+    "VP5016": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the file holds {found}, and the manifest says {named}",
+        "The package is damaged: build it again.",
+    ),
+    "VP5017": Diagnostic(
+        ExitStatus.PACKAGE,
+        "program {name}: the manifest names {named}, and active in the shaders are {found}",
+        "The package is damaged: build it again.",
+    ),
+    "VP5018": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{package}: nothing in it draws level {level} with the transfer function {transfer}. It can draw {known}",
+        "Ask for one of these, or build the package with the stages transfer, texture or mosaic, and shaders.",
+    ),
+    "VP5019": Diagnostic(
+        ExitStatus.RENDER,
+        "a step of {step_mm} mm is not possible here: {reason}",
+        "Choose another step.",
+    ),
+    "VP5020": Diagnostic(
+        ExitStatus.RENDER,
+        "no camera can be made from {what}",
+        "Give numbers, with the eye away from the middle of the volume.",
+    ),
+    "VP5021": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: cannot write the picture: {error}",
+        "Check that the folder exists and can be written.",
+    ),
     # VP6xxx validation and report
     # VP7xxx machine
     # VP9xxx defects

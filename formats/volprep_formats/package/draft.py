@@ -1,0 +1,277 @@
+"""A package under construction. Each stage adds to it by one step that happens whole or not at all.
+
+What a stage writes collects in the hidden folder `.stage`, at last with the manifest as it will be. The rename that
+gives `.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones
+move to their places, and `manifest.json` is replaced last. A process killed before the step leaves the draft as it
+was; what one killed after it left to do is done by the next `Draft.open`.
+"""
+
+import errno
+import fcntl
+import hashlib
+import math
+import os
+import shutil
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, BinaryIO, Literal, Self
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.files import MANIFEST, open_inside, output_errors, path_inside, replace_file, sync_folder
+from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord
+from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
+
+Role = Literal["texture", "shader", "preview", "work"]
+_STAGE = ".stage"
+
+
+class Draft:
+    """A package under construction. Make one with `create`, or go on with `open`."""
+
+    def __init__(self, folder: Path, manifest: Manifest) -> None:
+        """Use `create` or `open`."""
+        self._folder = folder
+        self._manifest = manifest
+        self._pending: dict[str, FileRecord] = {}
+        self._maps: dict[str, np.memmap[Any, Any]] = {}
+        self._lock: BinaryIO | None = None
+
+    @classmethod
+    def create(cls, folder: Path, manifest: Manifest) -> Self:
+        """Make the folder of a new draft, and its parents. `manifest` names no files yet.
+
+        Takes an empty folder, and one that a killed `create` left. Raises VP4023 where `folder` holds anything else,
+        VP4020 where it cannot be written.
+        """
+        with output_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            if any(entry.name != f".{MANIFEST}.new" for entry in folder.iterdir()):
+                raise VolprepError("VP4023", path=folder)
+            replace_file(folder / MANIFEST, encode_manifest(manifest))
+            sync_folder(folder.parent)
+        return cls(folder, manifest)
+
+    @classmethod
+    def open(cls, folder: Path) -> Self:
+        """Go on with a draft, after finishing or dropping what a killed process left.
+
+        Raises VP4001 to VP4004 for what is no readable package, VP4006 for a sealed one, VP4012 while another
+        process runs a stage on it.
+        """
+        recover(folder)
+        manifest = read_manifest(folder)
+        if manifest.state != "draft":
+            raise VolprepError("VP4006", path=folder)
+        return cls(folder, manifest)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the draft."""
+        return self._folder
+
+    @property
+    def manifest(self) -> Manifest:
+        """The manifest as of the last commit."""
+        return self._manifest
+
+    def write(self, path: str, role: Role, data: bytes | Iterable[bytes | memoryview]) -> None:
+        """Write the file `path` of the package, for example "textures/volume.ktx2".
+
+        It counts from the next `commit` on; until then only this object sees it. Raises VP4020 where it cannot be
+        written, VP4012 while another process runs a stage.
+        """
+        digest = hashlib.sha256()
+        size = 0
+        with output_errors(self._folder / path), self._new_file(path).open("wb") as file:
+            for chunk in (data,) if isinstance(data, bytes) else data:
+                digest.update(chunk)
+                size += file.write(chunk)
+            file.flush()
+            os.fsync(file.fileno())
+        self._pending[path] = FileRecord(path=path, role=role, size_bytes=size, sha256=digest.hexdigest())
+
+    def read_bytes(self, path: str) -> bytes:
+        """Read a file that this or an earlier stage wrote. Raises VP4014 if there is none."""
+        with self._open(path) as file:
+            return file.read()
+
+    def work_map(
+        self, name: str, shape: tuple[int, ...], dtype: DTypeLike, mode: Literal["r", "w+"]
+    ) -> np.memmap[Any, Any]:
+        """Map working data into memory as an array in C order, for example "work/level0.raw".
+
+        `w+` makes the file, zero everywhere, which counts from the next `commit` on and must not change after it;
+        `r` maps one that this or an earlier stage made. Raises VP4020 where it cannot be written, VP4014 for a file
+        that is not there, VP4008 for one of another size.
+        """
+        size = math.prod(shape) * np.dtype(dtype).itemsize
+        if mode == "w+":
+            with output_errors(self._folder / name), self._new_file(name).open("w+b") as file:
+                _allocate(file, size)
+                self._maps[name] = np.memmap(file, dtype=dtype, mode="r+", shape=shape)
+            return self._maps[name]
+        with self._open(name) as file:
+            actual = os.fstat(file.fileno()).st_size
+            if actual != size:
+                raise VolprepError("VP4008", path=self._folder, file=name, size=actual, expected=size)
+            return np.memmap(file, dtype=dtype, mode="r", shape=shape)
+
+    def commit(self, stage: StageRecord, **manifest_updates: object) -> None:
+        """Add what `stage` wrote: the one step from the draft before the stage to the draft after it.
+
+        The record's `files` are filled in here: all files written since the last commit. The files of an earlier
+        run of the same stage, and the records and files of the stages after it, are dropped, and with them the
+        textures, programs and the preview that name them. `state="sealed"` ends the draft: working data and stage
+        records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
+        """
+        before = self._manifest
+        with output_errors(self._folder):
+            staging = self._begin()
+            self._finish_maps()
+            after = _after(before, stage, self._pending, manifest_updates)
+            self._check_staged()
+            for folder in {staging, *(self._staged(path).parent for path in self._pending)}:
+                sync_folder(folder)
+            replace_file(staging / MANIFEST, encode_manifest(after))
+            _roll_forward(self._folder, before, after)
+            shutil.rmtree(staging)
+        self._manifest = after
+        self._pending.clear()
+        self._maps.clear()
+        self._release()
+
+    def _begin(self) -> Path:
+        if self._lock is None:
+            self._lock = _lock(self._folder)
+        return self._folder / _STAGE
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def _staged(self, path: str) -> Path:
+        return self._folder / _STAGE / "files" / path
+
+    def _new_file(self, path: str) -> Path:
+        # The pattern of the record keeps the name inside the package before any file is touched.
+        FileRecord(path=path, role="work", size_bytes=0, sha256="0" * 64)
+        self._begin()
+        target = self._staged(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return target
+
+    def _open(self, path: str) -> BinaryIO:
+        if path in self._pending or path in self._maps:
+            return open_inside(self._folder / _STAGE / "files", path)
+        if all(record.path != path for record in self._manifest.files):
+            raise VolprepError("VP4014", path=self._folder, file=path)
+        return open_inside(self._folder, path)
+
+    def _finish_maps(self) -> None:
+        for path, array in self._maps.items():
+            array.flush()
+            with self._staged(path).open("rb") as file:
+                os.fsync(file.fileno())
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            self._pending[path] = FileRecord(path=path, role="work", size_bytes=array.nbytes, sha256=digest)
+
+    def _check_staged(self) -> None:
+        # Another draft object, opened on the same folder in between, has dropped what this one wrote.
+        if any(not self._staged(path).exists() for path in self._pending):
+            raise VolprepError("VP4012", path=self._folder)
+
+
+def recover(folder: Path) -> None:
+    """Finish or drop what a killed process left in a draft. Raises VP4012 while another process runs a stage."""
+    staging = folder / _STAGE
+    if not staging.is_dir():
+        return
+    # First of all: in a folder that is no package, a folder with this name is not ours to remove.
+    read_manifest(folder)
+    with output_errors(folder), _lock(folder):
+        if (staging / MANIFEST).exists():
+            after = decode_manifest((staging / MANIFEST).read_bytes(), folder)
+            _roll_forward(folder, read_manifest(folder), after)
+        shutil.rmtree(staging)
+
+
+def _after(
+    before: Manifest, stage: StageRecord, pending: dict[str, FileRecord], updates: dict[str, object]
+) -> Manifest:
+    """Make the manifest as it is after `stage` wrote `pending`."""
+    names = [record.name for record in before.stages]
+    kept = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
+    owned = {path for record in kept for path in record.files}
+    files = {record.path: record for record in before.files if record.path in owned} | pending
+    stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
+    if updates.get("state") == "sealed":
+        files = {path: record for path, record in files.items() if record.role != "work"}
+        stages = ()
+    fields = dict(before) | {
+        "textures": tuple(texture for texture in before.textures if texture.file in files),
+        "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
+        "preview": before.preview if before.preview in files else None,
+    }
+    records = {"stages": stages, "files": tuple(files[path] for path in sorted(files))}
+    return Manifest.model_validate(fields | updates | records)
+
+
+def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
+    """Bring `folder` from one manifest to the next. Can be cut short anywhere and run again."""
+    named = {record.path for record in after.files}
+    touched = {folder}
+    for record in before.files:
+        if record.path not in named:
+            dropped = path_inside(folder, record.path)
+            dropped.unlink(missing_ok=True)
+            _remove_empty(dropped.parent, folder)
+    for path in sorted(named):
+        staged = folder / _STAGE / "files" / path
+        if staged.exists():
+            target = path_inside(folder, path)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            staged.replace(target)
+            touched |= {parent for parent in target.parents if folder in (parent, *parent.parents)}
+    for changed in touched:
+        sync_folder(changed)
+    (folder / _STAGE / MANIFEST).replace(folder / MANIFEST)
+    sync_folder(folder)
+
+
+def _remove_empty(inner: Path, folder: Path) -> None:
+    with suppress(OSError):
+        while inner != folder:
+            inner.rmdir()
+            inner = inner.parent
+
+
+def _allocate(file: BinaryIO, size: int) -> None:
+    # Blocks are reserved now: a disk that is full is an error here, and a signal that kills in a write to the map.
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(file.fileno(), 0, size)
+    else:
+        file.truncate(size)
+
+
+def _lock(folder: Path) -> BinaryIO:
+    """Take the draft for this process until the file that this gives is closed, or the process ends."""
+    path = folder / _STAGE / "lock"
+    while True:
+        path.parent.mkdir(exist_ok=True)
+        file = path.open("wb")
+        try:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # The process that had the lock may have removed the file between our opening and our locking it.
+            if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        except OSError as error:
+            file.close()
+            if error.errno in (errno.EACCES, errno.EAGAIN):
+                raise VolprepError("VP4012", path=folder) from error
+            raise
+        file.close()

@@ -1,0 +1,95 @@
+"""Files of a package folder: durable writes, and paths that cannot leave the folder."""
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from volprep_formats.diagnostics import VolprepError
+
+MANIFEST = "manifest.json"
+"""Name of the manifest in a package."""
+
+
+@contextmanager
+def output_errors(path: Path) -> Iterator[None]:
+    """Turn what the system says while `path` is written into VP4020."""
+    try:
+        yield
+    except OSError as error:
+        raise VolprepError("VP4020", path=path, error=error.strerror or error) from error
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the names in `folder` durable: without this a rename may be undone by a power cut."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Give `path` the content `data`, whole or not at all. Raises OSError."""
+    temporary = path.with_name(f".{path.name}.new")
+    try:
+        with temporary.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError:
+        with suppress(OSError):
+            temporary.unlink()
+        raise
+    sync_folder(path.parent)
+
+
+def open_inside(folder: Path, name: str) -> BinaryIO:
+    """Open the regular file `name` of the package at `folder` for reading, following no symbolic link.
+
+    Every folder on the way is opened relative to the one before, so that nothing can be swapped between a check and
+    the use of what was checked. Raises VP4007.
+    """
+    *parents, last = name.split("/")
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            for parent in parents:
+                inner = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=descriptor)
+                os.close(descriptor)
+                descriptor = inner
+            # O_NONBLOCK: opening a pipe that nobody writes to would wait for ever.
+            opened = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise VolprepError("VP4007", path=folder, file=name, error=error.strerror) from error
+    if not stat.S_ISREG(os.fstat(opened).st_mode):
+        os.close(opened)
+        raise VolprepError("VP4007", path=folder, file=name, error="not a regular file")
+    return os.fdopen(opened, "rb")
+
+
+def path_inside(folder: Path, name: str) -> Path:
+    """Give the path of `name` in the package at `folder`. Raises VP4007 if a part on the way is a symbolic link."""
+    path = folder
+    for part in name.split("/"):
+        path = path / part
+        if path.is_symlink():
+            raise VolprepError("VP4007", path=folder, file=name, error="a symbolic link")
+    return path
+
+
+def names_in(folder: Path) -> list[str]:
+    """List everything in `folder` that is not a folder itself, and folders that are empty, with forward slashes."""
+    found = []
+    for current, folders, files in os.walk(folder):
+        links = [name for name in folders if (Path(current) / name).is_symlink()]
+        here = Path(current).relative_to(folder)
+        found += [(here / name).as_posix() for name in files + links]
+        if not files and not folders and here.parts:
+            found.append(here.as_posix() + "/")
+    return sorted(found)

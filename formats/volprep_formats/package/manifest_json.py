@@ -1,0 +1,87 @@
+"""The manifest as bytes: always the same bytes for the same manifest, and no trust in the bytes of others."""
+
+import json
+import os
+import re
+from pathlib import Path
+from typing import NoReturn
+
+from pydantic import ValidationError
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.files import MANIFEST, open_inside
+from volprep_formats.package.manifest import Manifest
+
+MAX_MANIFEST_BYTES = 4 * 1024 * 1024
+"""Largest manifest that is read or written. One with 10 000 files has about 3 MiB."""
+_MAX_PROBLEMS = 5
+_VERSION = (1, 0)
+
+
+def encode_manifest(manifest: Manifest) -> bytes:
+    """UTF-8 JSON: keys sorted, two spaces, shortest digits that give each float back, absent fields left out."""
+    record = manifest.model_dump(mode="json", exclude_none=True)
+    text = json.dumps(record, ensure_ascii=False, allow_nan=False, indent=2, sort_keys=True)
+    return (text + "\n").encode("utf-8")
+
+
+def decode_manifest(data: bytes, path: Path) -> Manifest:
+    """Read a manifest; `path` is the package, for messages.
+
+    Raises VP4002 for what is no manifest, VP4003 for another version, VP4004 for wrong keys or values.
+    """
+    if len(data) > MAX_MANIFEST_BYTES:
+        raise VolprepError("VP4002", path=path, problem=f"{MANIFEST} is larger than {MAX_MANIFEST_BYTES} bytes")
+    try:
+        text = data.decode("utf-8")
+        record = json.loads(text, object_pairs_hook=_unique_keys, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise VolprepError("VP4002", path=path, problem=f"{MANIFEST} is not JSON: {error}") from error
+    if not isinstance(record, dict) or record.get("format") != "volpkg":
+        raise VolprepError("VP4002", path=path, problem=f'{MANIFEST} does not say "format": "volpkg"')
+    _check_version(record.get("version"), path)
+    try:
+        return Manifest.model_validate_json(text, strict=True)
+    except ValidationError as error:
+        raise VolprepError("VP4004", path=path, problems=_problems(error)) from error
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read the manifest of the package at `folder`. Raises VP4001 to VP4004, and VP4007 for a symbolic link."""
+    if not folder.exists():
+        raise VolprepError("VP4001", path=folder)
+    if not folder.is_dir():
+        raise VolprepError("VP4002", path=folder, problem="it is not a folder")
+    if not os.path.lexists(folder / MANIFEST):
+        raise VolprepError("VP4002", path=folder, problem=f"it has no {MANIFEST}")
+    with open_inside(folder, MANIFEST) as file:
+        return decode_manifest(file.read(MAX_MANIFEST_BYTES + 1), folder)
+
+
+def _check_version(version: object, path: Path) -> None:
+    match = re.fullmatch(r"(\d{1,4})\.(\d{1,4})", version) if isinstance(version, str) else None
+    if match is None:
+        raise VolprepError("VP4002", path=path, problem=f"{MANIFEST} has no version of the form major.minor")
+    if (int(match[1]), int(match[2])) != _VERSION:
+        raise VolprepError("VP4003", path=path, version=version, known=f"{_VERSION[0]}.{_VERSION[1]}")
+
+
+def _unique_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    record = dict(pairs)
+    if len(record) != len(pairs):
+        # Two parsers may take different ones of two equal keys: one would check what the other does not draw.
+        msg = "a key stands twice in one object"
+        raise ValueError(msg)
+    return record
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    msg = f"{name} is no number in JSON"
+    raise ValueError(msg)
+
+
+def _problems(error: ValidationError) -> str:
+    found = error.errors(include_url=False, include_input=False)
+    lines = [f"{'.'.join(str(part) for part in item['loc']) or 'manifest'}: {item['msg']}" for item in found]
+    more = [f"and {len(lines) - _MAX_PROBLEMS} more"] if len(lines) > _MAX_PROBLEMS else []
+    return "; ".join(lines[:_MAX_PROBLEMS] + more)

@@ -1,0 +1,68 @@
+"""Reading a package: what an app, the renderer and the validation see of it."""
+
+import hashlib
+import os
+from pathlib import Path
+from typing import Self
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.files import open_inside
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest_json import read_manifest
+
+
+class Package:
+    """An open package. It gives only files that the manifest names, and only whole ones."""
+
+    def __init__(self, path: Path, manifest: Manifest) -> None:
+        """Use `open`."""
+        self._path = path
+        self._manifest = manifest
+        self._records = {record.path: record for record in manifest.files}
+
+    @classmethod
+    def open(cls, path: Path, *, allow_draft: bool = False) -> Self:
+        """Open the package at the folder `path`.
+
+        Raises VP4001 if there is none, VP4002 for another kind of thing, VP4003 for another version, VP4004 for a
+        manifest that breaks the schema, VP4005 for a draft unless `allow_draft`.
+        """
+        manifest = read_manifest(path)
+        if manifest.state != "sealed" and not allow_draft:
+            raise VolprepError("VP4005", path=path)
+        return cls(path, manifest)
+
+    @property
+    def path(self) -> Path:
+        """Folder of the package."""
+        return self._path
+
+    @property
+    def manifest(self) -> Manifest:
+        """The manifest."""
+        return self._manifest
+
+    def read_bytes(self, path: str) -> bytes:
+        """Read a file of the package.
+
+        Raises VP4014 if the manifest does not name it, VP4007 if it is missing or a link, VP4008 if its size is not
+        the manifest's, VP4009 if its SHA-256 is not.
+        """
+        record = self._records.get(path)
+        if record is None:
+            raise VolprepError("VP4014", path=self._path, file=path)
+        with open_inside(self._path, path) as file:
+            actual = os.fstat(file.fileno()).st_size
+            if actual != record.size_bytes:
+                raise VolprepError("VP4008", path=self._path, file=path, size=actual, expected=record.size_bytes)
+            data = file.read(record.size_bytes)
+        if hashlib.sha256(data).hexdigest() != record.sha256:
+            raise VolprepError("VP4009", path=self._path, file=path)
+        return data
+
+    def read_text(self, path: str) -> str:
+        """Read a text file of the package, in UTF-8. Raises as `read_bytes` does, and VP4011 for other bytes."""
+        try:
+            return self.read_bytes(path).decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise VolprepError("VP4011", path=self._path, problem=f"{path} is not UTF-8 text") from error

@@ -1,0 +1,1 @@
+"""Texture files: containers and compressed forms."""
