@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from volprep_formats.record import Record
 
 Length = Annotated[float, Field(gt=0.0)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=2**31 - 1)]
 Vector = tuple[float, float, float]
 
 _ORTHONORMAL_TOLERANCE = 1e-6

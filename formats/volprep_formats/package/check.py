@@ -1,10 +1,27 @@
 """What `volprep validate --quick` tells: whether a package is whole and agrees with itself. Needs no OpenGL."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.files import MANIFEST, names_in
+from volprep_formats.package.manifest import Texture
+from volprep_formats.package.reader import Package
 from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+
+_KTX2_FORMATS: dict[tuple[str, str], ktx2.Ktx2Format] = {
+    ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
+    ("RED", "UNSIGNED_BYTE"): "R8",
+    ("RGBA", "UNSIGNED_BYTE"): "RGBA8",
+    ("RED", "HALF_FLOAT"): "R16F",
+    ("RGBA", "HALF_FLOAT"): "RGBA16F",
+}
+"""Texels of the file for a GL format and type."""
 
 
 class Finding(Record):
@@ -24,8 +41,44 @@ class Finding(Record):
 
 
 def check(path: Path) -> list[Finding]:
-    """Check schema, names, sizes, SHA-256, what lies in the folder unnamed, and all cross references.
+    """Check schema, names, sizes, SHA-256, textures, what lies in the folder unnamed, and all cross references.
 
-    Gives one finding for each thing that is wrong, none for a sound sealed package. Raises nothing.
+    Gives one finding for each thing that is wrong, none for a sound sealed package. A manifest that cannot be read is
+    one finding, and the last.
     """
-    raise NotImplementedError
+    try:
+        package = Package.open(path, allow_draft=True)
+    except VolprepError as error:
+        return [Finding.of(error)]
+    return [Finding.of(error) for error in _errors(package)]
+
+
+def _errors(package: Package) -> Iterator[VolprepError]:
+    path, manifest = package.path, package.manifest
+    if manifest.state != "sealed":
+        yield VolprepError("VP4005", path=path)
+    named = {MANIFEST, *(record.path for record in manifest.files)}
+    yield from (VolprepError("VP4010", path=path, file=name) for name in names_in(path) if name not in named)
+    # Numbers near the end of the range overflow; what is compared with them then differs, which is all that counts.
+    with np.errstate(all="ignore"):
+        problems = list(contradictions(manifest))
+    yield from (VolprepError("VP4011", path=path, problem=problem) for problem in problems)
+    textures = {texture.file: texture for texture in manifest.textures}
+    for record in manifest.files:
+        try:
+            data = package.read_bytes(record.path)
+            if record.path in textures:
+                _check_texture(path, textures[record.path], data)
+            if record.role == "shader":
+                package.read_text(record.path)
+        except VolprepError as error:
+            yield error
+
+
+def _check_texture(path: Path, texture: Texture, data: bytes) -> None:
+    image = ktx2.decode(data, f"{path}: {texture.file}")
+    found = (image.format, image.shape_zyx, f"TEXTURE_{image.dimensions}D")
+    expected = (_KTX2_FORMATS.get((texture.gl.format, texture.gl.type)), texture.shape_zyx, texture.gl.target)
+    if found != expected:
+        problem = f"{texture.file} holds {found}, the manifest says {expected}"
+        raise VolprepError("VP4011", path=path, problem=problem)

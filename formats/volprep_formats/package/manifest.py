@@ -13,7 +13,8 @@ from volprep_formats.source import SourceInfo, StoredType
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 PackagePath = Annotated[str, Field(pattern=r"^[a-z0-9_-]+(\.[a-z0-9_-]+)*(/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$")]
 """Relative path with forward slashes, lower case, no dot at the start of a part: it cannot leave the package."""
-ByteCount = Annotated[int, Field(ge=0)]
+ByteCount = Annotated[int, Field(ge=0, le=2**53 - 1)]
+"""Any larger number would not survive JavaScript."""
 
 
 class FileRecord(Record):

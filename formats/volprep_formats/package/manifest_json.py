@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 from pydantic import ValidationError
 
 from volprep_formats.diagnostics import VolprepError
@@ -41,7 +42,9 @@ def decode_manifest(data: bytes, path: Path) -> Manifest:
         raise VolprepError("VP4002", path=path, problem=f'{MANIFEST} does not say "format": "volpkg"')
     _check_version(record.get("version"), path)
     try:
-        return Manifest.model_validate_json(text, strict=True)
+        # Numbers near the end of the range overflow in the models' own checks, which then refuse them.
+        with np.errstate(all="ignore"):
+            return Manifest.model_validate_json(text, strict=True)
     except ValidationError as error:
         raise VolprepError("VP4004", path=path, problems=_problems(error)) from error
 

@@ -94,7 +94,7 @@ def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
     """Give the file in pieces: the header, then the texels slice by slice, uncopied where they are in order."""
     layout = _LAYOUTS[image.format]
     shape = image.shape_zyx if layout.channels == 1 else (*image.shape_zyx, layout.channels)
-    if image.data.shape != shape or image.data.dtype != layout.dtype:
+    if image.data.shape != shape or image.data.dtype.newbyteorder("<") != layout.dtype:
         msg = f"{image.format} needs {layout.dtype} {shape}, not {image.data.dtype} {image.data.shape}"
         raise ValueError(msg)
     yield header(image.format, image.shape_zyx, image.dimensions)
