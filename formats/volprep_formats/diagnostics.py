@@ -176,6 +176,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the volume holds values that are not finite, which DICOM cannot store",
         "Replace NaN and infinite values first.",
     ),
+    "VP1080": Diagnostic(
+        ExitStatus.SOURCE,
+        "the source has {count} voxels that are NaN or infinite, the first in slice {z}",
+        "Replace them in the source: no colour belongs to them.",
+    ),
     # VP2xxx geometry
     "VP2001": Diagnostic(
         ExitStatus.SOURCE,
@@ -262,6 +267,21 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP3011": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the profile: {error}", "Check the path and the file."),
     "VP3012": Diagnostic(
         ExitStatus.SCENE, "{path}: {problems}", "Mend these keys; volprep/profiles holds profiles to start from."
+    ),
+    "VP3020": Diagnostic(
+        ExitStatus.SCENE,
+        "profile {profile} has no texture format for stored values of {bits} bits, only {formats}",
+        "Set quantize.bits of the scene, or take another profile.",
+    ),
+    "VP3021": Diagnostic(
+        ExitStatus.SCENE,
+        "the window from {low} to {high} has no width",
+        "Set quantize.window to two values, the smaller one first, or to auto.",
+    ),
+    "VP3022": Diagnostic(
+        ExitStatus.SCENE,
+        "profile {profile} holds no level of this volume, not even level {level}: {reason}",
+        "Take a profile with larger limits, or a smaller pyramid.coarsest_longest_axis.",
     ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
@@ -434,6 +454,11 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     # VP6xxx validation and report
     # VP7xxx machine
+    "VP7001": Diagnostic(
+        ExitStatus.MACHINE,
+        "this machine cannot turn a scan into a validated package; missing: {missing}",
+        "The lines marked missing say how to get each.",
+    ),
     # VP9xxx defects
     "VP9001": Diagnostic(
         ExitStatus.INTERNAL,

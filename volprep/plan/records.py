@@ -1,4 +1,4 @@
-"""The plan: what this scene needs on this class of devices. Every decision is made here, once."""
+"""What the plan decides, as records that the stages read."""
 
 from typing import Literal
 

@@ -1,0 +1,186 @@
+"""The plan as a list for people: what is kept or left out, why, what it costs, and the files it stands for."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep.plan.levels import TEXEL_BYTES, Misfit, texture_bytes
+from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.values import SHARE, ValueChoice
+from volprep.scene import Scene
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.source import SourceInfo
+
+PREVIEW = "preview.png"
+"""File of the preview picture."""
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What the decisions rest on."""
+
+    scene: Scene
+    """What the user wants."""
+    info: SourceInfo
+    """What the source is."""
+    values: ValueChoice
+    """Codes, and what they cost."""
+    candidates: list[LevelPlan]
+    """Levels that there could be."""
+    fits: list[VolumePlan | Misfit]
+    """How the device class can hold each of them."""
+    opacity: float
+    """Bound on the opacity of any ray."""
+
+
+def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
+    """List every decision. Each file of the package is named by exactly one item that is kept."""
+    return (
+        *_codes(plan, grounds),
+        *_levels(plan, grounds),
+        *_layout(plan),
+        *_tables(plan, grounds),
+        _shaders(plan),
+        _ray_termination(plan, grounds),
+        _normals(plan),
+        PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,)),
+    )
+
+
+def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    low, high = plan.quantize.window
+    voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
+    values = grounds.values
+    tolerance = grounds.scene.tolerance
+    change = f"they change the sample of rays by RMSE {values.error.rmse:.2g} and {values.error.maximum:.2g} at most"
+    limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
+    exact = "every stored value of the source has a code of its own; " if values.exact else ""
+    wide = PlanItem(
+        name="16-bit values",
+        kept=plan.quantize.bits == 16,
+        reason=_why_not_wide(plan, grounds),
+        size_bytes=voxels,
+    )
+    if plan.quantize.bits == 8:
+        yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
+        yield wide
+        return
+    yield wide.model_copy(update={"reason": f"window {low:g} to {high:g}; {_why_wide(grounds)}; {change}; {limit}"})
+
+
+def _why_wide(grounds: Grounds) -> str:
+    narrow = grounds.values.narrow_error
+    if narrow is None:
+        return "the scene asks for 16 bits"
+    return f"8 bits would change the sample of rays by RMSE {narrow.rmse:.2g} and {narrow.maximum:.2g} at most"
+
+
+def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
+    if grounds.scene.quantize.bits == 8:
+        return "the scene asks for 8 bits"
+    if "R16F" not in plan.profile.texture_formats:
+        return f"profile {plan.profile.name} has no texture format for them"
+    return "8 bits are enough"
+
+
+def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    kept = {volume.level: volume for volume in plan.volumes}
+    for level, fit in zip(grounds.candidates, grounds.fits, strict=True):
+        shape = "×".join(str(n) for n in level.shape_zyx)
+        name = f"level {level.index}"
+        if level.index in kept:
+            volume = kept[level.index]
+            layout = (
+                "3D texture"
+                if volume.mosaic is None
+                else f"mosaic of {volume.mosaic.tiles_y}×{volume.mosaic.tiles_x} tiles"
+            )
+            yield PlanItem(
+                name=name,
+                kept=True,
+                reason=f"{shape} voxels as a {volume.format} {layout}",
+                files=(volume.file,),
+                size_bytes=texture_bytes(volume),
+            )
+            continue
+        texel_bytes = plan.quantize.bits // 8
+        reason = fit.reason if isinstance(fit, Misfit) else f"level {plan.levels[0].index} fits and is finer"
+        yield PlanItem(name=name, kept=False, reason=reason, size_bytes=math.prod(level.shape_zyx) * texel_bytes)
+    stored_bytes = np.dtype(grounds.info.stored_type).itemsize
+    yield PlanItem(
+        name="values of the source",
+        kept=False,
+        reason="shaders read the codes; validation reads the source itself",
+        size_bytes=math.prod(plan.grid.shape_zyx) * stored_bytes,
+    )
+
+
+def _layout(plan: Plan) -> Iterator[PlanItem]:
+    finest = plan.volumes[0]
+    size = texture_bytes(finest)
+    if finest.mosaic is None:
+        yield PlanItem(
+            name="mosaic", kept=False, reason=f"profile {plan.profile.name} has 3D textures", size_bytes=size
+        )
+    else:
+        yield PlanItem(
+            name="3D texture",
+            kept=False,
+            reason=f"profile {plan.profile.name} has none",
+            size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
+        )
+        four = finest.mosaic.channels == 4
+        tiles = (
+            plan.profile.max_texture_size
+            // finest.mosaic.tile_shape_yx[0]
+            * (plan.profile.max_texture_size // finest.mosaic.tile_shape_yx[1])
+        )
+        yield PlanItem(
+            name="four channels",
+            kept=four,
+            reason=f"one channel has room for {tiles} slices, there are {finest.mosaic.slices}",
+            size_bytes=0,
+        )
+    if plan.levels[0].index == 0:
+        yield PlanItem(name="sub-volumes", kept=False, reason="the whole volume fits into one texture")
+
+
+def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    for lookup in plan.lookups:
+        yield PlanItem(
+            name=f"lookup table {lookup.transfer}",
+            kept=True,
+            reason=f"{lookup.entries} entries: with the codes, RMSE {grounds.values.error.rmse:.2g} on the sample of rays",
+            files=(lookup.file,),
+            size_bytes=lookup.entries * TEXEL_BYTES[lookup.format],
+        )
+
+
+def _shaders(plan: Plan) -> PlanItem:
+    files = {path for program in plan.programs for path in (program.vertex, program.fragment)}
+    technique = "3D texture" if plan.volumes[0].mosaic is None else "mosaic"
+    return PlanItem(
+        name="shaders",
+        kept=True,
+        reason=f"ray casting through the {technique}, one program for each transfer function",
+        files=tuple(sorted(files)),
+    )
+
+
+def _ray_termination(plan: Plan, grounds: Grounds) -> PlanItem:
+    wanted = grounds.scene.render.opacity_cutoff
+    return PlanItem(
+        name="early ray termination",
+        kept=plan.render.opacity_cutoff is not None,
+        reason=f"the most opaque values, along the whole diagonal, give opacity {grounds.opacity:.6g}; "
+        f"the scene stops rays at {wanted:g}",
+    )
+
+
+def _normals(plan: Plan) -> PlanItem:
+    voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
+    return PlanItem(
+        name="normals", kept=False, reason="no lighting in the scene: no shader reads a normal", size_bytes=4 * voxels
+    )

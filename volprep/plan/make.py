@@ -1,0 +1,113 @@
+"""Make the plan of a scene: one decision after the other."""
+
+import math
+
+import numpy as np
+
+from volprep.plan.items import Grounds, describe
+from volprep.plan.levels import TEXEL_BYTES, Misfit, candidate_levels, fit_level
+from volprep.plan.probe import Table
+from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, VolumePlan
+from volprep.plan.values import choose_values
+from volprep.scene import Scene
+from volprep.statistics import Measured
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import RenderSettings, Statistics
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+
+
+def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
+    """Decide everything that the stages need to know.
+
+    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level.
+    """
+    functions = tuple(transfer.resolved() for transfer in scene.transfer)
+    values = choose_values(scene, profile, info, measured, functions)
+    lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
+    candidates = candidate_levels(info.grid, scene.pyramid.coarsest_longest_axis)
+    table_bytes = values.entries * TEXEL_BYTES[lookups[0].format]
+    fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
+    levels, volumes = _kept(candidates, fits, profile)
+    # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
+    slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
+    opacity = _largest_opacity(functions, measured.statistics, slack, info.grid)
+    plan = Plan(
+        profile=profile,
+        grid=info.grid,
+        transfer_functions=functions,
+        quantize=values.quantize,
+        levels=levels,
+        volumes=volumes,
+        lookups=lookups,
+        programs=tuple(_program(function, volumes) for function in functions),
+        render=RenderSettings(
+            step_mm=scene.render.step_voxels * _finest_spacing_mm(info.grid, levels[0]),
+            opacity_cutoff=scene.render.opacity_cutoff if opacity > scene.render.opacity_cutoff else None,
+            projection=scene.render.projection,
+            tolerance=scene.tolerance,
+        ),
+        stages=_stages(levels, volumes),
+        items=(),
+    )
+    return plan.model_copy(update={"items": describe(plan, Grounds(scene, info, values, candidates, fits, opacity))})
+
+
+def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
+    texel: TextureFormat = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+    name = f"transfer-{function.name}"
+    return LookupPlan(transfer=function.name, name=name, file=f"textures/{name}.ktx2", format=texel, entries=entries)
+
+
+def _kept(
+    candidates: list[LevelPlan], fits: list[VolumePlan | Misfit], profile: DeviceProfile
+) -> tuple[tuple[LevelPlan, ...], tuple[VolumePlan, ...]]:
+    """Take every level that fits as a 3D texture; as mosaics only the finest, for which the shader is written."""
+    fitting = [(level, fit) for level, fit in zip(candidates, fits, strict=True) if isinstance(fit, VolumePlan)]
+    if not fitting:
+        coarsest = fits[-1]
+        assert isinstance(coarsest, Misfit)  # noqa: S101 - what is not a VolumePlan
+        raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=coarsest.reason)
+    if fitting[0][1].mosaic is not None:
+        fitting = fitting[:1]
+    return tuple(level for level, _ in fitting), tuple(volume for _, volume in fitting)
+
+
+def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...]) -> ProgramPlan:
+    name = f"raycast-{function.name}"
+    return ProgramPlan(
+        name=name,
+        technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
+        vertex="shaders/raycast.vert",
+        fragment=f"shaders/{name}.frag",
+        levels=tuple(volume.level for volume in volumes),
+        transfer=function.name,
+    )
+
+
+def _stages(levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...]) -> tuple[str, ...]:
+    pyramid = ("pyramid",) if any(level.index for level in levels) else ()
+    layout = "texture" if volumes[0].mosaic is None else "mosaic"
+    return ("import", "quantize", *pyramid, "transfer", layout, "shaders", "seal")
+
+
+def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:
+    return min(h * f for h, f in zip(grid.spacing_mm_zyx, finest.factors_zyx, strict=True))
+
+
+def _largest_opacity(
+    functions: tuple[TransferFunction, ...], statistics: Statistics, slack: float, grid: Grid
+) -> float:
+    """Bound the opacity of any ray: the largest extinction of any value of the source along the whole diagonal."""
+    low, high = statistics.minimum - slack, statistics.maximum + slack
+    extinction_per_mm = max(_largest_extinction(function, low, high) for function in functions)
+    return 1.0 - math.exp(-extinction_per_mm * math.hypot(*grid.extent_mm_zyx))
+
+
+def _largest_extinction(function: TransferFunction, low: float, high: float) -> float:
+    table = Table.exact(function)
+    inside = table.extinction_per_mm[(table.values >= low) & (table.values <= high)]
+    ends = np.interp([low, high], table.values, table.extinction_per_mm)
+    return float(max(*ends, *inside))

@@ -1,0 +1,134 @@
+"""Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from volprep.plan.probe import Codes, PictureError, Table, difference, picture
+from volprep.plan.records import QuantizePlan
+from volprep.plan.window import Window, is_exact, windows
+from volprep.scene import QuantizeSettings, Scene
+from volprep.statistics import Measured
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+
+SHARE = 0.5
+"""Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
+_TABLE_SHARE = 0.05
+"""Part of the scene's tolerance by which a shorter lookup table may be worse than the longest one."""
+_ENTRIES = (256, 512, 1024, 2048, 4096)
+"""Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
+
+
+@dataclass(frozen=True)
+class ValueChoice:
+    """Codes and tables, and what they cost."""
+
+    quantize: QuantizePlan
+    """Bits and window."""
+    entries: int
+    """Length of each lookup table."""
+    error: PictureError
+    """What codes and tables together change in the sample of rays, at worst over the transfer functions."""
+    narrow_error: PictureError | None
+    """What 8 bits would have changed, where 16 were chosen because of it."""
+    exact: bool
+    """Whether every stored value of the source has a code of its own."""
+
+
+class _Bench:
+    """The sample of rays with their true pictures, one for each transfer function."""
+
+    def __init__(self, measured: Measured, spacing_mm: float, functions: tuple[TransferFunction, ...]) -> None:
+        self._columns = measured.columns
+        self._spacing_mm = spacing_mm
+        self._tables = [Table.exact(function) for function in functions]
+        self._truth = [picture(measured.columns, spacing_mm, table) for table in self._tables]
+
+    def error(self, codes: Codes, entries: int) -> PictureError:
+        """Largest errors over the transfer functions."""
+        values = codes.decoded(codes.texels(self._columns))
+        errors = [
+            difference(picture(values, self._spacing_mm, table.resampled(codes.window, entries)), truth)
+            for table, truth in zip(self._tables, self._truth, strict=True)
+        ]
+        return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+
+
+def choose_values(
+    scene: Scene,
+    profile: DeviceProfile,
+    info: SourceInfo,
+    measured: Measured,
+    functions: tuple[TransferFunction, ...],
+) -> ValueChoice:
+    """Choose bits, window and length of the lookup tables.
+
+    8 bits if, with the best window, they change the pictures of the sample of rays by at most half of the scene's
+    tolerance, or if the profile has no wider format; else 16. Raises VP3020 when the scene asks for bits that the
+    profile does not have, VP3021 for a window without width.
+    """
+    bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions)
+    lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
+
+    def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
+        tried = [Codes(bits, window) for window in _windows(scene.quantize, bits, info, measured, functions)]
+        # min keeps the first of equal ones: the widest.
+        return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
+
+    trials = [best_window(bits) for bits in _possible_bits(scene.quantize, profile)]
+    error, codes = next((trial for trial in trials if _within(trial[0], scene.tolerance)), trials[-1])
+    narrow_error = trials[0][0] if codes is not trials[0][1] else None
+    entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
+    return ValueChoice(
+        quantize=QuantizePlan(bits=codes.bits, window=codes.window),
+        entries=entries,
+        error=error,
+        narrow_error=narrow_error,
+        exact=is_exact(codes.bits, codes.window, info, measured.statistics),
+    )
+
+
+def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:
+    """Say whether the profile has a texture format for stored values of so many bits."""
+    formats = {"LUMINANCE8", "RGBA8", "R8"} if bits == 8 else {"R16F"}
+    return not formats.isdisjoint(profile.texture_formats)
+
+
+def _possible_bits(settings: QuantizeSettings, profile: DeviceProfile) -> list[Literal[8, 16]]:
+    """Narrowest first."""
+    wanted: list[Literal[8, 16]] = [8, 16] if settings.bits == "auto" else [settings.bits]
+    possible = [bits for bits in wanted if has_bits(profile, bits)]
+    if not possible:
+        raise VolprepError(
+            "VP3020",
+            profile=profile.name,
+            bits=" or ".join(str(bits) for bits in wanted),
+            formats=", ".join(profile.texture_formats),
+        )
+    return possible
+
+
+def _windows(
+    settings: QuantizeSettings, bits: int, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
+) -> list[Window]:
+    if settings.window == "auto":
+        return windows(bits, info, measured.statistics, functions)
+    low, high = settings.window
+    if not low < high:
+        raise VolprepError("VP3021", low=low, high=high)
+    return [settings.window]
+
+
+def _within(error: PictureError, tolerance: Tolerance) -> bool:
+    return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
+
+
+def _shortest_table(bench: _Bench, codes: Codes, lengths: list[int], largest_rmse: float) -> tuple[int, PictureError]:
+    for entries in lengths[:-1]:
+        error = bench.error(codes, entries)
+        if error.rmse <= largest_rmse:
+            return entries, error
+    return lengths[-1], bench.error(codes, lengths[-1])

@@ -1,0 +1,49 @@
+"""Volumes slab by slab: memory does not grow with their depth."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+SLAB_BYTES = 32 * 1024 * 1024
+"""Size that a slab aims at. Twice as much made no stage faster; a slab always holds at least one slice."""
+
+
+def slab_ranges(depth: int, slice_bytes: int, multiple: int = 1) -> Iterator[tuple[int, int]]:
+    """Cut `depth` slices into ranges (z0, z1) that follow each other; all but the last are a multiple of `multiple`."""
+    thickness = max(1, SLAB_BYTES // (slice_bytes * multiple)) * multiple
+    for z0 in range(0, depth, thickness):
+        yield z0, min(z0 + thickness, depth)
+
+
+@dataclass(frozen=True)
+class RawVolume:
+    """A file of voxels in C order and native byte order, without a header: the working data of a draft."""
+
+    path: Path
+    """The file."""
+    shape_zyx: tuple[int, int, int]
+    """Number of voxels along each axis."""
+    dtype: np.dtype[np.generic]
+    """Type of a voxel."""
+
+    @property
+    def slice_bytes(self) -> int:
+        """Size of one slice."""
+        return self.shape_zyx[1] * self.shape_zyx[2] * self.dtype.itemsize
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Read slices z0 to z1 - 1 as [z, y, x].
+
+        With plain reads: pages of a memory map would count as the process's own memory.
+        """
+        shape = (z1 - z0, *self.shape_zyx[1:])
+        voxels = np.fromfile(self.path, self.dtype, int(np.prod(shape)), offset=z0 * self.slice_bytes)
+        return voxels.reshape(shape)
+
+
+def bytes_of(array: NDArray[np.generic]) -> memoryview:
+    """Give the bytes of an array in C order, without a copy where it is contiguous."""
+    return np.ascontiguousarray(array).data.cast("B")
