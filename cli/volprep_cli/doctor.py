@@ -1,0 +1,38 @@
+"""volprep doctor: what this machine has of what volprep needs, and how to get the rest."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_formats.diagnostics import VolprepError
+
+if TYPE_CHECKING:
+    from volprep.doctor import Fact
+
+
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
+) -> None:
+    """Say what this machine has of what volprep needs, one line each, and how to get the rest.
+
+    OK: it is there. missing: without it no scan becomes a validated package. no: only what the line says is lost.
+
+    Exit status 0: nothing needed is missing. 8: something is.
+    """
+    from volprep.doctor import examine  # noqa: PLC0415 -- keeps volprep --help fast
+
+    examination = examine()
+    if as_json:
+        typer.echo(examination.model_dump_json(indent=2))
+    else:
+        for fact in examination.facts:
+            typer.echo(_line(fact))
+    if not examination.ready:
+        missing = [f"{fact.topic} {fact.name}" for fact in examination.facts if fact.needed and not fact.found]
+        raise VolprepError("VP7001", missing=", ".join(missing))
+
+
+def _line(fact: "Fact") -> str:
+    found = "OK" if fact.found else "missing" if fact.needed else "no"
+    remedy = f". {fact.remedy}" if fact.remedy else ""
+    return f"{found:8}{fact.topic + ' ' + fact.name:34}{fact.detail}{remedy}"

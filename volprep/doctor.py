@@ -1,0 +1,148 @@
+"""What this machine has of what volprep needs, one fact each. Whatever is missing is a fact too, never an error."""
+
+import os
+import platform
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal, get_args
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.record import Record
+
+Topic = Literal["machine", "volprep", "OpenGL ES", "DICOM", "files"]
+_NEEDED_APIS = ("es2.0", "es3.0")
+# Building the package of a 384-slice head MR peaks below this.
+_COMFORTABLE_BYTES = 1_500_000_000
+
+
+class Fact(Record):
+    """One thing that was looked for."""
+
+    topic: Topic
+    """What it belongs to."""
+    name: str
+    """What was looked for."""
+    found: bool
+    """Whether it is there."""
+    needed: bool
+    """Whether the way from a scan to a validated package is barred without it."""
+    detail: str
+    """What was found: a version, a driver, a number; or why it was not."""
+    remedy: str = ""
+    """What to do; empty when it was found."""
+
+
+class Examination(Record):
+    """All facts about a machine."""
+
+    ready: bool
+    """Whether a scan can become a validated package here."""
+    facts: tuple[Fact, ...]
+    """One for each thing that was looked for, always in the same order."""
+
+
+def examine() -> Examination:
+    """Look at everything. Raises nothing for what is missing."""
+    facts = (*_machine(), *_volprep(), *_opengl_es(), *_dicom(), *_files())
+    return Examination(ready=all(fact.found for fact in facts if fact.needed), facts=facts)
+
+
+def _machine() -> Iterator[Fact]:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    yield Fact(topic="machine", name="Python", found=True, needed=True, detail=platform.python_version())
+    yield Fact(topic="machine", name="cores", found=True, needed=False, detail=f"{cores} ({platform.machine()})")
+    available = _available_bytes()
+    if available is None:
+        yield Fact(topic="machine", name="memory", found=True, needed=False, detail="this system does not say")
+    else:
+        enough = available >= _COMFORTABLE_BYTES
+        yield Fact(
+            topic="machine",
+            name="memory",
+            found=enough,
+            needed=False,
+            detail=f"{available / 1e9:.1f} GB free",
+            remedy="" if enough else f"A head MR needs up to {_COMFORTABLE_BYTES / 1e9:.1f} GB: close other programs.",
+        )
+
+
+def _available_bytes() -> int | None:
+    """Memory that a program could get without swapping (Linux)."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return None
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")), None)
+
+
+def _volprep() -> Iterator[Fact]:
+    rebuild = "Build it: make test in a checkout, or pip install with a C++20 compiler."
+    yield _imported("volprep", "native core", _native, needed=True, remedy=rebuild)
+    yield _imported(
+        "volprep",
+        "OpenVDB",
+        _openvdb,
+        needed=False,
+        remedy="Install libopenvdb-dev, libtbb-dev and libboost-dev (Debian), then build volprep again.",
+    )
+
+
+def _native() -> str:
+    return f"volprep {version('volprep')}, {import_module('volprep._native').max_threads()} threads"
+
+
+def _openvdb() -> str:
+    return f"{import_module('volprep._vdb').library_version()}"
+
+
+def _imported(topic: Topic, name: str, detail: Callable[[], str], *, needed: bool, remedy: str) -> Fact:
+    """State the fact that something can be imported, with what it says of itself."""
+    try:
+        return Fact(topic=topic, name=name, found=True, needed=needed, detail=detail())
+    except (ImportError, OSError) as error:
+        reason = str(error).splitlines()[0]
+        return Fact(topic=topic, name=name, found=False, needed=needed, detail=reason, remedy=remedy)
+
+
+def _opengl_es() -> Iterator[Fact]:
+    try:
+        from volprep.render.egl import ContextApi, context  # noqa: PLC0415 -- raises where there is no EGL
+    except VolprepError as error:
+        yield Fact(topic="OpenGL ES", name="EGL", found=False, needed=True, detail=error.summary, remedy=error.remedy)
+        return
+    for api in get_args(ContextApi):
+        needed = api in _NEEDED_APIS
+        name = api.removeprefix("es")
+        try:
+            with context(api) as opened:
+                detail = str(opened.driver)
+        except VolprepError as error:
+            yield Fact(
+                topic="OpenGL ES", name=name, found=False, needed=needed, detail=error.summary, remedy=error.remedy
+            )
+        else:
+            yield Fact(topic="OpenGL ES", name=name, found=True, needed=needed, detail=detail)
+
+
+def _dicom() -> Iterator[Fact]:
+    from volprep_formats.readers.dicom_codecs import codecs  # noqa: PLC0415 -- heavy
+
+    for codec in codecs():
+        yield Fact(
+            topic="DICOM",
+            name=codec.name,
+            found=bool(codec.decoders),
+            needed=False,
+            detail=", ".join(codec.decoders) or "no decoder",
+            remedy="" if codec.decoders else f"Install one of: {'; '.join(codec.missing)}.",
+        )
+
+
+def _files() -> Iterator[Fact]:
+    yield _imported("files", "pictures", _openimageio, needed=True, remedy="pip install OpenImageIO")
+
+
+def _openimageio() -> str:
+    return f"OpenImageIO {import_module('OpenImageIO').VERSION_STRING}"
