@@ -176,7 +176,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the volume holds values that are not finite, which DICOM cannot store",
         "Replace NaN and infinite values first.",
     ),
-    "VP1080": Diagnostic(
+    "VP1090": Diagnostic(
         ExitStatus.SOURCE,
         "the source has {count} voxels that are NaN or infinite, the first in slice {z}",
         "Replace them in the source: no colour belongs to them.",

@@ -1,1 +1,83 @@
 """Source formats, one file each. `open_source` finds the reader."""
+
+import gzip
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceFormat, SourceSpec, VolumeSource
+
+_HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A source format: its name, the module that reads it, and how to know it."""
+
+    name: SourceFormat
+    module: str
+    """Has `open_volume(spec, path, progress) -> VolumeSource`. Imported when needed: parsers are heavy."""
+    knows: Callable[[SourceSpec, Path, bytes], bool]
+    """Whether the source is of this format, by what the scene says, the path, and a file's first bytes, unpacked."""
+
+
+READERS = (
+    Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
+    Reader(
+        "dicom",
+        "volprep_formats.readers.dicom",
+        lambda spec, path, head: spec.series is not None or path.is_dir() or head[128:132] == b"DICM",
+    ),
+    Reader(
+        "nifti",
+        "volprep_formats.readers.nifti",
+        lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
+    ),
+)
+"""All source formats, in the order in which they are tried."""
+
+
+def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
+    """Open the source that `spec` describes; a relative path starts at `base`.
+
+    Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of
+    another format), and what the reader raises.
+    """
+    path = base / spec.path
+    if not path.exists():
+        raise VolprepError("VP1001", path=path)
+    reader = _reader(spec, path)
+    for key, value, format_name in (("raw", spec.raw, "raw"), ("series", spec.series, "dicom")):
+        if value is not None and reader.name != format_name:
+            raise VolprepError("VP1004", path=path, key=key, format=reader.name)
+    source: VolumeSource = import_module(reader.module).open_volume(spec, path, progress)
+    return source
+
+
+def _reader(spec: SourceSpec, path: Path) -> Reader:
+    if spec.format != "auto":
+        return next(reader for reader in READERS if reader.name == spec.format)
+    head = b"" if path.is_dir() else _head(path)
+    for reader in READERS:
+        if reader.knows(spec, path, head):
+            return reader
+    raise VolprepError("VP1002", path=path, known=", ".join(reader.name for reader in READERS))
+
+
+def _head(path: Path) -> bytes:
+    """First bytes of a file, unpacked if it is gzipped and sound."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+        if head[:2] == b"\x1f\x8b":
+            with gzip.open(path) as unpacked:
+                return unpacked.read(_HEAD_BYTES)
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        return head
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
+    return head

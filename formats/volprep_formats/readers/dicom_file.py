@@ -1,0 +1,173 @@
+"""One DICOM file: is it one, where does its pixel data lie, are all its bytes there.
+
+Source: DICOM PS3.10 (file format), PS3.5 (7.1 data elements, A.4 encapsulated pixel data, A.5 deflated data sets).
+"""
+
+import io
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import pydicom
+from pydicom import config
+from pydicom.dataset import Dataset
+from pydicom.filereader import read_dataset, read_file_meta_info
+from pydicom.tag import BaseTag
+from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_header import (
+    MAX_SLICE_PIXELS,
+    TAGS,
+    ImageFile,
+    PixelElement,
+    image_file,
+    raw_text,
+    raw_value,
+)
+
+DEFLATED = "1.2.840.10008.1.2.1.99"
+
+_HEAD_BYTES = 2**12
+_SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
+_MAX_INFLATED_BYTES = 2 * MAX_SLICE_PIXELS + 2**26
+_UNDEFINED_LENGTH = 0xFFFFFFFF
+_PIXEL_DATA = (0x7FE0, 0x0010)
+_PIXEL_GROUP = 0x7FE0
+_ITEM, _DELIMITER = (0xFFFE, 0xE000), (0xFFFE, 0xE0DD)
+_TAGS: list[BaseTag | int] = list(TAGS.values())
+
+
+@contextmanager
+def quiet_pydicom() -> Iterator[None]:
+    """Keep pydicom from judging and printing: what matters is checked here, and said in our own words."""
+    with config.disable_value_validation(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def has_prefix(head: bytes) -> bool:
+    """Whether these first bytes (at least 132) are those of a DICOM file."""
+    return head[128:132] == b"DICM"
+
+
+def read_image_file(path: Path) -> ImageFile | None:
+    """Read the header of one DICOM file; None when it is sound but holds no image (reports, plans, directories).
+
+    Call it within `quiet_pydicom`. Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as
+    DICOM and cannot be parsed, VP1031 when its name says DICOM and it is none. Lesser faults stand in the `problem`
+    of what it returns.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            file.seek(0)
+            if _looks_like_dicom(head):
+                return _read(path, file, deflated=DEFLATED.encode() in head)
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
+    except Exception as error:  # pydicom lets any error of a parser through on damaged bytes
+        if has_prefix(head):
+            raise VolprepError("VP1032", path=path, error=type(error).__name__) from error
+    # macOS leaves a "._NAME" with its own data beside NAME.
+    if path.suffix.lower() in _SUFFIXES and not path.name.startswith("._"):
+        raise VolprepError("VP1031", path=path, what="it has no DICOM header")
+    return None
+
+
+def inflated_data_set(path: Path) -> bytes:
+    """Inflate the data set of a deflated file.
+
+    Raises zlib.error when it is damaged or larger than the largest slice that would be accepted.
+    """
+    prefix_bytes = 128 + 4 + 12  # preamble, "DICM", and the element that holds the length of the rest of group 0002
+    meta = read_file_meta_info(path)
+    with path.open("rb") as file:
+        file.seek(prefix_bytes + int(meta.FileMetaInformationGroupLength))
+        stream = zlib.decompressobj(-zlib.MAX_WBITS)
+        data = stream.decompress(file.read(), _MAX_INFLATED_BYTES)
+    if stream.unconsumed_tail:
+        msg = "larger than the largest slice"
+        raise zlib.error(msg)
+    return data
+
+
+def _looks_like_dicom(head: bytes) -> bool:
+    # Old software wrote bare data sets. They begin with group 0008, little endian: its length, the character set,
+    # the image type or the class.
+    return has_prefix(head) or head[:4] in {b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"}
+
+
+def _read(path: Path, file: BinaryIO, *, deflated: bool) -> ImageFile | None:
+    stream: BinaryIO
+    if deflated:
+        meta, implicit, little = read_file_meta_info(path), False, True
+        stream = io.BytesIO(inflated_data_set(path))
+        data: Dataset = read_dataset(stream, implicit, little, stop_when=_at_pixels, specific_tags=_TAGS)
+    else:
+        stream = file
+        whole = pydicom.dcmread(stream, stop_before_pixels=True, force=True, specific_tags=_TAGS)
+        data, meta = whole, whole.file_meta
+        implicit, little = (bool(said) for said in whole.original_encoding)
+    syntax = UID(str(meta.get("TransferSyntaxUID", ""))) or _bare_syntax(implicit, little)
+    encapsulated = syntax.is_transfer_syntax and syntax.is_encapsulated
+    element = _pixel_element(stream, implicit, little, encapsulated=encapsulated)
+    sop_class = UID(raw_text(data, "SOPClassUID") or str(meta.get("MediaStorageSOPClassUID", "")))
+    if element is None and not raw_value(data, "Rows")[0] and "Image Storage" not in sop_class.name:
+        return None
+    return image_file(path, data, str(syntax), element)
+
+
+def _at_pixels(tag: BaseTag, _vr: str | None, _length: int) -> bool:
+    return tag.group == _PIXEL_GROUP
+
+
+def _bare_syntax(implicit: bool, little: bool) -> UID:
+    """Transfer syntax of a file that does not name it."""
+    if implicit:
+        return ImplicitVRLittleEndian
+    return ExplicitVRLittleEndian if little else ExplicitVRBigEndian
+
+
+def _pixel_element(stream: BinaryIO, implicit: bool, little: bool, *, encapsulated: bool) -> PixelElement | None:
+    """Find the pixel data, at which the parser stopped; None when the file ends before it."""
+    start = stream.tell()
+    size = stream.seek(0, io.SEEK_END)
+    stream.seek(start)
+    order = "<" if little else ">"
+    header = stream.read(8 if implicit else 12)
+    if len(header) < (8 if implicit else 12):
+        return None
+    tag = struct.unpack(order + "HH", header[:4])
+    if tag[0] != _PIXEL_GROUP:
+        return None
+    (length,) = struct.unpack(order + "L", header[-4:])
+    offset = stream.tell()
+    end = offset + length
+    if length == _UNDEFINED_LENGTH or encapsulated:
+        end = _encapsulated_end(stream, size)
+    return PixelElement(
+        is_float=tag != _PIXEL_DATA,
+        has_words=not implicit and header[4:6] == b"OW",
+        offset_bytes=offset,
+        size_bytes=None if end > size else end - offset,
+        present_bytes=size - offset,
+    )
+
+
+def _encapsulated_end(stream: BinaryIO, size: int) -> int:
+    """Walk over the items of encapsulated pixel data to the end of its delimiter; past `size` when it is cut off."""
+    while True:
+        header = stream.read(8)
+        if len(header) < 8:
+            return size + 1
+        group, element, length = struct.unpack("<HHL", header)
+        if (group, element) == _DELIMITER:
+            return stream.tell()
+        if (group, element) != _ITEM or length > size - stream.tell():
+            return size + 1
+        stream.seek(length, io.SEEK_CUR)

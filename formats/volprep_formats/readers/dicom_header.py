@@ -1,0 +1,304 @@
+"""What the header of one DICOM image says of geometry and pixels, checked.
+
+Only the attributes in `ATTRIBUTES` are ever looked at, and only what `ImageFile` has fields for is kept: that list is
+what protects the patient's identity. Values are checked here, so that the rest of the reader computes with sound
+numbers. Source: DICOM PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
+"""
+
+import math
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydicom.dataelem import RawDataElement
+from pydicom.dataset import Dataset
+from pydicom.tag import Tag
+
+from volprep_formats.diagnostics import VolprepError
+
+MAX_SLICE_PIXELS = 2**28
+"""Larger declared slices (16384²) are refused before anything is allocated."""
+
+VARIANTS = (
+    "EchoTime",
+    "InversionTime",
+    "TriggerTime",
+    "TemporalPositionIdentifier",
+    "DiffusionBValue",
+    "AcquisitionNumber",
+    "ImageType",
+)
+"""Attributes that tell apart several images at one place."""
+
+ATTRIBUTES = (
+    *VARIANTS,
+    "SOPClassUID",
+    "SOPInstanceUID",
+    "SeriesInstanceUID",
+    "Modality",
+    "BurnedInAnnotation",
+    "SliceThickness",
+    "SpacingBetweenSlices",
+    "ImagePositionPatient",
+    "ImageOrientationPatient",
+    "SamplesPerPixel",
+    "PhotometricInterpretation",
+    "NumberOfFrames",
+    "Rows",
+    "Columns",
+    "PixelSpacing",
+    "BitsAllocated",
+    "BitsStored",
+    "HighBit",
+    "PixelRepresentation",
+    "PixelPaddingValue",
+    "RescaleIntercept",
+    "RescaleSlope",
+    "RescaleType",
+    "Units",
+)
+"""The only attributes that are read."""
+
+TAGS = {keyword: Tag(keyword) for keyword in ATTRIBUTES}
+"""Their tags."""
+
+_BINARY = frozenset(
+    ("SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation")
+)
+"""Those of them that are stored as 16-bit numbers, the others being text."""
+_LIMIT = 1e6
+_MODALITIES = frozenset(
+    ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
+)
+_GREY = frozenset(("MONOCHROME1", "MONOCHROME2"))
+_COLOURS = frozenset(("PALETTE COLOR", "RGB", "YBR_FULL", "YBR_FULL_422", "YBR_PARTIAL_420", "YBR_ICT", "YBR_RCT"))
+_UNITS = {"HU": "HU", "BQML": "Bq/ml"}
+
+
+@dataclass(frozen=True)
+class PixelElement:
+    """The element that holds the pixels: where its value lies in the file, or in its inflated data set."""
+
+    is_float: bool
+    has_words: bool
+    """Its values are 16-bit words (VR OW)."""
+    offset_bytes: int
+    size_bytes: int | None
+    """Length of the value, of an encapsulated one with its items and the delimiter; None when the file ends first."""
+    present_bytes: int
+    """What the file holds of it."""
+
+
+@dataclass(frozen=True)
+class EncodedPixels:
+    """Where the pixels of one slice lie, and how they are stored. All that a decoder needs."""
+
+    path: Path
+    transfer_syntax: str
+    rows: int
+    columns: int
+    bits_allocated: int
+    bits_stored: int
+    high_bit: int
+    signed: bool
+    inverted: bool
+    """MONOCHROME1: the lowest value was meant to be shown white."""
+    has_words: bool
+    offset_bytes: int
+    size_bytes: int
+
+
+@dataclass(frozen=True)
+class ImageFile:
+    """One image. Lengths in millimetres, world space LPS. None where the file says nothing."""
+
+    path: Path
+    series_uid: str
+    instance_uid: str
+    modality: str
+    is_localiser: bool
+    frames: int
+    shape_yx: tuple[int, int]
+    orientation: tuple[float, ...] | None
+    """Unit vectors along a row (index x) and along a column (index y)."""
+    position_mm_xyz: tuple[float, ...] | None
+    """Centre of the first pixel."""
+    pixel_spacing_mm_yx: tuple[float, ...] | None
+    slice_thickness_mm: float | None
+    spacing_between_slices_mm: float | None
+    slope: float
+    intercept: float
+    unit: str
+    has_padding: bool
+    has_burned_in_text: bool
+    variants: tuple[str, ...]
+    """Values of `VARIANTS`. Compared with each other, never shown."""
+    pixels: EncodedPixels | None
+    problem: VolprepError | None
+    """Why this image cannot be part of a volume; raised when its series is wanted."""
+
+
+def raw_value(data: Dataset, keyword: str) -> tuple[bytes, str]:
+    """Value of an attribute as it stands in the file, and its byte order; empty when missing, or a sequence."""
+    element: object = data.get_item(TAGS[keyword])
+    if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
+        return element.value, "<" if element.is_little_endian else ">"
+    return b"", "<"
+
+
+def raw_text(data: Dataset, keyword: str) -> str:
+    """Value of a text attribute as it stands in the file."""
+    return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
+
+
+class _Fields:
+    """Attributes of one data set as sound values. The first that is wrong becomes `problem`.
+
+    Values are converted here and not by pydicom: it takes three times as long, and damaged ones can raise anything.
+    """
+
+    def __init__(self, path: Path, data: Dataset) -> None:
+        self.path = path
+        self.problem: VolprepError | None = None
+        self._data = data
+
+    def refuse(self, code: str, **fields: object) -> None:
+        """Remember why this image cannot be used, unless a reason is known already."""
+        self.problem = self.problem or VolprepError(code, path=self.path, **fields)
+
+    def text(self, keyword: str) -> str:
+        """Value as text; empty when missing."""
+        return raw_text(self._data, keyword)
+
+    def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
+        """Value as `count` finite numbers of sane size; None when missing or wrong."""
+        try:
+            if keyword in _BINARY:
+                value, order = raw_value(self._data, keyword)
+                numbers = tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))
+            else:
+                text = self.text(keyword)
+                numbers = tuple(float(part) for part in text.split("\\")) if text else ()
+        except (ValueError, struct.error):
+            numbers = (math.nan,)
+        if not numbers:
+            return None
+        if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _LIMIT for n in numbers):
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            self.refuse("VP1037", keyword=keyword, wanted=wanted)
+            return None
+        return numbers
+
+    def number(self, keyword: str) -> float | None:
+        """Value as one finite number; None when missing or wrong."""
+        numbers = self.numbers(keyword, 1)
+        return None if numbers is None else numbers[0]
+
+    def count(self, keyword: str, low: int, high: int) -> int:
+        """Value as a whole number from low to high; `low`, and a problem, when it is missing or wrong."""
+        number = self.number(keyword)
+        if number is None:
+            self.refuse("VP1036", keyword=keyword)
+        elif number != int(number) or not low <= number <= high:
+            self.refuse("VP1037", keyword=keyword, wanted=f"a whole number from {low} to {high}")
+        else:
+            return int(number)
+        return low
+
+
+def image_file(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement | None) -> ImageFile:
+    """Interpret a header. What is wrong with it stands in `problem`."""
+    fields = _Fields(path, data)
+    if element is None:
+        fields.refuse("VP1031", what="it ends before the pixel data")
+    pixels = None if element is None else _pixels(fields, transfer_syntax, element)
+    image_type = fields.text("ImageType").upper()
+    if "MOSAIC" in image_type:
+        fields.refuse("VP1042")
+    modality = fields.text("Modality")
+    slope, intercept = fields.number("RescaleSlope"), fields.number("RescaleIntercept")
+    if slope == 0.0:
+        fields.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
+    return ImageFile(
+        path=path,
+        series_uid=fields.text("SeriesInstanceUID"),
+        instance_uid=fields.text("SOPInstanceUID"),
+        modality=modality if modality in _MODALITIES else "",
+        is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
+        frames=_frames(fields),
+        shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),
+        orientation=fields.numbers("ImageOrientationPatient", 6),
+        position_mm_xyz=fields.numbers("ImagePositionPatient", 3),
+        pixel_spacing_mm_yx=_pixel_spacing(fields),
+        slice_thickness_mm=fields.number("SliceThickness"),
+        spacing_between_slices_mm=fields.number("SpacingBetweenSlices"),
+        slope=1.0 if slope is None else slope,
+        intercept=0.0 if intercept is None else intercept,
+        unit=_unit(fields, modality, rescaled=intercept is not None),
+        has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
+        has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
+        variants=tuple(fields.text(keyword) for keyword in VARIANTS),
+        pixels=pixels,
+        problem=fields.problem,
+    )
+
+
+def _pixels(fields: _Fields, transfer_syntax: str, element: PixelElement) -> EncodedPixels | None:
+    """Check how the pixels are stored, in the order in which a person would ask."""
+    rows, columns = fields.count("Rows", 1, 65535), fields.count("Columns", 1, 65535)
+    photometric = fields.text("PhotometricInterpretation").upper()
+    if fields.count("SamplesPerPixel", 1, 4) != 1 or photometric in _COLOURS:
+        fields.refuse("VP1035", kind=photometric if photometric in _COLOURS else "several samples per pixel")
+    elif photometric not in _GREY:
+        fields.refuse("VP1037", keyword="PhotometricInterpretation", wanted="MONOCHROME1 or MONOCHROME2")
+    if _frames(fields) != 1:
+        fields.refuse("VP1041", frames=_frames(fields))
+    allocated = fields.count("BitsAllocated", 1, 64)
+    if element.is_float or allocated not in {8, 16}:
+        fields.refuse("VP1043", bits=f"{allocated}-bit {'floating-point ' if element.is_float else ''}pixels")
+    stored = fields.count("BitsStored", 1, allocated)
+    high = fields.number("HighBit")
+    high_bit = stored - 1 if high is None else fields.count("HighBit", stored - 1, allocated - 1)
+    signed = fields.count("PixelRepresentation", 0, 1) == 1
+    if rows * columns > MAX_SLICE_PIXELS:
+        fields.refuse("VP1044", rows=rows, columns=columns, limit=MAX_SLICE_PIXELS)
+    if fields.problem is not None:
+        return None
+    if element.size_bytes is None:
+        fields.refuse("VP1031", what=f"only {element.present_bytes} bytes of its pixel data are there")
+        return None
+    return EncodedPixels(
+        path=fields.path,
+        transfer_syntax=transfer_syntax,
+        rows=rows,
+        columns=columns,
+        bits_allocated=allocated,
+        bits_stored=stored,
+        high_bit=high_bit,
+        signed=signed,
+        inverted=photometric == "MONOCHROME1",
+        has_words=element.has_words,
+        offset_bytes=element.offset_bytes,
+        size_bytes=element.size_bytes,
+    )
+
+
+def _frames(fields: _Fields) -> int:
+    frames = fields.number("NumberOfFrames")
+    return 1 if frames is None else max(1, int(frames))
+
+
+def _pixel_spacing(fields: _Fields) -> tuple[float, ...] | None:
+    spacing = fields.numbers("PixelSpacing", 2)
+    if spacing is not None and not all(1.0 / _LIMIT <= s <= _LIMIT for s in spacing):
+        fields.refuse("VP1037", keyword="PixelSpacing", wanted="two lengths above 0 mm")
+        return None
+    return spacing
+
+
+def _unit(fields: _Fields, modality: str, *, rescaled: bool) -> str:
+    """Unit of the rescaled values. A CT that is rescaled and says nothing else is in Hounsfield units (C.11.1.1.2)."""
+    said = fields.text("RescaleType") or fields.text("Units")
+    if modality == "CT" and rescaled and not said:
+        return "HU"
+    return _UNITS.get(said.upper(), "")

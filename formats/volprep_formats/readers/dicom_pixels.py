@@ -1,0 +1,134 @@
+"""Stored values of one DICOM slice: read its bytes, undo the transfer syntax, mask unused bits.
+
+`decode_slice` depends on nothing but its argument, which can be sent to another process. Native pixel data is read
+here; compressed data goes to the decoders behind pydicom. Source: DICOM PS3.5, 8.1.1 and annex A.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydicom.pixels.decoders.base import get_decoder
+from pydicom.uid import UID
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set
+from volprep_formats.readers.dicom_header import EncodedPixels
+
+_BIG_ENDIAN = "1.2.840.10008.1.2.2"
+_NATIVE = frozenset(("1.2.840.10008.1.2", "1.2.840.10008.1.2.1", _BIG_ENDIAN, DEFLATED))
+
+
+def check_decodable(pixels: EncodedPixels) -> None:
+    """Raise VolprepError when this slice can never be decoded: no decoder, or sizes that contradict each other."""
+    if pixels.transfer_syntax not in _NATIVE:
+        _check_decoder(pixels)
+        return
+    expected = pixels.rows * pixels.columns * pixels.bits_allocated // 8
+    # A pad byte makes lengths even. More than a whole picture too much means that the header is wrong.
+    if not expected <= pixels.size_bytes < 2 * expected + 2:
+        raise VolprepError(
+            "VP1040",
+            path=pixels.path,
+            actual=pixels.size_bytes,
+            expected=expected,
+            rows=pixels.rows,
+            columns=pixels.columns,
+            bits=pixels.bits_allocated,
+        )
+
+
+def stored_range(pixels: EncodedPixels) -> tuple[int, int]:
+    """Lowest and highest value that the stored bits can hold."""
+    if pixels.signed:
+        return -(2 ** (pixels.bits_stored - 1)), 2 ** (pixels.bits_stored - 1) - 1
+    return 0, 2**pixels.bits_stored - 1
+
+
+def decode_slice(pixels: EncodedPixels) -> NDArray[np.generic]:
+    """Stored values of one slice as [y, x], int8, uint8, int16 or uint16, unused bits masked.
+
+    Raises VolprepError VP1031 when the file has become shorter, VP1039 when the data cannot be decoded.
+    """
+    try:
+        data = _value(pixels)
+        if pixels.transfer_syntax in _NATIVE:
+            return _native(pixels, data)
+        return _compressed(pixels, data)
+    except OSError as error:
+        raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
+    except VolprepError:
+        raise
+    except Exception as error:  # decoders let any error through on damaged bytes
+        raise VolprepError(
+            "VP1039", path=pixels.path, syntax=UID(pixels.transfer_syntax).name, error=type(error).__name__
+        ) from error
+
+
+def _value(pixels: EncodedPixels) -> bytes:
+    if pixels.transfer_syntax == DEFLATED:
+        data = inflated_data_set(pixels.path)[pixels.offset_bytes :][: pixels.size_bytes]
+    else:
+        with pixels.path.open("rb") as file:
+            file.seek(pixels.offset_bytes)
+            data = file.read(pixels.size_bytes)
+    if len(data) < pixels.size_bytes:
+        raise VolprepError("VP1031", path=pixels.path, what=f"only {len(data)} bytes of its pixel data are there")
+    return data
+
+
+def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+    order = ">" if pixels.transfer_syntax == _BIG_ENDIAN else "<"
+    kind = "i" if pixels.signed else "u"
+    count = pixels.rows * pixels.columns
+    if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
+        # Bytes are packed in words, so the second of each pair comes first.
+        words = np.frombuffer(data, dtype=">u2", count=(count + 1) // 2)
+        values = words.astype("<u2").view(kind + "1")[:count]
+    else:
+        values = np.frombuffer(data, dtype=f"{order}{kind}{pixels.bits_allocated // 8}", count=count)
+    native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
+    return _masked(native, pixels)
+
+
+def _masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:
+    """Move the stored bits to the bottom, with their sign: the bits above and below them may hold anything."""
+    if pixels.bits_stored == pixels.bits_allocated:
+        return values
+    up = pixels.bits_allocated - 1 - pixels.high_bit
+    down = pixels.bits_allocated - pixels.bits_stored
+    result: NDArray[np.generic] = np.right_shift(np.left_shift(values, up), down)
+    return result
+
+
+def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+    options: dict[str, Any] = {  # pydicom types each of these as the whole set
+        "rows": pixels.rows,
+        "columns": pixels.columns,
+        "samples_per_pixel": 1,
+        "number_of_frames": 1,
+        "bits_allocated": pixels.bits_allocated,
+        "bits_stored": pixels.bits_stored,
+        "pixel_representation": int(pixels.signed),
+        "photometric_interpretation": "MONOCHROME2",
+        "pixel_keyword": "PixelData",
+    }
+    values, _ = get_decoder(UID(pixels.transfer_syntax)).as_array(data, index=0, raw=True, **options)
+    if values.shape != (pixels.rows, pixels.columns):
+        msg = "another shape than the header says"
+        raise ValueError(msg)
+    return values
+
+
+def _check_decoder(pixels: EncodedPixels) -> None:
+    syntax = UID(pixels.transfer_syntax)
+    try:
+        decoder = get_decoder(syntax)
+    except NotImplementedError:
+        name = syntax.name if syntax.is_transfer_syntax else "not a transfer syntax of the standard"
+        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known") from None
+    if not decoder.is_available:
+        missing = "; ".join(decoder.missing_dependencies)
+        raise VolprepError("VP1038", path=pixels.path, syntax=syntax.name, missing=missing)
+    if pixels.high_bit != pixels.bits_stored - 1:
+        raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))

@@ -1,0 +1,105 @@
+"""Find the DICOM series in a folder tree that may hold anything else, and choose the one that is meant."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom_file import quiet_pydicom, read_image_file
+from volprep_formats.readers.dicom_header import ImageFile
+
+_FEWEST_SLICES = 4
+"""Localisers and key images come in ones, twos and threes."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """The images that share one SeriesInstanceUID, in the order of their paths."""
+
+    uid: str
+    images: tuple[ImageFile, ...]
+
+    @property
+    def is_volume(self) -> bool:
+        """Whether this can be the volume that a user means: grey, no localiser, more than a few slices."""
+        is_colour = any(i.problem is not None and i.problem.code == "VP1035" for i in self.images)
+        is_localiser = any(i.is_localiser for i in self.images)
+        return not is_colour and not is_localiser and sum(i.frames for i in self.images) >= _FEWEST_SLICES
+
+    def __str__(self) -> str:
+        first = self.images[0]
+        parts = [f"{len(self.images)} images of {first.shape_yx[1]}×{first.shape_yx[0]}"]
+        if first.modality:
+            parts.insert(0, first.modality)
+        if any(i.is_localiser for i in self.images):
+            parts.append("localiser")
+        problems = sorted({i.problem.code for i in self.images if i.problem is not None})
+        if problems:
+            parts.append("not usable: " + " ".join(problems))
+        return f"{self.uid} ({', '.join(parts)})"
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What a folder tree holds."""
+
+    path: Path
+    series: tuple[Series, ...]
+    other_files: int
+    """Files that hold no DICOM image."""
+
+
+def scan(path: Path, progress: Progress) -> Scan:
+    """Read the headers of all files below `path`, or of the one file that it is.
+
+    Links to folders are not followed. Raises VolprepError when a DICOM file cannot be parsed: it may hold a slice of
+    any series.
+    """
+    files = [path] if path.is_file() else sorted(_files(path))
+    progress.start("reading DICOM headers", len(files))
+    series: dict[str, list[ImageFile]] = {}
+    with quiet_pydicom():
+        for file in files:
+            image = read_image_file(file)
+            if image is not None:
+                series.setdefault(image.series_uid, []).append(image)
+            progress.advance()
+    found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
+    return Scan(path, found, len(files) - sum(len(s.images) for s in found))
+
+
+def choose_series(scanned: Scan, wanted: str | None) -> Series:
+    """Give the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
+
+    Raises VolprepError VP1030 (no images), VP1033 (several could be meant), VP1034 (`wanted` fits none or several).
+    """
+    if not scanned.series:
+        raise VolprepError("VP1030", path=scanned.path, files=scanned.other_files)
+    if wanted is not None:
+        fitting = [s for s in scanned.series if s.uid.endswith(wanted)]
+        fitting = [s for s in fitting if s.uid == wanted] or fitting
+        if len(fitting) != 1:
+            fits = "no series" if not fitting else f"{len(fitting)} series"
+            raise VolprepError("VP1034", path=scanned.path, wanted=wanted, fits=fits, found=_listed(scanned.series))
+        return fitting[0]
+    volumes = [s for s in scanned.series if s.is_volume]
+    if len(volumes) == 1:
+        return volumes[0]
+    if len(scanned.series) == 1:
+        return scanned.series[0]
+    raise VolprepError("VP1033", path=scanned.path, count=len(scanned.series), found=_listed(scanned.series))
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    def refuse(error: OSError) -> None:
+        raise VolprepError("VP1003", path=error.filename, error=error.strerror) from error
+
+    for parent, _, names in os.walk(folder, onerror=refuse):
+        # Devices and pipes would block.
+        yield from (file for file in (Path(parent, name) for name in names) if file.is_file())
+
+
+def _listed(series: tuple[Series, ...]) -> str:
+    return "".join(f"\n  {s}" for s in series)

@@ -1,0 +1,89 @@
+"""Voxels that lie one after the other in a file, from some byte on, plain or gzipped; read slab by slab.
+
+Plain files are read rather than mapped: a mapped file that shrinks kills the process, and mapped pages count as memory
+in use. A gzip stream has no index, so slabs come fastest in ascending order; going back begins the file anew.
+"""
+
+import gzip
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+
+MAX_DEFLATE_RATIO = 1032
+"""No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
+
+_SKIP_BYTES = 2**20
+
+
+def is_gzip(path: Path) -> bool:
+    """Whether the file begins as gzip does."""
+    with path.open("rb") as file:
+        return file.read(2) == b"\x1f\x8b"
+
+
+class VoxelFile:
+    """`shape_zyx` voxels of `dtype` from `offset_bytes` on. Whoever makes one has checked the size of a plain file."""
+
+    def __init__(
+        self, path: Path, dtype: np.dtype[np.generic], shape_zyx: tuple[int, int, int], offset_bytes: int
+    ) -> None:
+        self.path = path
+        self.dtype = dtype
+        self.shape_zyx = shape_zyx
+        self.offset_bytes = offset_bytes
+        self.slice_bytes = shape_zyx[1] * shape_zyx[2] * dtype.itemsize
+        self.end_bytes = offset_bytes + shape_zyx[0] * self.slice_bytes
+        """Position after the last voxel; in a gzipped file, of the unpacked data."""
+        self.is_gzip = is_gzip(path)
+        self._file = gzip.GzipFile(path) if self.is_gzip else path.open("rb", buffering=0)
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Voxels of slices z0 to z1 - 1 as [z, y, x], in native byte order.
+
+        Raises VolprepError VP1003 when the file cannot be read, VP1005 when a gzip stream is damaged and EOFError
+        when it ends before the slab does.
+        """
+        slab = np.empty((z1 - z0, *self.shape_zyx[1:]), dtype=self.dtype)
+        view = slab.reshape(-1).view(np.uint8).data
+        try:
+            self._file.seek(self.offset_bytes + z0 * self.slice_bytes)
+            while view:
+                count = self._file.readinto(view)
+                if not count:
+                    raise EOFError
+                view = view[count:]
+        except (zlib.error, gzip.BadGzipFile) as error:
+            raise VolprepError("VP1005", path=self.path, error=error) from error
+        except OSError as error:
+            raise VolprepError("VP1003", path=self.path, error=error.strerror or error) from error
+        return slab.astype(self.dtype.newbyteorder("="), copy=False)
+
+    def at_end(self) -> bool:
+        """Whether nothing follows what was read last."""
+        try:
+            return not self._file.read(1)
+        except (EOFError, zlib.error, OSError) as error:
+            raise VolprepError("VP1005", path=self.path, error=error or "it ends too early") from error
+
+    def unpacked_bytes(self, limit: int) -> int:
+        """Size of the data, unpacked if gzipped; counting stops beyond `limit`."""
+        if not self.is_gzip:
+            return self.path.stat().st_size
+        try:
+            self._file.seek(0)
+            total = 0
+            while total <= limit and (chunk := self._file.read(_SKIP_BYTES)):
+                total += len(chunk)
+        except EOFError:
+            return total
+        except (zlib.error, OSError) as error:
+            raise VolprepError("VP1005", path=self.path, error=error) from error
+        return total
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
