@@ -39,7 +39,7 @@ def test_extinction_is_finite_and_not_negative(extinction) -> None:
         ("#ffffff", "srgb", (1.0, 1.0, 1.0)),
         ("#000000", "linear", (0.0, 0.0, 0.0)),
         ("#bc00bc", "linear", (0.502886, 0.0, 0.502886)),  # "#rrggbb" is sRGB whatever the space
-        ((0.5, 0.04045, 1.0), "srgb", (0.214041, 0.0031308, 1.0)),
+        ((0.5, 0.2, 0.04), "srgb", (0.214041, 0.0331048, 0.0030960)),
         ((0.5, 0.25, 0.0), "linear", (0.5, 0.25, 0.0)),
     ],
 )
