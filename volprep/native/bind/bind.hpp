@@ -22,6 +22,14 @@ Shape3 shape_of(const Array& array) {
             static_cast<int64_t>(array.shape(2))};
 }
 
+void bandwidth(nb::module_& module);
+void bin_values(nb::module_& module);
+void block_minmax(nb::module_& module);
+void box_reduce(nb::module_& module);
+void count_values(nb::module_& module);
+void oracle(nb::module_& module);
+void quantize(nb::module_& module);
 void threads(nb::module_& module);
+void value_range(nb::module_& module);
 
 }  // namespace volprep::bind

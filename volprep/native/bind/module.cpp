@@ -3,5 +3,13 @@
 
 NB_MODULE(_native, module) {
     module.doc() = "Native kernels of volprep. Callers allocate; sizes are checked; the GIL is released.";
+    volprep::bind::bandwidth(module);
+    volprep::bind::bin_values(module);
+    volprep::bind::block_minmax(module);
+    volprep::bind::box_reduce(module);
+    volprep::bind::count_values(module);
+    volprep::bind::oracle(module);
+    volprep::bind::quantize(module);
     volprep::bind::threads(module);
+    volprep::bind::value_range(module);
 }

@@ -1,0 +1,92 @@
+#include "volprep/oracle.hpp"
+
+#include <nanobind/stl/array.h>
+
+#include "checks.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Vector3 = std::array<double, 3>;
+using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
+using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+template <typename T>
+void render_oracle(const Volume<T>& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
+                   Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
+                   const Numbers& extinctions_per_mm, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba,
+                   const Bound& bound, int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_voxels(shape);
+    require_threads(threads);
+    require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
+    for (const double length : {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2], extent_mm_xyz[0],
+                                extent_mm_xyz[1], extent_mm_xyz[2]}) {
+        require(length > 0.0, "spacing_mm_xyz and extent_mm_xyz must be above 0");
+    }
+    const std::size_t count = values.shape(0);
+    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
+            "values, colours and extinctions_per_mm must have one length, at least 1");
+    require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
+            "rgba and bound must have the same height and width");
+    const OracleVolume source{shape,
+                              slope,
+                              intercept,
+                              {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
+                              {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]}};
+    const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
+                                  extinctions_per_mm.data()};
+    const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
+                                box_from_clip.data(), rgba.data(), bound.data()};
+    const nb::gil_scoped_release released;
+    volprep::render_oracle(volume.data(), source, transfer, tolerance, picture, threads);
+}
+
+template <typename T, typename... Doc>
+void define(nb::module_& module, const Doc&... doc) {
+    module.def("render_oracle", &render_oracle<T>, nb::arg("volume").noconvert(), nb::arg("slope"),
+               nb::arg("intercept"), nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
+               nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
+               nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
+               nb::arg("bound").noconvert(), nb::arg("threads") = 0, doc...);
+}
+
+}  // namespace
+
+void oracle(nb::module_& module) {
+    define<uint8_t>(module, R"(Write the picture of a volume and a bound on the error of each pixel.
+
+For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
+for the trilinear field of the voxels and the piecewise linear transfer function.
+
+Parameters
+----------
+volume
+    [z, y, x], finite, at least one voxel along each axis. physical = slope * stored + intercept.
+spacing_mm_xyz, extent_mm_xyz
+    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+values, colours, extinctions_per_mm
+    Control points of the transfer function: float64 [n] ascending, [n, 3] linear RGB not negative, [n] not negative.
+    Two points at one value make a jump; the value itself belongs to the side above. Extinction above 1e9 counts as 1e9.
+box_from_clip
+    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+tolerance
+    The error to aim at, at least 1e-13.
+rgba, bound
+    float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a size does not fit.)");
+    define<int16_t>(module);
+    define<uint16_t>(module);
+    define<float>(module);
+}
+
+}  // namespace volprep::bind

@@ -1,0 +1,49 @@
+// The oracle: ray integrals of a trilinear field and a piecewise linear transfer function, in float64, with a bound.
+//
+// For each pixel, light I = integral of c tau exp(-integral of tau) along its ray, and opacity 1 - exp(-integral of
+// tau). The ray is cut at every plane of voxel centres and wherever the field crosses a control point; on a piece the
+// field is a cubic, the optical depth an exact quartic, and what remains is integrated by a Gauss rule with a proven
+// bound (src/oracle_beam.cpp). Splitting rays this way was described by Weiss and Westermann, "Differentiable Direct
+// Volume Rendering and Ray Splitting", EuroVis 2021; the quadrature and its bound are our own derivation.
+//
+// The bound covers: quadrature; light behind the place where the ray was stopped; and rounding, to first order, with a
+// ray that starts at the float64 origin and direction of its pixel. It is larger than the tolerance only where the
+// question is ill-posed in float64: a ray inside a plateau that lies exactly on a jump of the transfer function.
+#pragma once
+
+#include <cstdint>
+
+#include "volprep/shape.hpp"
+
+namespace volprep {
+
+struct OracleTransfer {
+    int64_t count;
+    const double* values;              // [count], physical, ascending; equal neighbours make a jump
+    const double* colours;             // [count, 3], linear RGB, not negative
+    const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
+};
+
+struct OracleVolume {
+    Shape3 shape;
+    double slope;  // physical = slope * stored + intercept
+    double intercept;
+    double spacing_mm_xyz[3];
+    double extent_mm_xyz[3];  // the box; may be smaller than spacing * voxels
+};
+
+struct OraclePicture {
+    int64_t height;
+    int64_t width;
+    const double* box_from_clip;  // [4, 4], clip coordinates to box space, columns are vectors
+    double* rgba;                 // [height, width, 4], premultiplied linear
+    double* bound;                // [height, width], of each of the four channels
+};
+
+// Voxels must be finite. threads = 0: as many as OpenMP gives. The result does not depend on it.
+// Voxel: uint8_t, int16_t, uint16_t, float.
+template <typename Voxel>
+void render_oracle(const Voxel* voxels, const OracleVolume& volume, const OracleTransfer& transfer, double tolerance,
+                   const OraclePicture& picture, int threads) noexcept;
+
+}  // namespace volprep

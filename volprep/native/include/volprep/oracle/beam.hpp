@@ -1,0 +1,50 @@
+// Light gathered along one ray, front to back, with a bound on its own error.
+//
+// With A = 1 - exp(-T) for the optical depth T so far, the light is the integral of c dA. Two things can be wrong in
+// it:
+//
+// - quadrature: what a piece's Gauss rule misses, weighted with the transmittance in front of it;
+// - arithmetic: T is off by at most E (`depth_error`), so that the transmittance exp(-T) is off by exp(-T)(e^E - 1).
+//   By parts, an error of A changes the light by (error at the end) * c(end) - integral of (error) dc. So an error of
+//   the transmittance costs only where the colour changes. Without this step a bound on a steep opaque wall would be
+//   useless: its optical depth is very uncertain, the colour behind its first micrometre is not.
+#pragma once
+
+#include "volprep/oracle/cubic.hpp"
+#include "volprep/oracle/transfer.hpp"
+
+namespace volprep::oracle {
+
+struct Beam {
+    double colour[3] = {0.0, 0.0, 0.0};  // premultiplied
+    double transmittance = 1.0;
+    double depth_error = 0.0;
+    double colour_error = 0.0;
+    double last_colour[3] = {0.0, 0.0, 0.0};  // of the medium that was passed last
+    bool stopped = false;                     // what follows is hidden: it goes into the bound
+
+    // The bound on every channel and on alpha. `colour_max` is the largest colour component there is, at least 1.
+    double bound(double colour_max) const noexcept;
+};
+
+// What holds along one whole ray.
+struct RayLimits {
+    double tolerance;
+    double length_mm;          // of the part inside the box
+    double position_error_mm;  // how far rounding may move a point
+    double colour_max;
+};
+
+// A part of a ray in one cell and on one segment of the transfer function: value(y) + base, y in [-1, 1].
+struct Piece {
+    const Segment* segment;
+    Cubic value;
+    double base;
+    double length_mm;
+    double value_error;  // how far rounding may move the value
+};
+
+// Adds the piece to the beam. Sets `stopped` when less light comes through than a quarter of the tolerance.
+void gather(Beam& beam, const Piece& piece, const RayLimits& limits) noexcept;
+
+}  // namespace volprep::oracle

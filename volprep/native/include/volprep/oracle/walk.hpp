@@ -1,0 +1,192 @@
+// Walks a ray from cell to cell of a trilinear field. Cells lie between voxel centres; in the half voxel outside them
+// the field is that of the nearest centre plane, so an axis of n voxels has n + 1 cells, from index -1 to n - 1.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "volprep/oracle/cell.hpp"
+#include "volprep/shape.hpp"
+
+namespace volprep::oracle {
+
+// A volume in box space. Physical value of a voxel: slope * stored + intercept, in float64.
+template <typename Voxel>
+struct Field {
+    const Voxel* voxels;
+    Shape3 shape;
+    double slope;
+    double intercept;
+    double spacing_mm[3];  // x, y, z
+    double extent_mm[3];
+
+    int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
+    int64_t stride(int axis) const noexcept { return axis == 0 ? 1 : axis == 1 ? shape.x : shape.slice(); }
+};
+
+// Points are origin + t * direction, t in mm; what counts is 0 <= t <= length.
+struct Ray {
+    double origin_mm[3];
+    double direction[3];  // of length 1
+    double length_mm;
+};
+
+// One axis of the walk: index coordinate (voxel centres are integers) as a function of t, and the next centre plane.
+struct AxisWalk {
+    double start;
+    double rate;
+    int64_t last;  // index of the outer cell: number of voxels - 1
+    int64_t cell;
+    double next_t_mm;  // where the ray leaves this cell along this axis
+
+    double at(double t_mm) const noexcept { return start + t_mm * rate; }
+
+    void find_next() noexcept {
+        const int64_t plane = rate > 0.0 ? cell + 1 : cell;
+        const bool none = rate == 0.0 || plane < 0 || plane > last;
+        next_t_mm = none ? std::numeric_limits<double>::infinity() : (static_cast<double>(plane) - start) / rate;
+    }
+    void enter(double t_mm) noexcept {
+        cell = static_cast<int64_t>(std::clamp(std::floor(at(t_mm)), -1.0, static_cast<double>(last)));
+        find_next();
+        leave_until(t_mm);
+    }
+    void leave_until(double t_mm) noexcept {
+        while (next_t_mm <= t_mm) {
+            cell += rate > 0.0 ? 1 : -1;
+            find_next();
+        }
+    }
+    // Position in the cell at the middle of [from, to], and the half of the way in it. 0 in the outer half voxels.
+    void inside(double from_mm, double to_mm, double& middle, double& half) const noexcept {
+        middle = half = 0.0;
+        if (cell < 0 || cell >= last) return;
+        const double first = std::clamp(at(from_mm) - static_cast<double>(cell), 0.0, 1.0);
+        const double second = std::clamp(at(to_mm) - static_cast<double>(cell), 0.0, 1.0);
+        middle = 0.5 * (first + second);
+        half = 0.5 * (second - first);
+    }
+};
+
+// The field along a ray in a cell, from the eight corners (x fastest) and the ray's way through the cell.
+inline Cubic cell_cubic(const double corners[8], const double middle[3], const double half[3]) noexcept {
+    double constant[4];
+    double linear[4];
+    for (int i = 0; i < 4; ++i) {
+        const double step = corners[2 * i + 1] - corners[2 * i];
+        constant[i] = corners[2 * i] + step * middle[0];
+        linear[i] = step * half[0];
+    }
+    double plane[2][3];  // quadratics in the lower and the upper face along z
+    for (int i = 0; i < 2; ++i) {
+        const double step0 = constant[2 * i + 1] - constant[2 * i];
+        const double step1 = linear[2 * i + 1] - linear[2 * i];
+        plane[i][0] = constant[2 * i] + step0 * middle[1];
+        plane[i][1] = linear[2 * i] + step1 * middle[1] + step0 * half[1];
+        plane[i][2] = step1 * half[1];
+    }
+    const double step0 = plane[1][0] - plane[0][0];
+    const double step1 = plane[1][1] - plane[0][1];
+    const double step2 = plane[1][2] - plane[0][2];
+    return {plane[0][0] + step0 * middle[2], plane[0][1] + step1 * middle[2] + step0 * half[2],
+            plane[0][2] + step2 * middle[2] + step1 * half[2], step2 * half[2]};
+}
+
+// Cuts [0, length] to the part inside the box [0, extent], its surface included. False where nothing is left.
+inline bool clip_to_box(const Ray& ray, const double extent_mm[3], double& from_mm, double& to_mm) noexcept {
+    from_mm = 0.0;
+    to_mm = ray.length_mm;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double origin = ray.origin_mm[axis];
+        const double direction = ray.direction[axis];
+        if (direction == 0.0) {
+            if (origin < 0.0 || origin > extent_mm[axis]) return false;
+            continue;
+        }
+        const double first = -origin / direction;
+        const double second = (extent_mm[axis] - origin) / direction;
+        from_mm = std::max(from_mm, std::min(first, second));
+        to_mm = std::min(to_mm, std::max(first, second));
+    }
+    return from_mm < to_mm;
+}
+
+template <typename Voxel>
+void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const AxisWalk axes[3], double from_mm, double to_mm,
+                      double relative_error, const Transfer& transfer, const RayLimits& limits, Cuts& cuts) noexcept {
+    int64_t low_index[3];
+    int64_t high_index[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        low_index[axis] = std::max<int64_t>(axes[axis].cell, 0) * field.stride(axis);
+        high_index[axis] = std::min<int64_t>(axes[axis].cell + 1, axes[axis].last) * field.stride(axis);
+    }
+    Voxel stored[8];
+    for (int i = 0; i < 8; ++i) {
+        stored[i] = field.voxels[(i & 1 ? high_index : low_index)[0] + (i & 2 ? high_index : low_index)[1] +
+                                 (i & 4 ? high_index : low_index)[2]];
+    }
+    Voxel least = stored[0];
+    Voxel most = stored[0];
+    for (const Voxel voxel : stored) {
+        least = std::min(least, voxel);
+        most = std::max(most, voxel);
+    }
+    const auto physical = [&](Voxel voxel) { return field.slope * static_cast<double>(voxel) + field.intercept; };
+    const double end_a = physical(least);
+    const double end_b = physical(most);
+    CellPath path;
+    path.low = std::min(end_a, end_b);
+    path.high = std::max(end_a, end_b);
+    if (transfer.empty_between(path.low, path.high)) return;
+
+    path.base = physical(stored[0]);
+    double corners[8];
+    for (int i = 0; i < 8; ++i) corners[i] = physical(stored[i]) - path.base;
+    double middle[3];
+    double half[3];
+    for (int axis = 0; axis < 3; ++axis) axes[axis].inside(from_mm, to_mm, middle[axis], half[axis]);
+    path.value = cell_cubic(corners, middle, half);
+    path.length_mm = to_mm - from_mm;
+    path.value_error = relative_error * (path.high - path.low);
+    gather_cell(beam, path, transfer, limits, cuts);
+}
+
+// Gathers the light along the whole ray.
+template <typename Voxel>
+Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& transfer, double tolerance,
+                Cuts& cuts) noexcept {
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    Beam beam;
+    double from_mm;
+    double to_mm;
+    if (!clip_to_box(ray, field.extent_mm, from_mm, to_mm)) return beam;
+
+    // Coordinates are a sum and a product of numbers up to this size; 8 units in the last place cover them and the
+    // camera.
+    double size_mm = ray.length_mm;
+    for (int axis = 0; axis < 3; ++axis) {
+        size_mm = std::max({size_mm, std::fabs(ray.origin_mm[axis]), field.extent_mm[axis]});
+    }
+    const RayLimits limits{tolerance, to_mm - from_mm, 8.0 * kEpsilon * size_mm, transfer.colour_max};
+    double relative_error = 32.0 * kEpsilon;  // of a sum of eight products with weights up to 1
+    AxisWalk axes[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double spacing = field.spacing_mm[axis];
+        relative_error += limits.position_error_mm / spacing;
+        axes[axis] = {ray.origin_mm[axis] / spacing - 0.5, ray.direction[axis] / spacing, field.count(axis) - 1, 0,
+                      0.0};
+        axes[axis].enter(from_mm);
+    }
+    double t_mm = from_mm;
+    while (t_mm < to_mm && !beam.stopped) {
+        const double next = std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
+        gather_walk_cell(beam, field, axes, t_mm, next, relative_error, transfer, limits, cuts);
+        for (AxisWalk& axis : axes) axis.leave_until(next);
+        t_mm = next;
+    }
+    return beam;
+}
+
+}  // namespace volprep::oracle
