@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep import _native
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Statistics
@@ -50,24 +51,23 @@ class Gauge:
         """Measure the next slices, stored values as [z, y, x]."""
         little_endian = slab.astype(slab.dtype.newbyteorder("<"), copy=False)
         self._digest.update(bytes_of(little_endian))
-        finite = slab
-        if slab.dtype.kind == "f":
-            mask = np.isfinite(slab)
-            if not mask.all():
-                self._non_finite += int(mask.size - np.count_nonzero(mask))
-                if self._first_bad_slice is None:
-                    self._first_bad_slice = self._slices + int(np.argmin(mask.all(axis=(1, 2))))
-                finite = slab[mask]
-        if finite.size:
-            self._low = min(self._low, float(finite.min()))
-            self._high = max(self._high, float(finite.max()))
+        if slab.dtype == np.float32:
+            found = _native.value_range(slab)
+            bad = found.nan + found.negative_infinite + found.positive_infinite
+            if bad and self._first_bad_slice is None:
+                self._first_bad_slice = self._slices + int(np.argmin(np.isfinite(slab).all(axis=(1, 2))))
+            self._non_finite += bad
+            low, high = found.minimum, found.maximum
+        else:
+            low, high = float(slab.min()), float(slab.max())
+        self._low, self._high = min(self._low, low), max(self._high, high)
         self._columns.append(_sample(slab))
         self._slices += len(slab)
 
     def result(self) -> Measured:
-        """Give what was found. Raises VP1080 if a voxel is NaN or infinite: no colour and no code belongs to it."""
+        """Give what was found. Raises VP1090 if a voxel is NaN or infinite: no colour and no code belongs to it."""
         if self._non_finite:
-            raise VolprepError("VP1080", count=self._non_finite, z=self._first_bad_slice)
+            raise VolprepError("VP1090", count=self._non_finite, z=self._first_bad_slice)
         slope, intercept = self._info.slope, self._info.intercept
         ends = sorted((slope * self._low + intercept, slope * self._high + intercept))
         return Measured(
@@ -88,7 +88,7 @@ def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iter
 
 
 def measure(source: VolumeSource, progress: Progress) -> Measured:
-    """Measure a whole source. Raises what the reader raises, and VP1080 for voxels that are no numbers."""
+    """Measure a whole source. Raises what the reader raises, and VP1090 for voxels that are no numbers."""
     gauge = Gauge(source.info)
     progress.start("measure", source.info.grid.shape_zyx[0])
     for _ in source_slabs(source, gauge, progress):

@@ -283,6 +283,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "profile {profile} holds no level of this volume, not even level {level}: {reason}",
         "Take a profile with larger limits, or a smaller pyramid.coarsest_longest_axis.",
     ),
+    "VP3023": Diagnostic(
+        ExitStatus.SCENE,
+        "the plan for profile {profile} has no stage {stage}: {reason}",
+        "Leave the stage out; volprep plan lists what this package needs.",
+    ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(
@@ -332,12 +337,12 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP4021": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: not replaced, because it is no package: {problem}",
+        "{path}: left as it is, because it is no package: {problem}",
         "Name another output, or move what is there.",
     ),
     "VP4022": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: not replaced, because it holds files that are not the package's ({count}, the first is {first})",
+        "{path}: left as it is, because it holds files that are not the package's ({count}, the first is {first})",
         "Move these files, or name another output.",
     ),
     "VP4023": Diagnostic(
@@ -345,6 +350,24 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP4030": Diagnostic(
         ExitStatus.PACKAGE, "{name}: not a KTX 2 texture as packages have them: {problem}", "Build the package again."
+    ),
+    "VP4040": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: stage {stage} needs stage {missing}, which has not run since its settings changed",
+        "Run volprep {missing} on the draft first.",
+    ),
+    "VP4041": Diagnostic(
+        ExitStatus.OUTPUT, "{path}: another build is making this package", "Wait until it is done, or stop it."
+    ),
+    "VP4042": Diagnostic(
+        ExitStatus.INTERNAL,
+        "the package that was built is not sound: {finding}",
+        "This is a defect in volprep. Report it with the scene; the older package, if any, is untouched.",
+    ),
+    "VP4043": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: does not say where the package came from: {problem}",
+        "Remove this file and name the source with --source, or build again.",
     ),
     # VP5xxx rendering
     "VP5001": Diagnostic(
@@ -453,6 +476,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "Check that the folder exists and can be written.",
     ),
     # VP6xxx validation and report
+    "VP6001": Diagnostic(
+        ExitStatus.SOURCE,
+        "voxel [z {z}, y {y}, x {x}] is {value}: the field around it is not defined, so there is no true picture",
+        "Replace values that are not finite before you convert the volume.",
+    ),
     # VP7xxx machine
     "VP7001": Diagnostic(
         ExitStatus.MACHINE,

@@ -10,7 +10,7 @@ from volprep.plan.levels import TEXEL_BYTES, Misfit, texture_bytes
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.values import SHARE, ValueChoice
 from volprep.scene import Scene
-from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.manifest import MosaicLayout, PlanItem
 from volprep_formats.source import SourceInfo
 
 PREVIEW = "preview.png"
@@ -92,11 +92,9 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         name = f"level {level.index}"
         if level.index in kept:
             volume = kept[level.index]
-            layout = (
-                "3D texture"
-                if volume.mosaic is None
-                else f"mosaic of {volume.mosaic.tiles_y}×{volume.mosaic.tiles_x} tiles"
-            )
+            layout = "3D texture"
+            if volume.mosaic is not None:
+                layout = f"mosaic of {volume.mosaic.tiles_y}×{volume.mosaic.tiles_x} tiles"
             yield PlanItem(
                 name=name,
                 kept=True,
@@ -131,20 +129,19 @@ def _layout(plan: Plan) -> Iterator[PlanItem]:
             reason=f"profile {plan.profile.name} has none",
             size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
         )
-        four = finest.mosaic.channels == 4
-        tiles = (
-            plan.profile.max_texture_size
-            // finest.mosaic.tile_shape_yx[0]
-            * (plan.profile.max_texture_size // finest.mosaic.tile_shape_yx[1])
-        )
         yield PlanItem(
             name="four channels",
-            kept=four,
-            reason=f"one channel has room for {tiles} slices, there are {finest.mosaic.slices}",
-            size_bytes=0,
+            kept=finest.mosaic.channels == 4,
+            reason=f"in one channel {_room(plan.profile.max_texture_size, finest.mosaic)} slices have room, "
+            f"there are {finest.mosaic.slices}",
         )
     if plan.levels[0].index == 0:
         yield PlanItem(name="sub-volumes", kept=False, reason="the whole volume fits into one texture")
+
+
+def _room(texture_size: int, mosaic: MosaicLayout) -> int:
+    height, width = mosaic.tile_shape_yx
+    return (texture_size // height) * (texture_size // width)
 
 
 def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
@@ -152,7 +149,7 @@ def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(
             name=f"lookup table {lookup.transfer}",
             kept=True,
-            reason=f"{lookup.entries} entries: with the codes, RMSE {grounds.values.error.rmse:.2g} on the sample of rays",
+            reason=f"{lookup.entries} entries: RMSE {grounds.values.error.rmse:.2g} with the codes",
             files=(lookup.file,),
             size_bytes=lookup.entries * TEXEL_BYTES[lookup.format],
         )

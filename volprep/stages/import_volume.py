@@ -1,0 +1,45 @@
+"""A source becomes one volume with exact geometry and full precision, and is measured in the same pass.
+
+Import comes before the plan, which needs what it measures; so it is no `Stage`.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+from volprep.slabs import bytes_of
+from volprep.statistics import Gauge, source_slabs
+from volprep.work import SOURCE_VOLUME
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import SourceRecord, Statistics
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceSpec, VolumeSource
+
+NAME = "import"
+"""Name of the stage."""
+NOT_MEASURED = Statistics(minimum=0.0, maximum=0.0, non_finite=0)
+"""What a draft says of its source before import has run."""
+
+
+def import_key(spec: SourceSpec, version: str) -> str:
+    """Digest of what the source is: where, and of which files with their sizes and times of change.
+
+    Only drafts hold it. The digest of the values themselves would cost a whole reading.
+    """
+    path = Path(spec.path)
+    files = sorted(found for found in path.rglob("*") if found.is_file()) if path.is_dir() else [path]
+    states = [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    text = json.dumps([version, spec.model_dump(mode="json"), states])
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def import_volume(draft: Draft, source: VolumeSource, progress: Progress) -> tuple[SourceRecord, Statistics]:
+    """Write the stored values of a source to the draft; give its digest and what was measured.
+
+    Raises what the reader raises, VP1090 for voxels that are no numbers, VP4020 where the draft cannot be written.
+    """
+    gauge = Gauge(source.info)
+    progress.start("import", source.info.grid.shape_zyx[0])
+    draft.write(SOURCE_VOLUME, "work", (bytes_of(slab) for slab in source_slabs(source, gauge, progress)))
+    measured = gauge.result()
+    return SourceRecord(info=source.info, sha256=measured.sha256), measured.statistics

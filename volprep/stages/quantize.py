@@ -1,0 +1,70 @@
+"""Physical values become codes of 8 or 16 bits, and the loss is recorded.
+
+Linear over the plan's window, rounded half to even, clamped at its ends; slab by slab, in one pass.
+"""
+
+import math
+import operator
+from collections.abc import Iterator
+from functools import reduce
+
+import numpy as np
+
+from volprep import _native
+from volprep.plan import Plan
+from volprep.slabs import bytes_of, slab_ranges
+from volprep.stages import Changes, Stage
+from volprep.work import code_type, codes_name, levels_of, source_volume
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Quantization
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (plan.quantize, *plan.levels[:1])
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    losses: list[_native.QuantizationLoss] = []
+    draft.write(codes_name(0), "work", _codes(draft, plan, losses, progress))
+    return {
+        "stored_type": code_type(plan).name,
+        "quantization": _quantization(plan, losses),
+        "levels": tuple(level for level in levels_of(plan) if level.index == 0),
+    }
+
+
+def _codes(
+    draft: Draft, plan: Plan, losses: list[_native.QuantizationLoss], progress: Progress
+) -> Iterator[memoryview]:
+    """Give the codes slab by slab; what each slab lost is added to `losses`."""
+    source = source_volume(draft)
+    info = draft.manifest.source.info
+    histogram = np.zeros(2**plan.quantize.bits, np.int64)
+    progress.start("quantize", source.shape_zyx[0])
+    for z0, z1 in slab_ranges(source.shape_zyx[0], source.slice_bytes):
+        slab = source.read_slab(z0, z1)
+        codes = np.empty(slab.shape, code_type(plan))
+        losses.append(_native.quantize(slab, info.slope, info.intercept, *plan.quantize.window, codes, histogram))
+        yield bytes_of(codes)
+        progress.advance(z1 - z0)
+
+
+def _quantization(plan: Plan, losses: list[_native.QuantizationLoss]) -> Quantization:
+    low, high = plan.quantize.window
+    # The kernel's losses add up exactly: the slabs leave no trace.
+    total = reduce(operator.add, losses)
+    return Quantization(
+        bits=plan.quantize.bits,
+        window=(low, high),
+        slope=(high - low) / (2**plan.quantize.bits - 1),
+        intercept=low,
+        rmse=math.sqrt(total.sum_squared_error / total.in_window) if total.in_window else 0.0,
+        max_error=total.max_abs_error,
+        clipped_below=total.clipped_below,
+        clipped_above=total.clipped_above,
+    )
+
+
+STAGE = Stage(name="quantize", reads=("import",), settings=_settings, run=_run)

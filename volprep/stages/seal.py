@@ -1,0 +1,59 @@
+"""Everything becomes a package: preview picture, cost of each item; the working data goes.
+
+What is in the package must be what the plan says, file for file and texel for texel.
+"""
+
+from volprep.plan import Plan
+from volprep.plan.items import PREVIEW
+from volprep.stages import Changes, Stage
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (plan,)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    from volprep.render.preview import preview_png  # noqa: PLC0415 - loads OpenGL, which no other stage needs
+
+    progress.start("seal", 1)
+    picture = preview_png(Package.open(draft.folder, allow_draft=True))
+    draft.write(PREVIEW, "preview", picture)
+    sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role != "work"}
+    sizes[PREVIEW] = len(picture)
+    _check_plan(draft, plan, sizes)
+    progress.advance()
+    return {"preview": PREVIEW, "plan": tuple(_priced(item, sizes) for item in plan.items), "state": "sealed"}
+
+
+def _check_plan(draft: Draft, plan: Plan, sizes: dict[str, int]) -> None:
+    """Raise VP4042 if a file is missing or nobody's, or if a texture is not as large as its budget was checked for."""
+    planned = [path for item in plan.items for path in item.files]
+    if sorted(planned) != sorted(sizes):
+        odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
+        raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
+    shapes = {volume.file: volume.shape_zyx for volume in plan.volumes}
+    shapes |= {lookup.file: (1, 1, lookup.entries) for lookup in plan.lookups}
+    found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
+    if found != shapes:
+        raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
+
+
+def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
+    """Replace the size of what is kept by that of its files."""
+    if not item.files:
+        return item
+    return item.model_copy(update={"size_bytes": sum(sizes[path] for path in item.files)})
+
+
+STAGE = Stage(
+    name="seal",
+    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "shaders"),
+    settings=_settings,
+    run=_run,
+)
