@@ -1,0 +1,37 @@
+#include "volprep/bandwidth.hpp"
+
+#include "checks.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Words = nb::ndarray<const uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+}  // namespace
+
+void bandwidth(nb::module_& module) {
+    module.def(
+        "memory_read",
+        [](const Words& src, int threads) {
+            require_threads(threads);
+            const nb::gil_scoped_release released;
+            return volprep::memory_read(src.data(), static_cast<int64_t>(src.size()), threads);
+        },
+        nb::arg("src").noconvert(), nb::arg("threads") = 0,
+        "Read every word once and return the sum modulo 2^64: the machine's read bandwidth, when timed.");
+    module.def(
+        "memory_copy",
+        [](const Bytes& src, const MutableBytes& dst, int threads) {
+            require_threads(threads);
+            require(src.size() == dst.size(),
+                    "dst has " + std::to_string(dst.size()) + " bytes, expected " + std::to_string(src.size()));
+            const nb::gil_scoped_release released;
+            volprep::memory_copy(src.data(), static_cast<int64_t>(src.size()), dst.data(), threads);
+        },
+        nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("threads") = 0,
+        "Copy src to dst, each thread one part: the machine's copy bandwidth, when timed.");
+}
+
+}  // namespace volprep::bind

@@ -1,0 +1,78 @@
+#include "volprep/box_reduce.hpp"
+
+#include <nanobind/stl/array.h>
+
+#include "checks.hpp"
+
+namespace volprep::bind {
+namespace {
+
+Shape3 checked_factors(Triple factors) {
+    const Shape3 shape{factors[0], factors[1], factors[2]};
+    bool fits = shape.z >= 1 && shape.y >= 1 && shape.x >= 1;
+    // One at a time, so that the product itself cannot overflow.
+    for (int64_t left = max_box_voxels; const int64_t factor : factors) {
+        fits = fits && factor <= left;
+        left = fits ? left / factor : 0;
+    }
+    require(fits, "factors_zyx is " + text(shape) + ", expected factors of at least 1 with a product of at most 2^31");
+    return shape;
+}
+
+template <typename T>
+void box_reduce(const Volume<T>& src, const MutableVolume<T>& dst, Triple factors_zyx, int threads) {
+    const Shape3 shape = shape_of(src);
+    const Shape3 factors = checked_factors(factors_zyx);
+    require_threads(threads);
+    require_voxels(shape);
+    require_shape("dst", dst, reduced_shape(shape, factors));
+    const nb::gil_scoped_release released;
+    volprep::box_reduce(src.data(), shape, factors, dst.data(), threads);
+}
+
+template <typename T, typename... Doc>
+void define(nb::module_& module, const Doc&... doc) {
+    module.def("box_reduce", &box_reduce<T>, nb::arg("src").noconvert(), nb::arg("dst").noconvert(),
+               nb::arg("factors_zyx"), nb::arg("threads") = 0, doc...);
+}
+
+}  // namespace
+
+void box_reduce(nb::module_& module) {
+    module.def(
+        "box_reduced_shape",
+        [](Triple shape_zyx, Triple factors_zyx) {
+            const Shape3 reduced =
+                reduced_shape({shape_zyx[0], shape_zyx[1], shape_zyx[2]}, checked_factors(factors_zyx));
+            return nb::make_tuple(reduced.z, reduced.y, reduced.x);
+        },
+        nb::arg("shape_zyx"), nb::arg("factors_zyx"),
+        nb::sig("def box_reduced_shape(shape_zyx: Sequence[int], factors_zyx: Sequence[int]) -> tuple[int, int, int]"),
+        "The shape that box_reduce gives: ceil(n / factor) along each axis.");
+    define<uint8_t>(module, R"(Write the mean of each block of factors_zyx voxels of src to dst.
+
+A block that hangs over the edge behaves as if the edge voxel were repeated. Integers are summed exactly and rounded once,
+half to even. float32 is summed in float64, each row from left to right, then the rows in order of z and y, and rounded
+once; NaN propagates. src and dst are C-contiguous [z, y, x] and do not overlap.
+
+Parameters
+----------
+src
+    The volume, at least one voxel along each axis.
+dst
+    Of the same type, with the shape that box_reduced_shape gives.
+factors_zyx
+    Voxels that become one, along each axis; at least 1, with a product of at most 2^31.
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a shape or a factor does not fit.)");
+    define<int16_t>(module);
+    define<uint16_t>(module);
+    define<float>(module);
+}
+
+}  // namespace volprep::bind
