@@ -35,6 +35,11 @@ def codes_of_source(draft: Draft, plan: Plan) -> RawVolume:
     return RawVolume(draft.folder / codes_name(0), plan.grid.shape_zyx, code_type(plan))
 
 
+def codes_of_level(draft: Draft, plan: Plan, index: int) -> RawVolume:
+    """Give the codes of a level that the package holds, which quantize or pyramid wrote."""
+    return RawVolume(draft.folder / codes_name(index), plan.level(index).shape_zyx, code_type(plan))
+
+
 def levels_of(plan: Plan) -> tuple[Level, ...]:
     """Give the levels that the package holds as the manifest lists them."""
     return tuple(

@@ -285,8 +285,8 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP3023": Diagnostic(
         ExitStatus.SCENE,
-        "the plan for profile {profile} has no stage {stage}: {reason}",
-        "Leave the stage out; volprep plan lists what this package needs.",
+        "a package of this scene for profile {profile} has no stage {stage}, only {needed}",
+        "Leave the stage out; volprep plan tells why.",
     ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
@@ -480,6 +480,36 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "voxel [z {z}, y {y}, x {x}] is {value}: the field around it is not defined, so there is no true picture",
         "Replace values that are not finite before you convert the volume.",
+    ),
+    "VP6010": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package is not whole ({count} findings): {findings}",
+        "{remedy}",
+    ),
+    "VP6011": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: RMSE "
+        "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}",
+        "The report shows where the error comes from: {report}. A smaller render.step_voxels, 16 bits, a profile that "
+        "holds a finer level, or a larger tolerance helps.",
+    ),
+    "VP6012": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the scan that the package was made from is not known: {path}.origin.json is missing",
+        "Name the scan, or the scene, with --source.",
+    ),
+    "VP6013": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not the scan that package {package} was made from: its digest is {found}…, the package's {expected}…",
+        "Name the right scan with --source, or build the package again.",
+    ),
+    "VP6020": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: not replaced by the report, because {problem}",
+        "Name another folder with --report, or move what is there.",
+    ),
+    "VP6021": Diagnostic(
+        ExitStatus.OUTPUT, "{path}: cannot write the report: {error}", "Make room, or name another folder with --report."
     ),
     # VP7xxx machine
     "VP7001": Diagnostic(

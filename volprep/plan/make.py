@@ -14,7 +14,7 @@ from volprep.statistics import Measured
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings, Statistics
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile, LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -56,7 +56,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
 
 
 def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
-    texel: TextureFormat = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+    texel: LookupFormat = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
     name = f"transfer-{function.name}"
     return LookupPlan(transfer=function.name, name=name, file=f"textures/{name}.ktx2", format=texel, entries=entries)
 

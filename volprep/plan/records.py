@@ -4,7 +4,7 @@ from typing import Literal
 
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.manifest import MosaicLayout, PackagePath, PlanItem, RenderSettings
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
 
@@ -57,7 +57,7 @@ class LookupPlan(Record):
     """Name of the texture."""
     file: PackagePath
     """Its KTX 2 file."""
-    format: TextureFormat
+    format: LookupFormat
     """RGBA8 (extinction as a square root, scaled by its maximum) or RGBA16F (extinction per millimetre)."""
     entries: Count
     """Number of texels: entry j holds the function at the normalised stored value j / (entries - 1)."""

@@ -8,6 +8,7 @@ from volprep_formats.record import Record
 
 Api = Literal["es2.0", "es3.0"]
 TextureFormat = Literal["LUMINANCE8", "RGBA8", "R8", "R16F", "RGBA16F"]
+LookupFormat = Literal["RGBA8", "RGBA16F"]
 
 
 class DeviceProfile(Record):

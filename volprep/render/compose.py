@@ -1,0 +1,73 @@
+"""Shaders from parts: the files in shaders/ are put together and specialised for one package, nothing is switched off.
+
+A line `//#part slot` in a part gives way to the file that the slot names, indented as the line is, or to nothing where
+the slot names none. `$WORD` gives way to a constant or to a keyword of the dialect.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from string import Template
+from typing import Literal
+
+import numpy as np
+
+from volprep_formats.diagnostics import VolprepError
+
+Dialect = Literal["es100", "es300"]
+
+_FOLDER = Path(__file__).parent / "shaders"
+_SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
+_HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n"}
+_KEYWORDS: dict[Dialect, dict[str, str]] = {
+    "es100": {
+        "ATTRIBUTE": "attribute",
+        "VARYING_IN": "varying",
+        "VARYING_OUT": "varying",
+        "TEXTURE_2D": "texture2D",
+        "PICTURE": "gl_FragColor",
+    },
+    "es300": {
+        "ATTRIBUTE": "in",
+        "VARYING_IN": "in",
+        "VARYING_OUT": "out",
+        "TEXTURE_2D": "texture",
+        "PICTURE": "picture",
+    },
+}
+
+
+def compose(part: str, dialect: Dialect, slots: Mapping[str, str | None], constants: Mapping[str, str]) -> str:
+    """Give the text of a shader: the file `part`, its slots filled, its words replaced.
+
+    Raises VP9001 for a constant that no part uses: it would be dead.
+    """
+    text = _HEADS[dialect] + _filled(part, slots)
+    template = Template(text)
+    unused = constants.keys() - set(template.get_identifiers())
+    if unused:
+        raise VolprepError("VP9001", error=f"shader constants that no part uses: {sorted(unused)}")
+    composed = template.substitute({**_KEYWORDS[dialect], **constants})
+    return re.sub(r"\n{3,}", "\n\n", composed)
+
+
+def literal(*values: float) -> str:
+    """GLSL literal of a float, vec2 or vec3: the shortest digits that give the same float32."""
+    numbers = [str(np.float32(value)) for value in values]
+    return numbers[0] if len(numbers) == 1 else f"vec{len(numbers)}({', '.join(numbers)})"
+
+
+def _filled(part: str, slots: Mapping[str, str | None]) -> str:
+    text = (_FOLDER / f"{part}.glsl").read_text(encoding="utf-8")
+
+    def fill(match: re.Match[str]) -> str:
+        name = slots[match[2]]
+        if name is None:
+            return ""
+        return "".join(f"{match[1]}{line}" if line.strip() else line for line in _lines(_filled(name, slots)))
+
+    return _SLOT.sub(fill, text)
+
+
+def _lines(text: str) -> Sequence[str]:
+    return text.splitlines(keepends=True)

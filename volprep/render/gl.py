@@ -1,0 +1,306 @@
+"""The OpenGL ES calls that drawing needs, typed, with errors as diagnostics and every object counted.
+
+Objects live as long as the block that asked for them. A `Gl` that is closed while one is left raises, so that a leak
+is found by whoever makes it. OpenGL ES 2.0 and 3.0 specifications.
+"""
+
+import ctypes
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.bindings import GLES3, GLError
+from volprep.render.egl import Context
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Texture
+
+TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
+UniformType = Literal["float", "vec3", "mat4", "sampler2D", "sampler3D"]
+
+_UNIFORM_TYPES: dict[int, UniformType] = {
+    GLES3.GL_FLOAT: "float",
+    GLES3.GL_FLOAT_VEC3: "vec3",
+    GLES3.GL_FLOAT_MAT4: "mat4",
+    GLES3.GL_SAMPLER_2D: "sampler2D",
+    GLES3.GL_SAMPLER_3D: "sampler3D",
+}
+_TARGETS: dict[TargetFormat, tuple[int, int, tuple[str, ...]]] = {
+    "rgba8": (GLES3.GL_RGBA, GLES3.GL_UNSIGNED_BYTE, ()),
+    "rgba16f": (
+        GLES3.GL_RGBA16F,
+        GLES3.GL_HALF_FLOAT,
+        ("GL_EXT_color_buffer_float", "GL_EXT_color_buffer_half_float"),
+    ),
+    "rgba32f": (GLES3.GL_RGBA32F, GLES3.GL_FLOAT, ("GL_EXT_color_buffer_float",)),
+}
+
+
+@dataclass(frozen=True)
+class ShaderText:
+    """A shader, and the name of the file that it comes from."""
+
+    path: str
+    text: str
+
+
+@dataclass(frozen=True)
+class LinkedProgram:
+    """A program, and what is active in it after linking."""
+
+    handle: int
+    uniforms: dict[str, UniformType]
+    """Every active uniform, samplers too, by name."""
+
+    def location(self, name: str) -> int:
+        """Location of an active uniform."""
+        return int(GLES3.glGetUniformLocation(self.handle, name.encode("ascii")))
+
+
+@dataclass(frozen=True)
+class Bindings:
+    """What a program reads."""
+
+    textures: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
+    """Kind and handle of the texture of each sampler, in the order of texture units."""
+    uniforms: dict[str, NDArray[np.float32]]
+    """Value of each uniform: shape (), (3,) or (4, 4)."""
+
+
+@dataclass(frozen=True)
+class PictureTarget:
+    """What is drawn into."""
+
+    handle: int
+    format: TargetFormat
+    shape_hw: tuple[int, int]
+
+
+class Gl:
+    """OpenGL ES in one context. All methods make it current first."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self.driver = context.driver
+        self.live: Counter[str] = Counter()
+        """Number of objects that exist, by kind."""
+
+    def close(self) -> None:
+        """Check that nothing is left. Raises VP9001 if it is."""
+        left = {kind: count for kind, count in self.live.items() if count}
+        if left:
+            raise VolprepError("VP9001", error=f"OpenGL objects were not deleted: {left}")
+
+    @contextmanager
+    def program(self, name: str, vertex: ShaderText, fragment: ShaderText) -> Iterator[LinkedProgram]:
+        """Compile and link a program whose attribute 0 is `a_ndc`.
+
+        Raises VP5005 or VP5006 with the driver's log where it does not compile or link.
+        """
+        with (
+            self._checked(f"linking program {name}"),
+            self._shader(GLES3.GL_VERTEX_SHADER, vertex) as vertex_handle,
+            self._shader(GLES3.GL_FRAGMENT_SHADER, fragment) as fragment_handle,
+            self._object("program", GLES3.glCreateProgram, GLES3.glDeleteProgram) as handle,
+        ):
+            GLES3.glAttachShader(handle, vertex_handle)
+            GLES3.glAttachShader(handle, fragment_handle)
+            GLES3.glBindAttribLocation(handle, 0, b"a_ndc")
+            GLES3.glLinkProgram(handle)
+            if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
+                log = _text(GLES3.glGetProgramInfoLog(handle))
+                paths = f"{vertex.path}, {fragment.path}"
+                raise VolprepError("VP5006", name=name, paths=paths, driver=self.driver, log=log)
+            yield LinkedProgram(handle, _active_uniforms(handle))
+
+    @contextmanager
+    def texture(self, record: Texture, texels: NDArray[np.generic]) -> Iterator[int]:
+        """Upload `texels`, C-contiguous and of the record's size and type, with linear filter and clamped edges."""
+        texels = np.ascontiguousarray(texels)
+        with (
+            self._checked(f"uploading texture {record.name}"),
+            self._object("texture", _new_texture, _delete_texture) as handle,
+        ):
+            gl = record.gl
+            target, internal, pixels, kind = (
+                getattr(GLES3, f"GL_{word}") for word in (gl.target, gl.internal_format, gl.format, gl.type)
+            )
+            GLES3.glBindTexture(target, handle)
+            GLES3.glPixelStorei(GLES3.GL_UNPACK_ALIGNMENT, 1)
+            depth, height, width = record.shape_zyx
+            pointer = texels.ctypes.data_as(ctypes.c_void_p)
+            if target == GLES3.GL_TEXTURE_3D:
+                GLES3.glTexImage3D(target, 0, internal, width, height, depth, 0, pixels, kind, pointer)
+                GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
+            else:
+                GLES3.glTexImage2D(target, 0, internal, width, height, 0, pixels, kind, pointer)
+            _filter(target, GLES3.GL_LINEAR)
+            yield handle
+
+    @contextmanager
+    def target(self, target_format: TargetFormat, shape_hw: tuple[int, int]) -> Iterator[PictureTarget]:
+        """Make what a picture of this size is drawn into.
+
+        Raises VP5008 where the driver cannot draw into this format, VP5009 for a size beyond its limits.
+        """
+        internal, kind, extensions = _TARGETS[target_format]
+        if extensions and (self.driver.version_number < (3, 0) or self.driver.extensions.isdisjoint(extensions)):
+            needs = f"OpenGL ES 3 with {' or '.join(extensions)}"
+            raise VolprepError("VP5008", driver=self.driver, target=target_format, needs=needs)
+        height, width = shape_hw
+        with self._checked(f"making a {target_format} target of {width}×{height}"):
+            limit = int(GLES3.glGetIntegerv(GLES3.GL_MAX_TEXTURE_SIZE))
+            if not (1 <= width <= limit and 1 <= height <= limit):
+                raise VolprepError("VP5009", width=width, height=height, driver=self.driver, limit=limit)
+            with (
+                self._object("texture", _new_texture, _delete_texture) as texture,
+                self._object("framebuffer", _new_framebuffer, _delete_framebuffer) as handle,
+            ):
+                GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
+                GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, internal, width, height, 0, GLES3.GL_RGBA, kind, None)
+                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_NEAREST)
+                GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
+                GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, handle)
+                attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
+                GLES3.glFramebufferTexture2D(GLES3.GL_FRAMEBUFFER, *attachment, texture, 0)
+                if GLES3.glCheckFramebufferStatus(GLES3.GL_FRAMEBUFFER) != GLES3.GL_FRAMEBUFFER_COMPLETE:
+                    needs = "a complete framebuffer of this format"
+                    raise VolprepError("VP5008", driver=self.driver, target=target_format, needs=needs)
+                yield PictureTarget(handle, target_format, shape_hw)
+
+    @contextmanager
+    def triangle(self) -> Iterator[int]:
+        """Make a buffer of the corners of a triangle that covers the picture, x and y in clip space."""
+        with self._checked("making the triangle"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+            corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]], dtype=np.float32)
+            GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, handle)
+            pointer = corners.ctypes.data_as(ctypes.c_void_p)
+            GLES3.glBufferData(GLES3.GL_ARRAY_BUFFER, corners.nbytes, pointer, GLES3.GL_STATIC_DRAW)
+            yield handle
+
+    def draw(self, program: LinkedProgram, bindings: Bindings, target: PictureTarget, triangle: int) -> None:
+        """Fill `target` with `program`. Returns before the driver has finished."""
+        with self._checked(f"drawing a picture of {target.shape_hw[1]}×{target.shape_hw[0]}"):
+            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+            GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
+            for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE):
+                GLES3.glDisable(state)
+            GLES3.glUseProgram(program.handle)
+            for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
+                GLES3.glActiveTexture(GLES3.GL_TEXTURE0 + unit)
+                GLES3.glBindTexture(getattr(GLES3, f"GL_{dimensions}"), texture)
+                GLES3.glUniform1i(program.location(name), unit)
+            for name, value in bindings.uniforms.items():
+                _set_uniform(program.location(name), value)
+            GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, triangle)
+            GLES3.glEnableVertexAttribArray(0)
+            GLES3.glVertexAttribPointer(0, 2, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
+            GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, 3)
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn."""
+        with self._checked("drawing"):
+            GLES3.glFinish()
+
+    def read(self, target: PictureTarget) -> NDArray[np.float32]:
+        """Give the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
+        height, width = target.shape_hw
+        eight_bits = target.format == "rgba8"
+        picture: NDArray[np.generic] = np.empty((height, width, 4), np.uint8 if eight_bits else np.float32)
+        kind = GLES3.GL_UNSIGNED_BYTE if eight_bits else GLES3.GL_FLOAT
+        with self._checked("reading the picture"):
+            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+            pointer = picture.ctypes.data_as(ctypes.c_void_p)
+            GLES3.glReadPixels(0, 0, width, height, GLES3.GL_RGBA, kind, pointer)
+        upright = picture[::-1].astype(np.float32)
+        return upright / np.float32(255) if eight_bits else upright
+
+    @contextmanager
+    def _checked(self, operation: str) -> Iterator[None]:
+        self._context.make_current()
+        try:
+            yield
+        except GLError as error:
+            name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
+            raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
+
+    @contextmanager
+    def _shader(self, kind: int, source: ShaderText) -> Iterator[int]:
+        with self._object("shader", lambda: GLES3.glCreateShader(kind), GLES3.glDeleteShader) as handle:
+            GLES3.glShaderSource(handle, source.text)
+            GLES3.glCompileShader(handle)
+            if not GLES3.glGetShaderiv(handle, GLES3.GL_COMPILE_STATUS):
+                log = _text(GLES3.glGetShaderInfoLog(handle))
+                raise VolprepError("VP5005", path=source.path, driver=self.driver, log=log)
+            yield handle
+
+    @contextmanager
+    def _object(self, kind: str, create: Callable[[], int], delete: Callable[[int], object]) -> Iterator[int]:
+        handle = int(create())
+        self.live[kind] += 1
+        try:
+            yield handle
+        finally:
+            self._context.make_current()
+            delete(handle)
+            self.live[kind] -= 1
+
+
+def _new_buffer() -> int:
+    return int(GLES3.glGenBuffers(1))
+
+
+def _delete_buffer(handle: int) -> None:
+    GLES3.glDeleteBuffers(1, [handle])
+
+
+def _new_framebuffer() -> int:
+    return int(GLES3.glGenFramebuffers(1))
+
+
+def _delete_framebuffer(handle: int) -> None:
+    GLES3.glDeleteFramebuffers(1, [handle])
+
+
+def _new_texture() -> int:
+    return int(GLES3.glGenTextures(1))
+
+
+def _delete_texture(handle: int) -> None:
+    GLES3.glDeleteTextures(1, [handle])
+
+
+def _filter(target: int, mode: int) -> None:
+    for name, value in (
+        (GLES3.GL_TEXTURE_MIN_FILTER, mode),
+        (GLES3.GL_TEXTURE_MAG_FILTER, mode),
+        (GLES3.GL_TEXTURE_WRAP_S, GLES3.GL_CLAMP_TO_EDGE),
+        (GLES3.GL_TEXTURE_WRAP_T, GLES3.GL_CLAMP_TO_EDGE),
+    ):
+        GLES3.glTexParameteri(target, name, value)
+
+
+def _active_uniforms(program: int) -> dict[str, UniformType]:
+    uniforms: dict[str, UniformType] = {}
+    for index in range(GLES3.glGetProgramiv(program, GLES3.GL_ACTIVE_UNIFORMS)):
+        name, _, kind = GLES3.glGetActiveUniform(program, index)
+        uniforms[_text(name)] = _UNIFORM_TYPES[int(kind)]
+    return uniforms
+
+
+def _set_uniform(location: int, value: NDArray[np.float32]) -> None:
+    if value.shape == (4, 4):
+        # OpenGL ES 2.0 takes matrices by columns only.
+        GLES3.glUniformMatrix4fv(location, 1, GLES3.GL_FALSE, np.ascontiguousarray(value.T))
+    elif value.shape == (3,):
+        GLES3.glUniform3fv(location, 1, value)
+    else:
+        GLES3.glUniform1f(location, float(value))
+
+
+def _text(data: bytes | str) -> str:
+    return data if isinstance(data, str) else data.decode("utf-8", "replace").rstrip("\0\n")

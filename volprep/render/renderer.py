@@ -1,0 +1,225 @@
+"""The reference renderer: draws a package with OpenGL ES, and reads nothing but the package.
+
+What it runs is the text of the package's shaders, so that what is validated is what ships. It obeys the profile of the
+package, whatever the driver at hand allows.
+"""
+
+import statistics
+import time
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.egl import Context, Driver
+from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
+from volprep.render.gl_formats import KTX2_FORMAT, texture_format
+from volprep.render.limits import check_program, check_shader, check_texture
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Level, Program, Texture
+from volprep_formats.package.reader import Package
+from volprep_formats.textures import ktx2
+
+_DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
+
+
+class Renderer:
+    """Draws one level of a package with one of its transfer functions. Use it as a context manager."""
+
+    def __init__(
+        self,
+        package: Package,
+        *,
+        level: int | None = None,
+        transfer: str | None = None,
+        target: TargetFormat = "rgba8",
+    ) -> None:
+        """Choose what to draw: the finest level and the first transfer function unless others are named.
+
+        Raises VP5018 where the package cannot draw that, VP5010 to VP5015 where it breaks a limit of its profile.
+        """
+        self._package = package
+        self._target_format = target
+        manifest = package.manifest
+        self._program = _find_program(package, level, transfer)
+        self._level = next(
+            each for each in manifest.levels if each.index == (min(self._program.levels) if level is None else level)
+        )
+        self._textures = _find_textures(package, self._program, self._level.index)
+        for texture in self._textures:
+            check_texture(texture, manifest.profile)
+        check_program(self._program, self._textures, manifest.profile)
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Open a context and upload everything.
+
+        Raises VP5001 to VP5008 where the driver cannot do it, VP5016 and VP5017 for a package that contradicts itself.
+        """
+        with ExitStack() as stack:
+            context = stack.enter_context(Context(self._package.manifest.profile.api))
+            self._gl = Gl(context)
+            stack.callback(self._gl.close)
+            self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders()))
+            _check_uniforms(self._program, self._linked)
+            self._handles = {
+                sampler.name: (
+                    texture.gl.target,
+                    stack.enter_context(self._gl.texture(texture, self._read_texture(texture))),
+                )
+                for sampler, texture in zip(self._program.samplers, self._textures, strict=True)
+            }
+            self._triangle = stack.enter_context(self._gl.triangle())
+            self._target_stack = stack.enter_context(ExitStack())
+            self._target: PictureTarget | None = None
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give everything back."""
+        self._stack.__exit__(kind, error, trace)
+
+    @property
+    def driver(self) -> Driver:
+        """The driver that draws."""
+        return self._gl.driver
+
+    @property
+    def level(self) -> Level:
+        """The level that is drawn."""
+        return self._level
+
+    @property
+    def program(self) -> Program:
+        """The program that draws."""
+        return self._program
+
+    def render(
+        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> NDArray[np.float32]:
+        """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
+
+        `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. `step_mm` is the distance of the
+        samples; the package's own if absent. Raises VP5009 for an impossible size, VP5019 for an impossible step.
+        """
+        target = self._draw(box_from_clip, shape_hw, step_mm)
+        return self._gl.read(target)
+
+    def time_ms(
+        self,
+        box_from_clip: NDArray[np.float64],
+        shape_hw: tuple[int, int],
+        step_mm: float | None = None,
+        repeats: int = 5,
+    ) -> float:
+        """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
+
+        Drawing only: no upload, no reading back.
+        """
+        times = []
+        for _ in range(repeats + 1):
+            self._gl.finish()
+            start = time.perf_counter()
+            self._draw(box_from_clip, shape_hw, step_mm)
+            self._gl.finish()
+            times.append((time.perf_counter() - start) * 1000)
+        return statistics.median(times[1:])
+
+    def _draw(
+        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None
+    ) -> PictureTarget:
+        step = self._step(step_mm)
+        target = self._target_of(shape_hw)
+        values = {
+            "box_from_clip": box_from_clip,
+            "step_mm": step,
+            "texture_from_box": self._level.texture_from_box_per_mm_xyz,
+        }
+        uniforms = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in self._program.uniforms}
+        self._gl.draw(self._linked, Bindings(self._handles, uniforms), target, self._triangle)
+        return target
+
+    def _step(self, step_mm: float | None) -> float:
+        render = self._package.manifest.render
+        if step_mm is None and render is not None:
+            return render.step_mm
+        if step_mm is None or not 0.0 < step_mm < float("inf"):
+            raise VolprepError("VP5019", step_mm=step_mm, reason="it must be a positive number")
+        finest = self._program.step_mm_min
+        if finest is not None and step_mm < finest:
+            reason = f"the shader's loop is long enough for {finest} mm and more"
+            raise VolprepError("VP5019", step_mm=step_mm, reason=reason)
+        return step_mm
+
+    def _target_of(self, shape_hw: tuple[int, int]) -> PictureTarget:
+        if self._target is None or self._target.shape_hw != shape_hw:
+            self._target_stack.close()
+            self._target = None
+            self._target = self._target_stack.enter_context(self._gl.target(self._target_format, shape_hw))
+        return self._target
+
+    def _shaders(self) -> tuple[ShaderText, ShaderText]:
+        profile = self._package.manifest.profile
+        vertex, fragment = (
+            ShaderText(path, self._package.read_text(path)) for path in (self._program.vertex, self._program.fragment)
+        )
+        for shader in (vertex, fragment):
+            check_shader(shader.path, shader.text, profile)
+        return vertex, fragment
+
+    def _read_texture(self, texture: Texture) -> NDArray[np.generic]:
+        image = ktx2.decode(self._package.read_bytes(texture.file), texture.file)
+        name = texture_format(texture.gl, self._package.manifest.profile.api)
+        found = (image.format, image.shape_zyx, image.dimensions)
+        named = (name and KTX2_FORMAT[name], texture.shape_zyx, _DIMENSIONS[texture.gl.target])
+        if found != named:
+            raise VolprepError("VP5016", path=texture.file, found=found, named=named)
+        return image.data
+
+
+def _find_program(package: Package, level: int | None, transfer: str | None) -> Program:
+    manifest = package.manifest
+    for program in manifest.programs:
+        if transfer in (None, program.transfer) and (level is None or level in program.levels):
+            return program
+    known = "; ".join(
+        f"level {', '.join(str(each) for each in program.levels)} with {program.transfer}"
+        for program in manifest.programs
+    )
+    fields = {"level": "any" if level is None else level, "transfer": transfer or "any", "known": known or "nothing"}
+    raise VolprepError("VP5018", package=package.path, **fields)
+
+
+def _find_textures(package: Package, program: Program, level: int) -> list[Texture]:
+    """Textures in the order of the program's samplers."""
+    found = []
+    for sampler in program.samplers:
+        matches = [
+            texture
+            for texture in package.manifest.textures
+            if texture.role == sampler.role
+            and (texture.level == level if sampler.role == "volume" else texture.transfer == program.transfer)
+        ]
+        if len(matches) != 1:
+            fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
+            raise VolprepError("VP5018", package=package.path, **fields)
+        found.append(matches[0])
+    return found
+
+
+def _check_uniforms(program: Program, linked: LinkedProgram) -> None:
+    """Raise VP5017 unless the manifest names exactly what is active in the program."""
+    named = {uniform.name: uniform.type for uniform in program.uniforms}
+    samplers = {sampler.name for sampler in program.samplers}
+    found = {name: kind for name, kind in linked.uniforms.items() if name not in samplers}
+    if found != named or not samplers <= linked.uniforms.keys():
+        raise VolprepError(
+            "VP5017",
+            name=program.name,
+            named=", ".join(sorted(named.keys() | samplers)),
+            found=", ".join(sorted(linked.uniforms)),
+        )

@@ -1,0 +1,7 @@
+// The transfer function over normalised stored values: rgb linear colour, a the square root of extinction / maximum.
+uniform highp sampler2D u_transfer;
+const float MAX_EXTINCTION_PER_MM = $MAX_EXTINCTION_PER_MM;
+vec4 classify(float stored) {
+  vec4 entry = $TEXTURE_2D(u_transfer, vec2(stored * $LOOKUP_SCALE + $LOOKUP_OFFSET, 0.5));
+  return vec4(entry.rgb, MAX_EXTINCTION_PER_MM * entry.a * entry.a);
+}

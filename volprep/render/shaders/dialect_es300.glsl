@@ -1,0 +1,2 @@
+precision highp float;
+out vec4 picture;

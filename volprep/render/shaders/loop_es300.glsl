@@ -1,0 +1,1 @@
+for (float i = 0.5; i < count; i++) {

@@ -1,0 +1,8 @@
+//#part tile
+const float LAST_SLICE = $LAST_SLICE;
+float stored_value(vec3 at) {
+  float slice = clamp(at.z - 0.5, 0.0, LAST_SLICE);
+  float lower = floor(slice);
+  float upper = min(lower + 1.0, LAST_SLICE);
+  return mix(tile_texel(lower, at.xy).r, tile_texel(upper, at.xy).r, slice - lower);
+}

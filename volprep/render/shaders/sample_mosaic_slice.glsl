@@ -1,0 +1,4 @@
+//#part tile
+float stored_value(vec3 at) {
+  return tile_texel(0.0, at.xy).r;
+}

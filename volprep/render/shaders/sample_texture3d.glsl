@@ -1,0 +1,10 @@
+// The volume as a 3D texture: normalised stored values, 0 to 1. u_texture_from_box is 1 / (voxels * spacing) of the
+// level; the sampler's CLAMP_TO_EDGE holds the outer half voxel.
+uniform highp sampler3D u_volume;
+uniform vec3 u_texture_from_box;
+vec3 position(vec3 box_mm) {
+  return box_mm * u_texture_from_box;
+}
+float stored_value(vec3 at) {
+  return textureLod(u_volume, at, 0.0).r;
+}

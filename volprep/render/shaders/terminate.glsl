@@ -1,0 +1,3 @@
+if (transmittance < $LEAST_TRANSMITTANCE) {
+  break;
+}

@@ -1,0 +1,14 @@
+"""Ray casting through a 3D texture, OpenGL ES 3.0. One program draws every level: the level's scale is a uniform."""
+
+from volprep.render.techniques.raycast import Sampling
+from volprep_formats.package.manifest import Uniform
+
+
+def sampling() -> Sampling:
+    """How the volume is read."""
+    return Sampling(
+        dialect="es300",
+        parts={"sampling": "sample_texture3d"},
+        constants={},
+        uniforms=(Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box"),),
+    )

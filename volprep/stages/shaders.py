@@ -1,0 +1,66 @@
+"""Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
+
+from volprep.plan import Plan, ProgramPlan
+from volprep.render.techniques import raycast_mosaic, raycast_texture3d
+from volprep.render.techniques.raycast import Classification, RayCaster, Sampling, ray_caster
+from volprep.stages import Changes, Stage
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Program
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (plan.grid, plan.render, *plan.levels, *plan.volumes, *plan.lookups, *plan.programs)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    progress.start("shaders", len(plan.programs))
+    programs = []
+    # Programs share the vertex shader, and two may have the same fragment shader.
+    texts: dict[str, str] = {}
+    for planned in plan.programs:
+        shaders = _ray_caster(draft, plan, planned)
+        texts |= {planned.vertex: shaders.vertex, planned.fragment: shaders.fragment}
+        programs.append(
+            Program(
+                name=planned.name,
+                technique=planned.technique,
+                vertex=planned.vertex,
+                fragment=planned.fragment,
+                levels=planned.levels,
+                transfer=planned.transfer,
+                uniforms=shaders.uniforms,
+                samplers=shaders.samplers,
+                step_mm_min=shaders.step_mm_min,
+            )
+        )
+        progress.advance()
+    for path, text in texts.items():
+        draft.write(path, "shader", text.encode("ascii"))
+    return {"programs": tuple(programs)}
+
+
+def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
+    lookup = next(each for each in plan.lookups if each.transfer == program.transfer)
+    table = next(texture for texture in draft.manifest.textures if texture.name == lookup.name)
+    classification = Classification(lookup.format, lookup.entries, table.max_extinction_per_mm)
+    z, y, x = plan.grid.extent_mm_zyx
+    return ray_caster(_sampling(plan, program), classification, (x, y, z), plan.render)
+
+
+def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
+    if program.technique == "raycast_texture3d":
+        return raycast_texture3d.sampling()
+    # The layout is constant in the shader, so a mosaic's program draws one level.
+    (level,) = program.levels
+    volume = next(each for each in plan.volumes if each.level == level)
+    if volume.mosaic is None:
+        msg = f"program {program.name} draws level {level}, which is no mosaic"
+        raise ValueError(msg)
+    factors = plan.level(level).factors_zyx
+    z, y, x = (factor * spacing for factor, spacing in zip(factors, plan.grid.spacing_mm_zyx, strict=True))
+    return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
+
+
+STAGE = Stage(name="shaders", reads=("transfer",), settings=_settings, run=_run)

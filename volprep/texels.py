@@ -1,0 +1,32 @@
+"""What a volume texture holds for a code: the normalised stored value, code / largest code.
+
+8-bit codes are texels as they are. 16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 has, only
+R16F filters linearly. A half float is at most 2^-12 off in the upper half of the range and less below: 8 times finer
+than 8 bits.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.slabs import RawVolume
+
+Texels = NDArray[np.generic]
+
+
+def texels_of(codes: NDArray[np.generic]) -> Texels:
+    """Turn codes, uint8 or uint16, into texels, uint8 or float16."""
+    if codes.dtype == np.uint8:
+        return codes
+    normalised = codes.astype(np.float64) / np.iinfo(np.uint16).max
+    return normalised.astype(np.float16)
+
+
+def texel_reader(volume: RawVolume) -> Callable[[int, int], Texels]:
+    """Give a function that reads slices z0 to z1 - 1 of `volume` as texels [z, y, x]."""
+
+    def read(z0: int, z1: int) -> Texels:
+        return texels_of(volume.read_slab(z0, z1))
+
+    return read

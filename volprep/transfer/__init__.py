@@ -1,0 +1,1 @@
+"""Transfer functions: from control points to what the GPU reads."""
