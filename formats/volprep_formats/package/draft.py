@@ -6,14 +6,11 @@ move to their places, and `manifest.json` is replaced last. A process killed bef
 was; what one killed after it left to do is done by the next `Draft.open`.
 """
 
-import errno
-import fcntl
 import hashlib
 import math
 import os
 import shutil
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Self
 
@@ -21,7 +18,17 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.files import MANIFEST, open_inside, output_errors, path_inside, replace_file, sync_folder
+from volprep_formats.package.files import (
+    MANIFEST,
+    MANIFEST_IN_MAKING,
+    open_inside,
+    output_errors,
+    path_inside,
+    remove_empty,
+    replace_file,
+    sync_folder,
+)
+from volprep_formats.package.lock import Lock
 from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 
@@ -38,7 +45,7 @@ class Draft:
         self._manifest = manifest
         self._pending: dict[str, FileRecord] = {}
         self._maps: dict[str, np.memmap[Any, Any]] = {}
-        self._lock: BinaryIO | None = None
+        self._lock: Lock | None = None
 
     @classmethod
     def create(cls, folder: Path, manifest: Manifest) -> Self:
@@ -49,7 +56,7 @@ class Draft:
         """
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            if any(entry.name != f".{MANIFEST}.new" for entry in folder.iterdir()):
+            if any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
                 raise VolprepError("VP4023", path=folder)
             replace_file(folder / MANIFEST, encode_manifest(manifest))
             sync_folder(folder.parent)
@@ -134,7 +141,7 @@ class Draft:
             self._finish_maps()
             after = _after(before, stage, self._pending, manifest_updates)
             self._check_staged()
-            for folder in {staging, *(self._staged(path).parent for path in self._pending)}:
+            for folder in _folders_around((self._staged(path) for path in self._pending), staging):
                 sync_folder(folder)
             replace_file(staging / MANIFEST, encode_manifest(after))
             _roll_forward(self._folder, before, after)
@@ -142,17 +149,13 @@ class Draft:
         self._manifest = after
         self._pending.clear()
         self._maps.clear()
-        self._release()
+        self._lock = None
 
     def _begin(self) -> Path:
+        staging = self._folder / _STAGE
         if self._lock is None:
-            self._lock = _lock(self._folder)
-        return self._folder / _STAGE
-
-    def _release(self) -> None:
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
+            self._lock = Lock(staging / "lock", self._folder)
+        return staging
 
     def _staged(self, path: str) -> Path:
         return self._folder / _STAGE / "files" / path
@@ -193,11 +196,13 @@ def recover(folder: Path) -> None:
         return
     # First of all: in a folder that is no package, a folder with this name is not ours to remove.
     read_manifest(folder)
-    with output_errors(folder), _lock(folder):
+    with output_errors(folder):
+        lock = Lock(staging / "lock", folder)
         if (staging / MANIFEST).exists():
             after = decode_manifest((staging / MANIFEST).read_bytes(), folder)
             _roll_forward(folder, read_manifest(folder), after)
         shutil.rmtree(staging)
+        lock.release()
 
 
 def _after(
@@ -224,30 +229,28 @@ def _after(
 def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
     """Bring `folder` from one manifest to the next. Can be cut short anywhere and run again."""
     named = {record.path for record in after.files}
-    touched = {folder}
+    moved = []
     for record in before.files:
         if record.path not in named:
             dropped = path_inside(folder, record.path)
             dropped.unlink(missing_ok=True)
-            _remove_empty(dropped.parent, folder)
+            remove_empty(dropped.parent, folder)
     for path in sorted(named):
         staged = folder / _STAGE / "files" / path
         if staged.exists():
             target = path_inside(folder, path)
             target.parent.mkdir(parents=True, exist_ok=True)
             staged.replace(target)
-            touched |= {parent for parent in target.parents if folder in (parent, *parent.parents)}
-    for changed in touched:
+            moved.append(target)
+    for changed in _folders_around(moved, folder):
         sync_folder(changed)
     (folder / _STAGE / MANIFEST).replace(folder / MANIFEST)
     sync_folder(folder)
 
 
-def _remove_empty(inner: Path, folder: Path) -> None:
-    with suppress(OSError):
-        while inner != folder:
-            inner.rmdir()
-            inner = inner.parent
+def _folders_around(files: Iterable[Path], outermost: Path) -> set[Path]:
+    parents = {parent for file in files for parent in file.parents if parent.is_relative_to(outermost)}
+    return parents | {outermost}
 
 
 def _allocate(file: BinaryIO, size: int) -> None:
@@ -256,22 +259,3 @@ def _allocate(file: BinaryIO, size: int) -> None:
         os.posix_fallocate(file.fileno(), 0, size)
     else:
         file.truncate(size)
-
-
-def _lock(folder: Path) -> BinaryIO:
-    """Take the draft for this process until the file that this gives is closed, or the process ends."""
-    path = folder / _STAGE / "lock"
-    while True:
-        path.parent.mkdir(exist_ok=True)
-        file = path.open("wb")
-        try:
-            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # The process that had the lock may have removed the file between our opening and our locking it.
-            if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
-                return file
-        except OSError as error:
-            file.close()
-            if error.errno in (errno.EACCES, errno.EAGAIN):
-                raise VolprepError("VP4012", path=folder) from error
-            raise
-        file.close()

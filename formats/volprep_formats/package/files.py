@@ -11,6 +11,8 @@ from volprep_formats.diagnostics import VolprepError
 
 MANIFEST = "manifest.json"
 """Name of the manifest in a package."""
+MANIFEST_IN_MAKING = f".{MANIFEST}.new"
+"""What a process that is killed while it writes the manifest may leave."""
 
 
 @contextmanager
@@ -93,3 +95,15 @@ def names_in(folder: Path) -> list[str]:
         if not files and not folders and here.parts:
             found.append(here.as_posix() + "/")
     return sorted(found)
+
+
+def remove_empty(inner: Path, folder: Path) -> None:
+    """Remove the folder `inner` and those around it, up to `folder`, as far as they are empty."""
+    while inner != folder:
+        try:
+            inner.rmdir()
+        except FileNotFoundError:
+            pass
+        except OSError:
+            return
+        inner = inner.parent

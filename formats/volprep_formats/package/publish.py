@@ -3,11 +3,19 @@
 import ctypes
 import errno
 import os
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import recover
-from volprep_formats.package.files import MANIFEST, names_in, output_errors, path_inside, sync_folder
+from volprep_formats.package.files import (
+    MANIFEST,
+    MANIFEST_IN_MAKING,
+    names_in,
+    output_errors,
+    path_inside,
+    remove_empty,
+    sync_folder,
+)
 from volprep_formats.package.manifest_json import read_manifest
 
 _AT_FDCWD = -100
@@ -50,38 +58,41 @@ def publish(partial: Path, target: Path) -> None:
 def check_target(target: Path) -> None:
     """Raise VP4021 or VP4022 if `publish` would refuse `target`: it is no package, or holds files of others."""
     if os.path.lexists(target):
-        _require_own(target)
+        _own_names(target)
 
 
 def remove_package(folder: Path) -> None:
-    """Remove a package or a draft: the files that its manifest names, and the folder.
+    """Remove a package or a draft: the files that its manifest names, and the folder. An empty folder goes, too.
 
-    Raises VP4021 if it is no package, VP4022 if other files are in it, VP4020 if the system refuses. The manifest
-    goes last, so that what a killed removal leaves can be removed again.
+    Raises VP4021 if it is no package, VP4022 if other files are in it, VP4012 while another process works on it,
+    VP4020 if the system refuses. The manifest goes last, so that what a killed removal leaves can be removed again.
     """
-    _require_own(folder)
+    names = _own_names(folder)
     with output_errors(folder):
-        for record in read_manifest(folder).files:
-            path_inside(folder, record.path).unlink(missing_ok=True)
-        for inner, _, _ in os.walk(folder, topdown=False):
-            if Path(inner) != folder:
-                Path(inner).rmdir()
-        (folder / MANIFEST).unlink()
+        for name in names:
+            path_inside(folder, name).unlink(missing_ok=True)
+            remove_empty(path_inside(folder, name).parent, folder)
         folder.rmdir()
 
 
-def _require_own(folder: Path) -> None:
+def _own_names(folder: Path) -> list[str]:
+    """List the files of a package, its manifest last, after making sure that it is one and holds nothing else."""
     if folder.is_symlink():
         raise VolprepError("VP4021", path=folder, problem="it is a symbolic link")
+    if folder.is_dir() and set(names_in(folder)) <= {MANIFEST_IN_MAKING}:  # what a killed create or removal leaves
+        return names_in(folder)
     try:
-        manifest = read_manifest(folder)
+        read_manifest(folder)
     except VolprepError as error:
         raise VolprepError("VP4021", path=folder, problem=error.summary) from error
     recover(folder)
-    named = {MANIFEST, *(record.path for record in manifest.files)}
-    others = [name for name in names_in(folder) if name not in named and not name.endswith("/")]
+    named = [*(record.path for record in read_manifest(folder).files), MANIFEST]
+    # A folder that is empty, because what was in it is missing, is the package's all the same.
+    own = {*named, *(f"{parent}/" for name in named for parent in PurePosixPath(name).parents)}
+    others = [name for name in names_in(folder) if name not in own]
     if others:
         raise VolprepError("VP4022", path=folder, count=len(others), first=others[0])
+    return named
 
 
 def _exchange(partial: Path, target: Path, aside: Path) -> None:

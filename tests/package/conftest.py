@@ -1,0 +1,244 @@
+"""A small sealed package, made through `Draft` as the stages make it: odd sizes, unequal spacing, a flipped axis."""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from volprep_formats.grid import Grid
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import (
+    GlFormat,
+    Level,
+    Manifest,
+    MosaicLayout,
+    PlanItem,
+    Program,
+    Quantization,
+    RenderSettings,
+    Sampler,
+    SourceRecord,
+    StageRecord,
+    Statistics,
+    Texture,
+    Uniform,
+)
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.source import SourceInfo
+from volprep_formats.textures import ktx2
+
+GRID = Grid.of((5, 7, 9), (2.5, 0.7, 0.3), (-12.0, 30.0, 4.5), ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)))
+BYTE_3D = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
+LUMINANCE = GlFormat(target="TEXTURE_2D", internal_format="LUMINANCE", format="LUMINANCE", type="UNSIGNED_BYTE")
+RGBA = GlFormat(target="TEXTURE_2D", internal_format="RGBA", format="RGBA", type="UNSIGNED_BYTE")
+
+
+def key(name: str) -> str:
+    return hashlib.sha256(name.encode()).hexdigest()
+
+
+def profile(*, mosaic: bool) -> DeviceProfile:
+    return DeviceProfile(
+        name="small",
+        api="es2.0" if mosaic else "es3.0",
+        max_texture_size=64,
+        max_3d_texture_size=0 if mosaic else 64,
+        texture_units=8,
+        texture_formats=("LUMINANCE8", "RGBA8") if mosaic else ("R8", "RGBA8"),
+        index_bits=16,
+        max_texture_bytes=1_000_000,
+    )
+
+
+def first_manifest(*, mosaic: bool = False) -> Manifest:
+    return Manifest(
+        state="draft",
+        name="shells",
+        generator="volprep 0.1.0",
+        profile=profile(mosaic=mosaic),
+        source=SourceRecord(info=SourceInfo(format="raw", grid=GRID, stored_type="uint8"), sha256=key("scan")),
+        statistics=Statistics(minimum=0.0, maximum=255.0, non_finite=0),
+    )
+
+
+def _levels(*, mosaic: bool) -> tuple[Level, ...]:
+    factors = [(1, 1, 1)] if mosaic else [(1, 1, 1), (1, 2, 2)]
+    grids = [GRID.coarser(factor) for factor in factors]
+    return tuple(
+        Level(
+            index=index,
+            factors_zyx=factor,
+            grid=grid,
+            texture_from_box_per_mm_xyz=tuple(
+                1 / (n * h) for n, h in zip(grid.shape_zyx[::-1], grid.spacing_mm_zyx[::-1], strict=True)
+            ),
+            filter="box" if index else "none",
+        )
+        for index, (factor, grid) in enumerate(zip(factors, grids, strict=True))
+    )
+
+
+def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> Texture:
+    """Write the texture of one level. The mosaic has three columns, and a row of one empty tile."""
+    file = f"textures/level{level.index}.ktx2"
+    layout = None
+    shape = level.grid.shape_zyx
+    if mosaic:
+        slices, height, width = shape
+        layout = MosaicLayout(tile_shape_yx=(height, width), slices=slices, channels=1, tiles_x=3, tiles_y=2)
+        tiles = np.zeros((6, height, width), np.uint8)
+        tiles[:slices] = voxels
+        voxels = tiles.reshape(2, 3, height, width).swapaxes(1, 2).reshape(1, 2 * height, 3 * width)
+        shape = voxels.shape
+    image = ktx2.Ktx2Image("R8", shape, voxels, 2 if mosaic else 3)
+    draft.write(file, "texture", ktx2.encode(image))
+    return Texture(
+        name=f"volume-{level.index}",
+        role="volume",
+        file=file,
+        shape_zyx=shape,
+        gl=LUMINANCE if mosaic else BYTE_3D,
+        level=level.index,
+        mosaic=layout,
+    )
+
+
+def _program(*, mosaic: bool) -> Program:
+    return Program(
+        name="raycast",
+        technique="raycast_mosaic" if mosaic else "raycast_texture3d",
+        vertex="shaders/screen.vert",
+        fragment="shaders/raycast.frag",
+        levels=(0,) if mosaic else (0, 1),
+        transfer="bone",
+        uniforms=(
+            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
+            Uniform(name="u_step_mm", type="float", source="step_mm"),
+        ),
+        samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer")),
+    )
+
+
+def run_import(draft: Draft, seed: int = 0) -> None:
+    voxels = draft.work_map("work/level0.raw", GRID.shape_zyx, np.uint8, "w+")
+    voxels[:] = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
+    quantization = Quantization(
+        bits=8,
+        window=(0.0, 255.0),
+        slope=1.0,
+        intercept=0.0,
+        rmse=0.0,
+        max_error=0.0,
+        clipped_below=0,
+        clipped_above=0,
+    )
+    draft.commit(StageRecord(name="import", key=key("import")), stored_type="uint8", quantization=quantization)
+
+
+def run_texture(draft: Draft) -> None:
+    mosaic = draft.manifest.profile.api == "es2.0"
+    voxels = np.asarray(draft.work_map("work/level0.raw", GRID.shape_zyx, np.uint8, "r"))
+    levels = _levels(mosaic=mosaic)
+    textures = []
+    for level in levels:
+        fz, fy, fx = level.factors_zyx
+        textures.append(_volume(draft, level, voxels[::fz, ::fy, ::fx], mosaic=mosaic))
+    table = np.random.default_rng(1).integers(0, 256, (1, 1, 16, 4), np.uint8)
+    draft.write("textures/bone.ktx2", "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", (1, 1, 16), table, 2)))
+    lookup = Texture(
+        name="lookup-bone",
+        role="transfer",
+        file="textures/bone.ktx2",
+        shape_zyx=(1, 1, 16),
+        gl=RGBA if mosaic else RGBA.model_copy(update={"internal_format": "RGBA8"}),
+        transfer="bone",
+        max_extinction_per_mm=2.0,
+    )
+    bone = TransferFunction(
+        name="bone",
+        points=(
+            TransferPoint(value=0.0, colour=(0.0, 0.0, 0.0), extinction_per_mm=0.0),
+            TransferPoint(value=255.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=2.0),
+        ),
+    )
+    draft.commit(
+        StageRecord(name="texture", key=key("texture")),
+        levels=levels,
+        textures=(*textures, lookup),
+        transfer_functions=(bone,),
+    )
+
+
+def run_shaders(draft: Draft) -> None:
+    mosaic = draft.manifest.profile.api == "es2.0"
+    draft.write("shaders/screen.vert", "shader", b"attribute vec2 a_ndc;\n")
+    draft.write("shaders/raycast.frag", "shader", b"void main() {}\n")
+    draft.commit(
+        StageRecord(name="shaders", key=key("shaders")),
+        programs=(_program(mosaic=mosaic),),
+        render=RenderSettings(step_mm=0.15),
+    )
+
+
+def run_seal(draft: Draft) -> None:
+    draft.write("preview.png", "preview", b"\x89PNG, or so")
+    files = tuple(record.path for record in draft.manifest.files if record.role != "work")
+    draft.commit(
+        StageRecord(name="seal", key=key("seal")),
+        state="sealed",
+        preview="preview.png",
+        plan=(PlanItem(name="everything", kept=True, reason="small", files=files),),
+    )
+
+
+STAGES = (run_import, run_texture, run_shaders, run_seal)
+
+
+def build(folder: Path, *, mosaic: bool = False, seed: int = 0) -> Path:
+    draft = Draft.create(folder, first_manifest(mosaic=mosaic))
+    run_import(draft, seed)
+    for stage in STAGES[1:]:
+        stage(draft)
+    return folder
+
+
+@pytest.fixture
+def sealed(tmp_path: Path) -> Path:
+    """A sealed package with two 3D levels."""
+    return build(tmp_path / "shells.volpkg")
+
+
+@pytest.fixture
+def sealed_mosaic(tmp_path: Path) -> Path:
+    """A sealed package with one mosaic."""
+    return build(tmp_path / "tiles.volpkg", mosaic=True)
+
+
+@pytest.fixture
+def draft(tmp_path: Path) -> Draft:
+    """A draft after its stages import and texture."""
+    made = Draft.create(tmp_path / "draft.volpkg", first_manifest())
+    run_import(made)
+    run_texture(made)
+    return made
+
+
+@pytest.fixture
+def manifest() -> Manifest:
+    """The manifest of a new draft."""
+    return first_manifest()
+
+
+@pytest.fixture
+def new_draft(tmp_path: Path, manifest: Manifest) -> Draft:
+    """A draft before its first stage."""
+    return Draft.create(tmp_path / "new.volpkg", manifest)
+
+
+@pytest.fixture
+def build_package() -> Callable[..., Path]:
+    """Function that builds a sealed package in a folder that it makes."""
+    return build

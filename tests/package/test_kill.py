@@ -1,0 +1,61 @@
+"""Whatever kill -9 leaves is the state before or the state after."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CRASH = Path(__file__).with_name("crash.py")
+
+
+def crash(work: str, room: Path) -> list[dict[str, object]]:
+    done = subprocess.run([sys.executable, str(CRASH), work, str(room)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    runs = [json.loads(line) for line in done.stdout.splitlines()]
+    assert not [run for run in runs if "failed" in run]
+    return runs
+
+
+def test_a_stage_killed_before_any_file_operation_leaves_the_draft_before_or_after_it(tmp_path: Path) -> None:
+    runs = crash("rerun_stage", tmp_path)
+    states = [run["state"] for run in runs]
+    assert not [run for run in runs if run["findings"]]
+    assert len(states) > 20
+    assert states == sorted(states, reverse=True)
+    assert set(states) == {"before", "after"}
+
+
+def test_a_killed_seal_ends_as_the_same_sealed_package(tmp_path: Path) -> None:
+    runs = crash("seal", tmp_path)
+    assert all(run["same"] for run in runs)
+    assert {run["state"] for run in runs} == {"draft", "VP4006"}
+
+
+def test_a_killed_create_can_be_done_again(tmp_path: Path) -> None:
+    runs = crash("create", tmp_path)
+    assert len(runs) > 5
+    assert {run["state"] for run in runs} == {"draft"}
+
+
+def test_a_killed_publish_leaves_the_older_or_the_newer_package_and_the_next_one_clears_up(tmp_path: Path) -> None:
+    runs = crash("publish_over", tmp_path)
+    states = [run["state"] for run in runs]
+    assert set(states) == {"old", "new"}
+    assert states == sorted(states, reverse=True)
+    assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)
+
+
+def test_without_exchange_a_killed_publish_leaves_one_package_or_none(tmp_path: Path) -> None:
+    runs = crash("publish_without_exchange", tmp_path)
+    states = [run["state"] for run in runs]
+    assert set(states) == {"old", "none", "new"}
+    assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)
+
+
+@pytest.mark.timeout(60)
+def test_builds_killed_at_thirty_random_moments_never_leave_a_broken_package(tmp_path: Path) -> None:
+    runs = crash("at_random", tmp_path)
+    assert len(runs) == 30
+    assert all(run["sound"] for run in runs)

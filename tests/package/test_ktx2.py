@@ -1,0 +1,222 @@
+"""KTX 2 as the Khronos specification has it, byte for byte; and files that lie about themselves."""
+
+import struct
+import tracemalloc
+from contextlib import suppress
+from typing import get_args
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header
+
+DTYPES = {"R8": "u1", "RGBA8": "u1", "R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2"}
+SHAPES = [((1, 1, 1), 2), ((1, 1, 1), 3), ((1, 5, 3), 2), ((1, 5, 3), 3), ((7, 1, 1), 3), ((3, 2, 5), 3)]
+
+
+def image(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: int) -> Ktx2Image:
+    shape = (*shape_zyx, 4) if texture_format.startswith("RGBA") else shape_zyx
+    values = np.random.default_rng(0).integers(0, 256, shape)
+    return Ktx2Image(texture_format, shape_zyx, values.astype(DTYPES[texture_format]), dimensions)
+
+
+def file(texture_format: Ktx2Format = "R8", shape_zyx: tuple[int, int, int] = (3, 2, 5), dimensions: int = 3) -> bytes:
+    return b"".join(encode(image(texture_format, shape_zyx, dimensions)))
+
+
+@pytest.mark.parametrize("texture_format", get_args(Ktx2Format))
+@pytest.mark.parametrize(("shape_zyx", "dimensions"), SHAPES)
+def test_a_texture_reads_back_as_itself(
+    texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: int
+) -> None:
+    made = image(texture_format, shape_zyx, dimensions)
+    read = decode(file(texture_format, shape_zyx, dimensions), "t")
+    assert (read.format, read.shape_zyx, read.dimensions) == (texture_format, shape_zyx, dimensions)
+    np.testing.assert_array_equal(read.data, made.data)
+    assert read.data.dtype == made.data.dtype
+
+
+def test_the_same_texture_gives_the_same_bytes() -> None:
+    assert file("RGBA16F") == file("RGBA16F")
+
+
+def test_a_3d_byte_texture_is_laid_out_as_specified() -> None:
+    # Written by hand from section 3 of the KTX 2.0 specification and section 5 of the Data Format Specification 1.3.
+    expected = bytes.fromhex(
+        "ab4b5458203230bb0d0a1a0a"  # identifier
+        "09000000 01000000"  # VK_FORMAT_R8_UNORM, type size
+        "05000000 02000000 03000000"  # width, height, depth
+        "00000000 01000000 01000000 00000000"  # layers, faces, levels, supercompression
+        "68000000 2c000000"  # descriptor: at 104, 44 bytes
+        "94000000 3c000000"  # key/value data: at 148, 60 bytes
+        "0000000000000000 0000000000000000"  # no supercompression data
+        "d000000000000000 1e00000000000000 1e00000000000000"  # level 0: at 208, 30 bytes
+        "2c000000"  # descriptor, total size
+        "00000000 0200 2800"  # Khronos basic block, version 1.3, 40 bytes
+        "01 00 01 00"  # RGBSDA, primaries unspecified, linear, straight alpha
+        "00000000 0100000000000000"  # 1×1×1×1 texel block of 1 byte
+        "0000 07 00 00000000 00000000 ff000000"  # bits 0 to 7, R, 0 to 255
+    )
+    expected += struct.pack("<I", 19) + b"KTXorientation\0rdi\0" + b"\0"
+    expected += struct.pack("<I", 31) + b"KTXwriter\0volprep (volpkg 1.0)\0" + b"\0"
+    data = file("R8", (3, 2, 5), 3)
+    assert data[: len(expected)] == expected
+    assert data[len(expected) :] == image("R8", (3, 2, 5), 3).data.tobytes()
+
+
+def test_half_floats_are_described_as_signed_floats_from_minus_one_to_one() -> None:
+    data = header("RGBA16F", (1, 1, 16), 2)
+    samples = [struct.unpack_from("<HBB4sII", data, 104 + 28 + 16 * channel) for channel in range(4)]
+    minus_one, one = 0xBF800000, 0x3F800000
+    assert samples == [
+        (0, 15, 0xC0, bytes(4), minus_one, one),
+        (16, 15, 0xC1, bytes(4), minus_one, one),
+        (32, 15, 0xC2, bytes(4), minus_one, one),
+        (48, 15, 0xCF, bytes(4), minus_one, one),
+    ]
+    assert data[116 + 0 : 120] == bytes([1, 0, 1, 0])
+    assert data[124] == 8  # bytes of a texel
+
+
+def test_a_2d_texture_has_no_depth_and_rows_that_go_down() -> None:
+    data = header("RGBA8", (1, 4, 6), 2)
+    assert struct.unpack_from("<3I", data, 20) == (6, 4, 0)
+    assert b"KTXorientation\0rd\0" in data
+
+
+@pytest.mark.parametrize(("texture_format", "alignment"), [("R8", 4), ("R16", 4), ("RGBA8", 4), ("RGBA16F", 8)])
+def test_texels_begin_where_their_size_and_four_bytes_allow(texture_format: Ktx2Format, alignment: int) -> None:
+    for shape_zyx, dimensions in SHAPES:
+        data = header(texture_format, shape_zyx, dimensions)
+        assert struct.unpack_from("<Q", data, 80)[0] == len(data)
+        assert len(data) % alignment == 0
+
+
+def test_a_view_that_is_not_in_order_is_written_as_if_it_were() -> None:
+    texels = np.arange(60, dtype=np.uint8).reshape(3, 4, 5)[::-1, :, ::-1]
+    data = b"".join(encode(Ktx2Image("R8", (3, 4, 5), texels, 3)))
+    np.testing.assert_array_equal(decode(data, "t").data, texels)
+
+
+def test_big_endian_texels_are_written_little_endian() -> None:
+    texels = np.array([[[1, 258]]], dtype=">u2")
+    assert b"".join(encode(Ktx2Image("R16", (1, 1, 2), texels, 3))).endswith(b"\x01\x00\x02\x01")
+
+
+def test_neither_writing_nor_reading_copies_the_volume() -> None:
+    texels = np.zeros((64, 256, 256), np.uint8)
+    data = b"".join(encode(Ktx2Image("R8", texels.shape, texels, 3)))
+    tracemalloc.start()
+    for piece in encode(Ktx2Image("R8", texels.shape, texels, 3)):
+        assert len(piece) <= 256 * 256
+    assert decode(data, "t").data.shape == texels.shape
+    assert tracemalloc.get_traced_memory()[1] < 100_000
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("texture_format", "shape_zyx", "dtype", "dimensions"),
+    [
+        ("R8", (2, 3, 4), np.int8, 3),
+        ("R16F", (2, 3, 4), np.uint16, 3),
+        ("RGBA8", (2, 3, 4), np.uint8, 3),
+        ("R8", (2, 3, 4), np.uint8, 2),
+        ("R8", (2, 3, 0), np.uint8, 3),
+    ],
+)
+def test_an_image_that_contradicts_itself_is_not_written(
+    texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dtype: type, dimensions: int
+) -> None:
+    with pytest.raises(ValueError, match=r"needs|no .D texture"):
+        list(encode(Ktx2Image(texture_format, shape_zyx, np.zeros(shape_zyx, dtype), dimensions)))
+
+
+@pytest.mark.parametrize("texture_format", get_args(Ktx2Format))
+def test_every_prefix_of_a_texture_and_every_longer_file_is_refused(texture_format: Ktx2Format) -> None:
+    data = file(texture_format, (1, 3, 5), 2)
+    for length in range(len(data)):
+        with pytest.raises(VolprepError, match="VP4030 t: "):
+            decode(data[:length], "t")
+    with pytest.raises(VolprepError, match="VP4030"):
+        decode(data + b"\0", "t")
+
+
+def patched(offset: int, code: str, value: int) -> bytes:
+    data = bytearray(file())
+    struct.pack_into(code, data, offset, value)
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("offset", "code", "value", "says"),
+    [
+        (0, "B", 0xAA, "identifier"),
+        (12, "<I", 0, "vkFormat 0"),
+        (12, "<I", 43, "vkFormat 43"),  # R8G8B8A8_SRGB
+        (12, "<I", 37, "typeSize|descriptor"),  # a format whose descriptor is another
+        (16, "<I", 2, "typeSize"),
+        (20, "<I", 0, "its size"),
+        (24, "<I", 0, "its size"),
+        (20, "<I", 2**32 - 1, "instead of"),
+        (28, "<I", 0, "instead of"),
+        (32, "<I", 1, "layers"),
+        (36, "<I", 6, "faces"),
+        (40, "<I", 0, "levels"),
+        (40, "<I", 2, "levels"),
+        (44, "<I", 2, "supercompression"),
+        (48, "<I", 100, "descriptor"),
+        (52, "<I", 2**32 - 1, "descriptor"),
+        (56, "<I", 2**32 - 1, "key/value"),
+        (60, "<I", 2**32 - 1, "key/value"),
+        (64, "<Q", 200, "supercompression"),
+        (72, "<Q", 8, "supercompression"),
+        (80, "<Q", 2**64 - 1, "texels at"),
+        (80, "<Q", 0, "texels at"),
+        (80, "<Q", 104, "texels at"),
+        (80, "<Q", 209, "texels at"),
+        (88, "<Q", 2**63, "instead of"),
+        (96, "<Q", 31, "instead of"),
+        (104, "<I", 40, "descriptor"),
+        (116, "B", 0, "descriptor"),  # colour model
+        (118, "B", 2, "descriptor"),  # sRGB
+        (134, "B", 15, "descriptor"),  # bits of the sample
+        (148, "<I", 2**32 - 1, "entry"),
+        (148, "<I", 0, "entry"),
+    ],
+)
+def test_a_header_that_lies_is_refused(offset: int, code: str, value: int, says: str) -> None:
+    with pytest.raises(VolprepError, match="VP4030") as caught:
+        decode(patched(offset, code, value), "t")
+    assert any(part in str(caught.value) for part in says.split("|"))
+
+
+@pytest.mark.parametrize(("offset", "value"), [(117, 1), (119, 1)])
+def test_primaries_and_premultiplication_are_for_the_manifest_to_say(offset: int, value: int) -> None:
+    assert decode(patched(offset, "B", value), "t").shape_zyx == (3, 2, 5)
+
+
+def test_key_value_data_may_be_absent() -> None:
+    data = bytearray(file())
+    values_at, texels = 148, data[208:]
+    struct.pack_into("<2I", data, 56, 0, 0)
+    struct.pack_into("<Q", data, 80, values_at)
+    assert decode(bytes(data[:values_at] + texels), "t").shape_zyx == (3, 2, 5)
+
+
+@given(st.lists(st.tuples(st.integers(0, 207), st.integers(0, 255)), min_size=1, max_size=4))
+def test_whatever_is_changed_in_a_header_gives_a_texture_or_a_coded_error(changes: list[tuple[int, int]]) -> None:
+    data = bytearray(file())
+    for offset, value in changes:
+        data[offset] = value
+    with suppress(VolprepError):  # anything else fails the test
+        assert decode(bytes(data), "t").data.size == 30
+
+
+@given(st.binary(max_size=400))
+def test_random_bytes_are_refused(tail: bytes) -> None:
+    for data in (tail, file()[:12] + tail, file()[:104] + tail):
+        with pytest.raises(VolprepError, match="VP4030"):
+            decode(data, "t")
