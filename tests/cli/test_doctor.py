@@ -31,7 +31,8 @@ def test_a_machine_that_make_has_set_up_is_ready() -> None:
     run = doctor("--json")
     assert run.returncode == 0, run.stdout + run.stderr
     facts = found(run)
-    for level in ("1.1", "2.0", "3.0", "3.1"):
+    # Not 1.1: Debian 13 builds Mesa without it.
+    for level in ("2.0", "3.0", "3.1"):
         assert facts[f"OpenGL ES {level}"]
     assert all(there for name, there in facts.items() if name.startswith("DICOM"))
     assert facts["volprep native core"]
