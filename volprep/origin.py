@@ -17,8 +17,8 @@ from volprep_formats.record import Record
 class Origin(Record):
     """What a package was built from."""
 
-    scene_path: str
-    """The scene file, absolute."""
+    scene_path: str | None
+    """The scene file, absolute; none where the source was imported without a scene."""
     scene: Scene
     """The scene as it was then; the path of its source is absolute."""
 

@@ -1,11 +1,18 @@
 """What a user asks for on the command line: a scene whose paths are resolved, and the profile it names."""
 
+import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.profiles import load_profile
-from volprep.scene import Scene, load_scene
+from volprep.scene import Scene, ScenePoint, SceneTransfer, load_scene
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Statistics
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.source import SourceSpec
+
+_NOTHING = ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0)
 
 
 @dataclass(frozen=True)
@@ -16,8 +23,8 @@ class Request:
     """The scene; the path of its source is absolute."""
     profile: DeviceProfile
     """Class of devices."""
-    scene_path: Path
-    """The scene file, absolute."""
+    scene_path: Path | None
+    """The scene file, absolute; None for a source without a scene."""
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:
@@ -27,8 +34,34 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     VP3003 for the scene, VP3010 to VP3012 for the profile.
     """
     scene = load_scene(scene_path)
-    base = scene_path.resolve().parent
+    base = scene_path.absolute().parent
     where = source.absolute() if source is not None else base / scene.source.path
     resolved = scene.model_copy(update={"source": scene.source.model_copy(update={"path": str(where)})})
     device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
-    return Request(scene=resolved, profile=device, scene_path=scene_path.resolve())
+    return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+
+
+def request_for_source(source: Path, profile: str | None = None) -> Request:
+    """Make a scene for a source that has none; its transfer function follows when the source has been measured."""
+    name = re.sub(r"[^a-z0-9_-]+", "-", source.stem.lower()).strip("-_") or "volume"
+    scene = Scene(
+        name=name,
+        source=SourceSpec(path=str(source.absolute())),
+        transfer=(
+            SceneTransfer(name="grey", points=(ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)),
+        ),
+    )
+    return Request(scene=scene, profile=load_profile(profile or scene.profile, Path.cwd()), scene_path=None)
+
+
+def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:
+    """Give the scene a transfer function that shows anything: from nothing and black to dense and white.
+
+    The largest value is opaque (1 - exp(-5)) after a tenth of the diagonal.
+    """
+    dense_per_mm = 50 / math.hypot(*grid.extent_mm_zyx)
+    points = (
+        ScenePoint(value=statistics.minimum, colour="#000000", extinction_per_mm=0.0),
+        ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=dense_per_mm),
+    )
+    return scene.model_copy(update={"transfer": (SceneTransfer(name="grey", points=points),)})

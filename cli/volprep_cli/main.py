@@ -1,34 +1,83 @@
-"""The entry point: the list of verbs, and what becomes of an error."""
+"""The entry point: the list of verbs, and what happens to errors."""
 
 import os
+import signal
 import sys
+from typing import Annotated, NoReturn
 
 import typer
 
+from volprep_cli.build import build
 from volprep_cli.doctor import doctor
+from volprep_cli.import_source import import_source
+from volprep_cli.mosaic import mosaic
+from volprep_cli.plan import plan
+from volprep_cli.pyramid import pyramid
+from volprep_cli.quantize import quantize
+from volprep_cli.seal import seal
+from volprep_cli.shaders import shaders
+from volprep_cli.texture import texture
+from volprep_cli.transfer import transfer
 from volprep_formats.diagnostics import VolprepError
 
-app = typer.Typer(name="volprep", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+_STATUSES = (
+    "Exit statuses: 0 done; 1 a picture is further from the truth than the scene allows; 2 wrong command line; "
+    "3 source; 4 scene or profile; 5 package; 6 output; 7 rendering; 8 something is missing on this machine; "
+    "70 a defect in volprep; 130 interrupted. Every error has a permanent code: VP and four digits."
+)
+
+app = typer.Typer(
+    name="volprep",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    # Plain help takes 0.1 s, with rich's markup it took 0.2 s.
+    rich_markup_mode=None,
+    epilog=_STATUSES,
+)
+app.command()(build)
+app.command()(plan)
 app.command()(doctor)
+app.command("import")(import_source)
+app.command()(quantize)
+app.command()(pyramid)
+app.command()(transfer)
+app.command()(mosaic)
+app.command()(texture)
+app.command()(shaders)
+app.command()(seal)
 
 
 @app.callback()
-def volprep() -> None:
-    """Turn a scan into a validated volume package for mobile GPUs."""
+def volprep(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+) -> None:
+    """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web."""
+    if version:
+        from importlib.metadata import version as version_of  # noqa: PLC0415 - keeps volprep --help fast
+
+        print(f"volprep {version_of('volprep')}")
+        raise typer.Exit
 
 
 def main() -> None:
-    """Run the command line. An error becomes one message on stderr and its exit status, never a traceback."""
+    """Run the command line. Whatever goes wrong becomes one message and a documented exit status."""
+    # A reader that has seen enough, as head has, ends us without a word.
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
         app()
     except VolprepError as error:
         _fail(error)
     except Exception as error:
-        if os.environ.get("VOLPREP_TRACEBACK"):
+        if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
         _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {error}"))
 
 
-def _fail(error: VolprepError) -> None:
-    typer.echo(f"volprep: {error}", err=True)
+def _fail(error: VolprepError) -> NoReturn:
+    if "--json" in sys.argv:
+        from volprep_cli.console import print_json  # noqa: PLC0415 - not needed when all is well
+
+        print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})
+    print(f"volprep: {error}", file=sys.stderr)
     sys.exit(error.status)

@@ -373,7 +373,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP5001": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL or OpenGL ES library can be loaded: {error}",
-        "Install them: libegl1, libgles2 and libegl-mesa0 on Debian and Ubuntu, mesa-libEGL and mesa-libGLES on Fedora.",
+        "Install libegl1, libgles2 and libegl-mesa0 on Debian and Ubuntu, mesa-libEGL and mesa-libGLES on Fedora.",
     ),
     "VP5002": Diagnostic(
         ExitStatus.MACHINE,
@@ -383,7 +383,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP5003": Diagnostic(
         ExitStatus.MACHINE,
         "the driver {driver} gives no context of OpenGL ES {api}: {error}",
-        "Use a driver that has it; EGL_PLATFORM=surfaceless with Mesa's llvmpipe has 1.1 to 3.2.",
+        "Use a driver that has it; EGL_PLATFORM=surfaceless with Mesa's llvmpipe has 2.0 to 3.2, and 1.1 where Mesa was built with it.",
     ),
     "VP5004": Diagnostic(
         ExitStatus.INTERNAL,
@@ -475,6 +475,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: cannot write the picture: {error}",
         "Check that the folder exists and can be written.",
     ),
+    "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or give an eye."),
     # VP6xxx validation and report
     "VP6001": Diagnostic(
         ExitStatus.SOURCE,

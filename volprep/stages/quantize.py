@@ -41,7 +41,7 @@ def _codes(
     """Give the codes slab by slab; what each slab lost is added to `losses`."""
     source = source_volume(draft)
     info = draft.manifest.source.info
-    histogram = np.zeros(2**plan.quantize.bits, np.int64)
+    histogram = np.zeros(2**plan.quantize.bits, np.uint64)
     progress.start("quantize", source.shape_zyx[0])
     for z0, z1 in slab_ranges(source.shape_zyx[0], source.slice_bytes):
         slab = source.read_slab(z0, z1)

@@ -1,0 +1,34 @@
+"""volprep build: the main job, from a scene to a sealed package."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from volprep_cli.console import Json, bytes_text, print_json, progress
+
+Scene = Annotated[Path, typer.Argument(help="Scene file.", metavar="SCENE")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
+Profile = Annotated[
+    str | None, typer.Option(help="Class of devices: a name, or a TOML file. Replaces the scene's.", metavar="PROFILE")
+]
+Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path in the scene.", metavar="PATH")]
+
+
+def build(scene: Scene, output: Output, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
+    """Build the package of a scene through all stages that it needs.
+
+    What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
+    """
+    from volprep.build import build as build_package  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.request import load_request  # noqa: PLC0415
+
+    request = load_request(scene, profile, source)
+    with progress() as watcher:
+        manifest = build_package(request, output, watcher)
+    size = sum(record.size_bytes for record in manifest.files)
+    if as_json:
+        print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
+    else:
+        levels = ", ".join("×".join(str(n) for n in level.grid.shape_zyx) for level in manifest.levels)
+        print(f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}")

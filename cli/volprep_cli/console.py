@@ -1,0 +1,100 @@
+"""What the verbs print: results on stdout, progress and messages on stderr, JSON where a machine may read."""
+
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+    from rich.progress import TaskID
+
+    from volprep_formats.progress import Progress
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as JSON.")]
+"""The option --json, which every verb with a result has."""
+
+_HEARTBEAT_S = 10.0
+
+
+@contextmanager
+def progress() -> Iterator["Progress"]:
+    """Show progress on stderr: bars on a terminal, else a line for each task and every ten seconds."""
+    if not sys.stderr.isatty():
+        lines = _Lines()
+        yield lines
+        lines.finish()
+        return
+    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
+    from rich.progress import Progress as Bar  # noqa: PLC0415
+
+    with Bar(console=Console(stderr=True)) as bar:
+        yield _Bars(bar)
+
+
+class _Lines:
+    """Progress as lines of text."""
+
+    def __init__(self) -> None:
+        self._task = ""
+        self._total = 0
+        self._done = 0
+        self._began = self._told = time.monotonic()
+
+    def start(self, task: str, total: int) -> None:
+        self.finish()
+        self._task, self._total, self._done = task, total, 0
+        self._began = self._told = time.monotonic()
+
+    def advance(self, units: int = 1) -> None:
+        self._done += units
+        if time.monotonic() - self._told > _HEARTBEAT_S:
+            self._told = time.monotonic()
+            print(f"{self._task}: {self._done} of {self._total}", file=sys.stderr, flush=True)
+
+    def finish(self) -> None:
+        if self._task:
+            print(f"{self._task}: {time.monotonic() - self._began:.1f} s", file=sys.stderr, flush=True)
+
+
+class _Bars:
+    """Progress as bars, one for each task."""
+
+    def __init__(self, bar: "Bar") -> None:
+        self._bar = bar
+        self._task: TaskID | None = None
+
+    def start(self, task: str, total: int) -> None:
+        self._task = self._bar.add_task(task, total=total or None)
+
+    def advance(self, units: int = 1) -> None:
+        if self._task is not None:
+            self._bar.advance(self._task, units)
+
+
+def print_json(value: object) -> None:
+    """Print JSON to stdout, keys sorted."""
+    print(json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False))
+
+
+def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print rows under headings; on a terminal long cells are folded to its width."""
+    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
+    from rich.table import Table  # noqa: PLC0415
+
+    table = Table(*headings, box=None, pad_edge=False, header_style="bold")
+    for row in rows:
+        table.add_row(*row)
+    # Piped text is for grep: a row stays one line.
+    Console(width=None if sys.stdout.isatty() else 10_000, highlight=False, markup=False).print(table)
+
+
+def bytes_text(size: int) -> str:
+    """Give a size for people: 512 B, 3.4 kB, 21.0 MB."""
+    if size < 1000:
+        return f"{size} B"
+    return f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1_000_000:.1f} MB"

@@ -1,0 +1,8 @@
+"""volprep shaders: the shaders that this package needs."""
+
+from volprep_cli.stage import Draft, run_stage
+
+
+def shaders(package: Draft) -> None:
+    """Write the shaders that the package needs, specialised."""
+    run_stage(package, "shaders")

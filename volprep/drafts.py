@@ -1,0 +1,91 @@
+"""Drafts: begun by importing a source, carried on stage by stage, and finished by seal."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from volprep.pipeline import STAGES, generator, is_current, plan_draft, require_inputs, run_stage
+from volprep.request import Request, with_grey_ramp
+from volprep.scene import Scene
+from volprep.stages.import_volume import NAME, NOT_MEASURED, import_key, import_volume
+from volprep.work import SCENE
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord
+from volprep_formats.progress import Progress
+from volprep_formats.readers import open_source
+
+_NOT_IMPORTED = "0" * 64
+# What later stages wrote into the manifest, as it is before they ran.
+_BLANK: dict[str, object] = {
+    "stored_type": None,
+    "quantization": None,
+    "levels": (),
+    "transfer_functions": (),
+    "render": None,
+    "plan": (),
+}
+
+
+def import_draft(request: Request, folder: Path, progress: Progress) -> Draft:
+    """Give the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
+
+    Raises what the readers raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and
+    VP4023 where the draft cannot be written.
+    """
+    scene = request.scene
+    if not Path(scene.source.path).exists():
+        raise VolprepError("VP1001", path=scene.source.path)
+    key = import_key(scene.source, generator())
+    old = Draft.open(folder) if (folder / MANIFEST).exists() else None
+    if old is not None and is_current(NAME, key, old.manifest):
+        return old
+    with open_source(scene.source, Path("/"), progress) as source:
+        draft = old or Draft.create(
+            folder,
+            Manifest(
+                state="draft",
+                name=scene.name,
+                generator=generator(),
+                profile=request.profile,
+                source=SourceRecord(info=source.info, sha256=_NOT_IMPORTED),
+                statistics=NOT_MEASURED,
+            ),
+        )
+        record, statistics = import_volume(draft, source, progress)
+    if request.scene_path is None:
+        scene = with_grey_ramp(scene, statistics, record.info.grid)
+    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    common = {"name": scene.name, "generator": generator(), "profile": request.profile}
+    draft.commit(StageRecord(name=NAME, key=key), source=record, statistics=statistics, **common, **_BLANK)
+    return draft
+
+
+def scene_of(draft: Draft) -> Scene:
+    """Give the scene that a draft is made for."""
+    return Scene.model_validate_json(draft.read_bytes(SCENE))
+
+
+def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:
+    """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
+
+    Raises VP4001 to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are
+    missing, and what the stage raises.
+    """
+    draft = Draft.open(folder)
+    scene = change(scene_of(draft))
+    plan = plan_draft(draft, scene, draft.manifest.profile)
+    stage = next(stage for stage in STAGES if stage.name == name)
+    require_inputs(draft, stage, plan)
+    run_stage(draft, stage, plan, scene, progress)
+    if draft.manifest.state == "sealed":
+        require_sound(folder)
+    return draft
+
+
+def require_sound(package: Path) -> None:
+    """Raise VP4042 if what was built does not pass the check that every reader of packages may make."""
+    findings = check(package)
+    if findings:
+        raise VolprepError("VP4042", finding=f"{findings[0].code} {findings[0].summary}")

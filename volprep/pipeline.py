@@ -1,0 +1,97 @@
+"""The visible list of stages, and how a draft goes through them."""
+
+import hashlib
+import json
+from importlib.metadata import version
+
+from volprep.plan import Plan, make_plan
+from volprep.scene import Scene
+from volprep.stages import Stage, mosaic, pyramid, quantize, seal, shaders, texture, transfer
+from volprep.statistics import Measured, columns_of
+from volprep.work import SCENE, source_volume
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Manifest, StageRecord
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.progress import Progress
+
+STAGES: tuple[Stage, ...] = (
+    quantize.STAGE,
+    pyramid.STAGE,
+    transfer.STAGE,
+    mosaic.STAGE,
+    texture.STAGE,
+    shaders.STAGE,
+    seal.STAGE,
+)
+"""The stages that follow import, in order. Import comes before the plan, which needs what it measures."""
+
+
+def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> None:
+    """Run the stages that the plan needs and that have not run with these settings and inputs."""
+    for stage in STAGES:
+        if stage.name in plan.stages:
+            run_stage(draft, stage, plan, scene, progress)
+
+
+def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
+    """Run one stage, unless neither its settings nor its inputs have changed since it last ran."""
+    key = stage_key(stage, plan, draft.manifest)
+    if is_current(stage.name, key, draft.manifest):
+        return
+    changes = stage.run(draft, plan, progress)
+    # Every step leaves the scene that it was made for; only drafts hold it.
+    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    common = {
+        "name": scene.name,
+        "generator": generator(),
+        "profile": plan.profile,
+        "plan": plan.items,
+        "render": plan.render,
+    }
+    draft.commit(StageRecord(name=stage.name, key=key), **(common | dict(changes)))
+
+
+def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
+    """Digest of all that the output of a stage depends on: program, profile, settings, and what it reads."""
+    keys = {record.name: record.key for record in manifest.stages}
+    text = json.dumps(
+        {
+            "stage": stage.name,
+            "generator": generator(),
+            "profile": plan.profile.model_dump(mode="json"),
+            "settings": [record.model_dump(mode="json") for record in stage.settings(plan)],
+            "reads": {name: keys[name] for name in stage.reads if name in keys},
+        },
+        sort_keys=True,
+    )
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_current(name: str, key: str, manifest: Manifest) -> bool:
+    """Say whether a stage has run with this key."""
+    return any(record.name == name and record.key == key for record in manifest.stages)
+
+
+def plan_draft(draft: Draft, scene: Scene, profile: DeviceProfile) -> Plan:
+    """Make the plan for a draft whose source has been imported. Raises what `make_plan` raises."""
+    manifest = draft.manifest
+    info = manifest.source.info
+    columns = columns_of(info, source_volume(draft))
+    return make_plan(scene, profile, info, Measured(manifest.statistics, manifest.source.sha256, columns))
+
+
+def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:
+    """Raise VP3023 if the plan does not need a stage, VP4040 if a stage that it reads has not run."""
+    if stage.name not in plan.stages:
+        raise VolprepError("VP3023", profile=plan.profile.name, stage=stage.name, needed=", ".join(plan.stages))
+    for other in STAGES:
+        if other.name not in stage.reads or other.name not in plan.stages:
+            continue
+        if not is_current(other.name, stage_key(other, plan, draft.manifest), draft.manifest):
+            raise VolprepError("VP4040", path=draft.folder, stage=stage.name, missing=other.name)
+
+
+def generator() -> str:
+    """Program and version, as manifests name them."""
+    return f"volprep {version('volprep')}"
