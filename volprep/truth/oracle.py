@@ -42,8 +42,8 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
-    The bound stays below `tolerance`, except where float64 cannot tell the answer: a ray inside a plateau that lies
-    exactly on a jump of the transfer function has a bound of the size of the jump's effect.
+    The bound stays below `tolerance`, except where float64 is too coarse for the question: with tolerances below about
+    1e-10, and for a ray inside a plateau that lies exactly on a jump of the transfer function.
 
     Parameters
     ----------
