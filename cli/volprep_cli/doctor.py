@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 if TYPE_CHECKING:
     from volprep.doctor import Fact
@@ -24,9 +24,9 @@ def doctor(
     examination = examine()
     if as_json:
         typer.echo(examination.model_dump_json(indent=2))
-    else:
-        for fact in examination.facts:
-            typer.echo(_line(fact))
+        raise typer.Exit(ExitStatus.OK if examination.ready else ExitStatus.MACHINE)
+    for fact in examination.facts:
+        typer.echo(_line(fact))
     if not examination.ready:
         missing = [f"{fact.topic} {fact.name}" for fact in examination.facts if fact.needed and not fact.found]
         raise VolprepError("VP7001", missing=", ".join(missing))
