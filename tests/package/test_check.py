@@ -172,7 +172,7 @@ CONTRADICTIONS: dict[str, Change] = {
     ),
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
     "program raycast draws skin, which has no lookup table": set_to("programs", 0, "transfer", to="skin"),
-    "program raycast samples nothing": set_to("programs", 0, "samplers", to=[]),
+    "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
     "program raycast samples volume instead": lambda manifest: manifest["programs"][0]["samplers"].pop(),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),

@@ -1,0 +1,100 @@
+"""What volprep writes as KTX 2 is read by ktx-parse, the parser of three.js and glTF Transform."""
+
+import hashlib
+import json
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from volprep_formats.package.reader import Package
+from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, encode
+
+VERSION = "2.0.0"
+CACHE = Path(__file__).parents[2] / "build" / "node" / f"ktx-parse-{VERSION}"
+READ = Path(__file__).with_name("read_ktx2.mjs")
+
+# vkFormat, type size, bits and DFD channel type (with qualifiers) of each sample, and the values of 0 or -1 and of 1.
+EXPECTED: dict[Ktx2Format, tuple[int, int, int, list[int], int, int]] = {
+    "R8": (9, 1, 8, [0], 0, 255),
+    "RGBA8": (37, 1, 8, [0, 1, 2, 15], 0, 255),
+    "R16": (70, 2, 16, [0], 0, 65535),
+    "R16F": (76, 2, 16, [0xC0], 0xBF800000, 0x3F800000),
+    "RGBA16F": (97, 2, 16, [0xC0, 0xC1, 0xC2, 0xCF], 0xBF800000, 0x3F800000),
+}
+DTYPES = {"R8": np.uint8, "RGBA8": np.uint8, "R16": np.uint16, "R16F": np.float16, "RGBA16F": np.float16}
+
+
+@pytest.fixture(scope="session")
+def ktx_parse() -> Path:
+    """Folder with ktx-parse, installed once. Skips where there is no node or npm cannot reach its registry."""
+    npm = shutil.which("npm")
+    if shutil.which("node") is None or npm is None:
+        pytest.skip("ktx-parse: node and npm are not installed")
+    if not CACHE.exists():
+        CACHE.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=CACHE.parent) as name:
+            folder = Path(name) / "made"
+            folder.mkdir()
+            (folder / "package.json").write_text('{"private": true}')
+            command = [npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", f"ktx-parse@{VERSION}"]
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+            if done.returncode != 0:
+                pytest.skip(f"ktx-parse: npm cannot install it: {done.stderr.strip().splitlines()[-1]}")
+            if not CACHE.exists():  # another worker may have been faster
+                folder.rename(CACHE)
+    return CACHE
+
+
+def read(ktx_parse: Path, files: list[Path]) -> list[dict]:
+    command = ["node", str(READ), str(ktx_parse), *map(str, files)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_ktx_parse_reads_every_format_in_2d_and_3d(tmp_path: Path, ktx_parse: Path) -> None:
+    images = []
+    for texture_format in EXPECTED:
+        for shape_zyx, dimensions in (((1, 3, 5), 2), ((1, 3, 5), 3), ((4, 3, 5), 3)):
+            shape = (*shape_zyx, 4) if texture_format.startswith("RGBA") else shape_zyx
+            texels = np.random.default_rng(len(images)).random(shape) * 200
+            images.append(Ktx2Image(texture_format, shape_zyx, texels.astype(DTYPES[texture_format]), dimensions))
+    files = [tmp_path / f"{number}.ktx2" for number in range(len(images))]
+    for path, image in zip(files, images, strict=True):
+        path.write_bytes(b"".join(encode(image)))
+
+    for image, texture in zip(images, read(ktx_parse, files), strict=True):
+        vk_format, type_size, bits, channels, lower, upper = EXPECTED[image.format]
+        depth, height, width = image.shape_zyx
+        assert texture["vkFormat"] == vk_format
+        assert texture["typeSize"] == type_size
+        sizes = [texture["pixelWidth"], texture["pixelHeight"], texture["pixelDepth"]]
+        assert sizes == [width, height, depth if image.dimensions == 3 else 0]
+        assert [texture["layerCount"], texture["faceCount"], texture["supercompressionScheme"]] == [0, 1, 0]
+        assert texture["texels"] == hashlib.sha256(image.data.tobytes()).hexdigest()
+        assert texture["levels"] == [[image.data.nbytes, image.data.nbytes]]
+        assert texture["keyValue"] == {
+            "KTXorientation": "rd" if image.dimensions == 2 else "rdi",
+            "KTXwriter": "volprep (volpkg 1.0)",
+        }
+        descriptor = texture["descriptor"]
+        assert (descriptor["vendorId"], descriptor["descriptorType"], descriptor["colorModel"]) == (0, 0, 1)
+        assert (descriptor["transferFunction"], descriptor["colorPrimaries"], descriptor["flags"]) == (1, 0, 0)
+        assert list(descriptor["bytesPlane"])[:2] == [bits // 8 * len(channels), 0]
+        for number, (sample, channel) in enumerate(zip(descriptor["samples"], channels, strict=True)):
+            assert (sample["bitOffset"], sample["bitLength"]) == (number * bits, bits - 1)
+            assert sample["channelType"] == channel
+            # ktx-parse reads the bounds as signed numbers where the channel is signed.
+            assert (sample["sampleLower"] % 2**32, sample["sampleUpper"] % 2**32) == (lower, upper)
+
+
+def test_ktx_parse_reads_the_textures_of_a_package(sealed: Path, ktx_parse: Path) -> None:
+    textures = Package.open(sealed).manifest.textures
+    for texture, found in zip(textures, read(ktx_parse, [sealed / texture.file for texture in textures]), strict=True):
+        depth, height, width = texture.shape_zyx
+        sizes = [found["pixelWidth"], found["pixelHeight"], found["pixelDepth"]]
+        assert sizes == [width, height, depth if texture.gl.target == "TEXTURE_3D" else 0]
