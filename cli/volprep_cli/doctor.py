@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
-    """Say what this machine has of what volprep needs, one line each, and how to get the rest.
+    """Say what this machine has of what volprep needs.
+
+    One line for each thing, and how to get what is not there.
 
     OK: it is there. missing: without it no scan becomes a validated package. no: only what the line says is lost.
 
