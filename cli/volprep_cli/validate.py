@@ -1,0 +1,130 @@
+"""volprep validate: whether a package may ship, and how wrong its pictures are."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.console import Json, print_json, print_table, progress
+from volprep_formats.diagnostics import VolprepError
+
+if TYPE_CHECKING:
+    from volprep.report.data import ProgramResult, Report
+
+Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
+Source = Annotated[
+    Path | None,
+    typer.Option(help="The scan, or the scene, that the package was made from; else PACKAGE.origin.json tells."),
+]
+ReportFolder = Annotated[
+    Path | None, typer.Option("--report", help="Folder of the report; else NAME.report beside the package.")
+]
+Size = Annotated[
+    int | None,
+    typer.Option(min=16, max=4096, help="Width and height of the pictures; else what the scene says.", metavar="N"),
+]
+Quick = Annotated[bool, typer.Option("--quick", help="Check schema, sizes and checksums only, without OpenGL.")]
+
+
+def validate(
+    package: Package,
+    *,
+    source: Source = None,
+    report: ReportFolder = None,
+    size: Size = None,
+    quick: Quick = False,
+    as_json: Json = False,
+) -> None:
+    """Prove a package: draw the nine standard views, compare them with the truth, and write a report.
+
+    The truth is the integral of the scan in double precision. Exit status 0: every view is within the scene's
+    tolerance. 1: one is not. 5: the package is not whole.
+    """
+    if quick:
+        _check(package, as_json=as_json)
+        return
+    from volprep.validation.run import default_report_path  # noqa: PLC0415 - loads OpenGL
+    from volprep.validation.run import validate as validate_package  # noqa: PLC0415
+
+    folder = report or default_report_path(package)
+    with progress() as watcher:
+        result = validate_package(package, folder, watcher, source=source, picture_size=size)
+    if as_json:
+        print_json(result.model_dump(mode="json"))
+    else:
+        _print(result, folder)
+    if not result.verdict.passed:
+        raise _beyond_tolerance(result, package, folder)
+
+
+def _check(package: Path, *, as_json: bool) -> None:
+    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
+
+    manifest = open_whole(package).manifest
+    if as_json:
+        print_json({"package": str(package), "whole": True, "files": len(manifest.files)})
+    else:
+        print(f"{package}: whole, {len(manifest.files)} files")
+
+
+def _print(report: "Report", folder: Path) -> None:
+    for program in report.programs:
+        print(f"{program.program}, transfer function {program.transfer}, level {program.level}")
+        _print_views(program)
+        print(f"\nerror against run time, view {program.sweep.view}")
+        _print_sweep(program)
+    allowed = report.tolerance
+    print(f"\nallowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
+    print(f"report: {folder / 'index.html'}")
+
+
+def _print_views(program: "ProgramResult") -> None:
+    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+
+    rows = [
+        (
+            view.view,
+            number(view.total.rmse),
+            number(view.total.maximum),
+            number(view.data.rmse),
+            number(view.drawing.rmse),
+            f"{min(view.total.ssim_black, view.total.ssim_white):.4f}",
+            "within" if view.passed else "beyond",
+        )
+        for view in program.views
+    ]
+    print_table(("view", "RMSE", "largest", "data RMSE", "drawing RMSE", "SSIM", "verdict"), rows)
+
+
+def _print_sweep(program: "ProgramResult") -> None:
+    from volprep.report.text import number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+
+    rows = [
+        (
+            str(point.level),
+            f"{ratio(point.step_ratio)} {number(point.step_mm)} mm",
+            number(point.samples_mean),
+            number(point.draw_ms),
+            number(point.total.rmse),
+            number(point.drawing.rmse),
+        )
+        for point in program.sweep.points
+    ]
+    print_table(("level", "step", "samples", "ms", "RMSE", "drawing RMSE"), rows)
+
+
+def _beyond_tolerance(report: "Report", package: Path, folder: Path) -> VolprepError:
+    verdict, allowed = report.verdict, report.tolerance
+    return VolprepError(
+        "VP6011",
+        path=package,
+        failed=verdict.failed,
+        views=verdict.views,
+        view=verdict.worst_view,
+        program=verdict.worst_program,
+        rmse=verdict.worst_rmse,
+        rmse_allowed=allowed.rmse,
+        maximum=verdict.worst_maximum,
+        maximum_allowed=allowed.maximum,
+        report=folder,
+    )

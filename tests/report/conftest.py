@@ -1,0 +1,231 @@
+"""A report with every part in it, without a scan, a package or a driver."""
+
+import numpy as np
+import pytest
+
+from volprep.report.data import (
+    Breakdown,
+    Convergence,
+    Cost,
+    Driver,
+    ErrorNumbers,
+    LevelFloor,
+    PackageFacts,
+    ProgramResult,
+    Report,
+    Sweep,
+    SweepPoint,
+    ViewPictures,
+    ViewResult,
+)
+from volprep.report.verdict import judge, passes
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import (
+    FileRecord,
+    GlFormat,
+    Level,
+    Manifest,
+    PlanItem,
+    Quantization,
+    RenderSettings,
+    SourceRecord,
+    Statistics,
+    Texture,
+    Tolerance,
+)
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.source import SourceInfo
+
+VIEWS = ("anterior", "superior", "anterior-left")
+STEP_RATIOS = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
+
+
+def errors(rmse: float, maximum: float | None = None) -> ErrorNumbers:
+    """Numbers that belong to an error of `rmse`."""
+    return ErrorNumbers(
+        rmse=rmse,
+        maximum=rmse * 8 if maximum is None else maximum,
+        psnr_black_db=float(-20 * np.log10(rmse)) if rmse else None,
+        psnr_white_db=None,
+        ssim_black=1 - rmse,
+        ssim_white=1.0,
+    )
+
+
+def view(name: str, total: ErrorNumbers, tolerance: Tolerance) -> ViewResult:
+    """One view with this total error."""
+    pictures = {field: f"pictures/{name}-{field.replace('_', '-')}.png" for field in ViewPictures.model_fields}
+    return ViewResult(
+        view=name,
+        passed=passes(total, tolerance),
+        total=total,
+        data=errors(total.rmse * 0.8),
+        drawing=errors(total.rmse * 0.5),
+        truth_bound=3e-7,
+        pictures=ViewPictures(**pictures),
+    )
+
+
+def sweep_of(levels: tuple[int, ...]) -> Sweep:
+    """A sweep whose quadrature is of order 2."""
+    points = tuple(
+        SweepPoint(
+            level=level,
+            step_mm=0.25 * step_ratio,
+            step_ratio=step_ratio,
+            samples_mean=400 / step_ratio,
+            samples_max=int(900 / step_ratio),
+            draw_ms=60 / step_ratio + 15,
+            draws=5,
+            total=errors(float(np.hypot(0.002 * step_ratio**2, 0.003 * (level + 1)))),
+            drawing=errors(float(np.hypot(0.002 * step_ratio**2, 0.0009))),
+            quadrature=errors(0.002 * step_ratio**2) if level == 0 else None,
+        )
+        for level in levels
+        for step_ratio in STEP_RATIOS[: 6 if level == 0 else 3]
+    )
+    return Sweep(
+        view="anterior-left",
+        float_target="rgba32f",
+        points=points,
+        floors=tuple(
+            LevelFloor(
+                level=level,
+                shape_zyx=(40 >> level, 48 >> level, 48 >> level),
+                texture_bytes=92_160 >> 3 * level,
+                data=errors(0.003 * (level + 1)),
+            )
+            for level in levels
+        ),
+        breakdown=Breakdown(data=errors(0.003), table=errors(0.0004), quadrature=errors(0.002), target=errors(0.0009)),
+        convergence=Convergence(
+            expected=2.0,
+            slopes=(2.0, 2.0, 2.0, 2.0, 2.0),
+            observed=2.0,
+            fitted_steps_mm=(0.25, 0.125, 0.0625, 0.03125),
+            limits=("Nothing limits it.",),
+        ),
+    )
+
+
+def manifest_of(tolerance: Tolerance) -> Manifest:
+    """The manifest of a small package with two levels."""
+    grid = Grid.of((40, 48, 48), (1.0, 0.9, 0.9))
+    levels = (
+        Level(
+            index=0, factors_zyx=(1, 1, 1), grid=grid, texture_from_box_per_mm_xyz=(0.02, 0.02, 0.025), filter="none"
+        ),
+        Level(
+            index=1,
+            factors_zyx=(2, 2, 2),
+            grid=grid.coarser((2, 2, 2)),
+            texture_from_box_per_mm_xyz=(0.02, 0.02, 0.025),
+            filter="box",
+        ),
+    )
+    return Manifest(
+        state="sealed",
+        name="small-head",
+        generator="volprep 0.1.0",
+        profile=DeviceProfile(
+            name="gles3",
+            api="es3.0",
+            max_texture_size=4096,
+            max_3d_texture_size=1024,
+            texture_units=16,
+            texture_formats=("R8",),
+            index_bits=32,
+            max_texture_bytes=1 << 28,
+        ),
+        source=SourceRecord(
+            info=SourceInfo(
+                format="dicom", grid=grid, stored_type="int16", modality="MR", remarks=("one file ignored",)
+            ),
+            sha256="a" * 64,
+        ),
+        statistics=Statistics(minimum=0, maximum=278, non_finite=0),
+        quantization=Quantization(
+            bits=8,
+            window=(0.0, 255.0),
+            slope=1.0,
+            intercept=0.0,
+            rmse=0.25,
+            max_error=0.5,
+            clipped_below=0,
+            clipped_above=12,
+        ),
+        levels=levels,
+        transfer_functions=(
+            TransferFunction(
+                name="skin",
+                points=(
+                    TransferPoint(value=20, colour=(0.9, 0.5, 0.3), extinction_per_mm=0.0),
+                    TransferPoint(value=60, colour=(0.9, 0.6, 0.4), extinction_per_mm=0.2),
+                    TransferPoint(value=200, colour=(1.0, 1.0, 0.9), extinction_per_mm=1.5),
+                ),
+            ),
+        ),
+        textures=tuple(
+            Texture(
+                name=f"volume{level.index}",
+                role="volume",
+                file=f"level{level.index}.ktx2",
+                shape_zyx=level.grid.shape_zyx,
+                gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
+                level=level.index,
+            )
+            for level in levels
+        ),
+        render=RenderSettings(step_mm=0.25, opacity_cutoff=0.995, tolerance=tolerance),
+        plan=(
+            PlanItem(
+                name="level 0", kept=True, reason="finest level that fits", files=("level0.ktx2",), size_bytes=92160
+            ),
+            PlanItem(name="normals", kept=False, reason="the scene has no lighting", size_bytes=276480),
+        ),
+        files=(FileRecord(path="level0.ktx2", role="texture", size_bytes=92160, sha256="b" * 64),),
+    )
+
+
+@pytest.fixture
+def report() -> Report:
+    """A report that passes."""
+    return report_of((0.004, 0.006, 0.005))
+
+
+def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None) -> Report:
+    """A report whose views have these total root mean square errors."""
+    tolerance = tolerance or Tolerance()
+    views = tuple(view(name, errors(rmse), tolerance) for name, rmse in zip(VIEWS, totals, strict=True))
+    programs = (
+        ProgramResult(
+            program="raycast",
+            technique="raycast_texture3d",
+            transfer="skin",
+            level=0,
+            views=views,
+            sweep=sweep_of((0, 1)),
+        ),
+    )
+    return Report(
+        generator="volprep 0.1.0",
+        package=PackageFacts(
+            file_name="small-head.volpkg",
+            manifest_sha256="c" * 64,
+            size_bytes=123_456,
+            manifest=manifest_of(tolerance),
+        ),
+        picture_size=256,
+        target="rgba8",
+        step_mm=0.25,
+        tolerance=tolerance,
+        oracle_tolerance=1e-6,
+        difference_gain=32.0,
+        verdict=judge(programs, tolerance),
+        programs=programs,
+        driver=Driver(vendor="Mesa", renderer="llvmpipe", version="OpenGL ES 3.2 Mesa"),
+        cost=Cost(
+            seconds={"oracle": 12.5, "all": 75.0}, threads=2, peak_memory_bytes=512_000_000, source_bytes=184_320
+        ),
+    )

@@ -1,0 +1,1 @@
+"""What validation found: the data first, then the page and its plots."""

@@ -1,0 +1,262 @@
+"""report.json: what validation measured, as frozen records. The page shows nothing that is not in here.
+
+An error is told apart by its origin. The *data* error is what the package's level and quantisation lost: the oracle
+on the package's decoded data against the oracle on the source. The *drawing* error is what the renderer adds: its
+picture against the oracle on the same data. The drawing error in turn is the lookup table's (oracle with the table
+as transfer function), the quadrature's (float target), and the target's (8 bits).
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count
+from volprep_formats.package.manifest import ByteCount, Manifest, Sha256, Tolerance
+from volprep_formats.record import Record
+
+NonNegative = Annotated[float, Field(ge=0.0)]
+Decibel = float | None
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+Target = Literal["rgba8", "rgba16f", "rgba32f"]
+
+
+class ErrorNumbers(Record):
+    """How far one picture is from another. All pixels of the picture count for `rmse` and `maximum`."""
+
+    rmse: NonNegative
+    """Root mean square over all pixels and the four channels, premultiplied linear values from 0 to 1."""
+    maximum: NonNegative
+    """Largest difference of one channel of one pixel, premultiplied linear."""
+    psnr_black_db: Decibel
+    """Peak signal to noise over black, sRGB, on the foreground; null where the pictures are the same."""
+    psnr_white_db: Decibel
+    """Peak signal to noise over white, sRGB, on the foreground; null where the pictures are the same."""
+    ssim_black: float
+    """Structural similarity over black, sRGB, on the foreground; 1 where the pictures are the same."""
+    ssim_white: float
+    """Structural similarity over white, sRGB, on the foreground; 1 where the pictures are the same."""
+
+
+class ViewPictures(Record):
+    """Files of one view's pictures, in the folder of the report."""
+
+    truth_black: str
+    """Oracle on the source, over black."""
+    drawn_black: str
+    """Rendering, over black."""
+    difference: str
+    """Largest difference of a pixel's channels, amplified; see `difference_gain` of the report."""
+    truth_white: str
+    """Oracle on the source, over white."""
+    drawn_white: str
+    """Rendering, over white."""
+
+
+class ViewResult(Record):
+    """One standard view at the finest level of the package, drawn with the nominal step."""
+
+    view: str
+    """Name of the standard view."""
+    passed: bool
+    """Whether the total error is within the tolerance, in rmse and in maximum."""
+    total: ErrorNumbers
+    """Rendering against truth."""
+    data: ErrorNumbers
+    """Oracle on the package's data against truth: what level and quantisation lost."""
+    drawing: ErrorNumbers
+    """Rendering against the oracle on the package's data: lookup table, quadrature and arithmetic."""
+    truth_bound: NonNegative
+    """Largest bound of the oracle on its own error, truth and package's data alike, over all pixels."""
+    pictures: ViewPictures
+    """Files of the pictures."""
+
+
+class SweepPoint(Record):
+    """One step size at one level."""
+
+    level: Annotated[int, Field(ge=0)]
+    """Level that was drawn."""
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Distance of the samples."""
+    step_ratio: Annotated[float, Field(gt=0.0)]
+    """Step over the nominal step."""
+    samples_mean: NonNegative
+    """Samples per ray that meets the volume, mean; early termination takes fewer."""
+    samples_max: Annotated[int, Field(ge=0)]
+    """Samples of the longest ray."""
+    draw_ms: NonNegative
+    """Median time of a draw, in milliseconds."""
+    draws: Count
+    """Draws that were timed, after one that was not."""
+    total: ErrorNumbers
+    """Rendering against truth, with the target of the report."""
+    drawing: ErrorNumbers
+    """Rendering against the oracle on the level's data, with the target of the report."""
+    quadrature: ErrorNumbers | None = None
+    """Rendering into a float target against the oracle with the lookup table; absent without a float target."""
+
+
+class LevelFloor(Record):
+    """What one level can reach at best, in the view of the sweep."""
+
+    level: Annotated[int, Field(ge=0)]
+    """Level."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Voxels."""
+    texture_bytes: ByteCount
+    """Size of the level's texture files."""
+    data: ErrorNumbers
+    """Oracle on the level's data against truth."""
+
+
+class Breakdown(Record):
+    """Where the error of the sweep's view at the nominal step comes from, at the finest level."""
+
+    data: ErrorNumbers
+    """Oracle on the level's data against truth: level and quantisation."""
+    table: ErrorNumbers
+    """Oracle with the lookup table against the oracle with the control points, both on the level's data."""
+    quadrature: ErrorNumbers | None
+    """Rendering into a float target against the oracle with the table; null where the driver has no such target."""
+    target: ErrorNumbers | None
+    """Rendering into the 8-bit target against the one into the float target; null as above."""
+
+
+class Convergence(Record):
+    """Order with which the quadrature error falls as the step is refined."""
+
+    expected: float
+    """2 for midpoint samples with exponential opacity; 1 where the transfer function has a jump."""
+    slopes: tuple[float, ...]
+    """Slope of log error over log step from each step to the next finer one; empty without a float target."""
+    observed: float | None
+    """Slope fitted to the finest steps whose slopes agree; null where none do."""
+    fitted_steps_mm: tuple[float, ...]
+    """Steps that `observed` was fitted to."""
+    limits: tuple[str, ...]
+    """What keeps the slope from the expected one, in words."""
+
+
+class Sweep(Record):
+    """Error against run time: one view, several step sizes, several levels."""
+
+    view: str
+    """View that was drawn."""
+    float_target: Target | None
+    """Target of the quadrature numbers; null where the driver has none that is float."""
+    points: tuple[SweepPoint, ...]
+    """Measured points, level by level, coarsest step first."""
+    floors: tuple[LevelFloor, ...]
+    """What each level can reach, finest level first."""
+    breakdown: Breakdown
+    """Where the error at the nominal step comes from."""
+    convergence: Convergence
+    """Order of convergence at the finest level."""
+
+
+class ProgramResult(Record):
+    """What one shader program draws."""
+
+    program: str
+    """Name of the program in the manifest."""
+    technique: str
+    """How it samples the volume."""
+    transfer: str
+    """Name of the transfer function that it draws."""
+    level: Annotated[int, Field(ge=0)]
+    """Finest level that it draws: the level of the nine views."""
+    views: tuple[ViewResult, ...]
+    """Standard views."""
+    sweep: Sweep
+    """Error against run time."""
+
+
+class Verdict(Record):
+    """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
+
+    passed: bool
+    """Whether every view of every program is within the tolerance."""
+    views: Count
+    """Number of pictures that were judged."""
+    failed: Annotated[int, Field(ge=0)]
+    """Number of pictures beyond the tolerance."""
+    worst_program: str
+    """Program of the worst view."""
+    worst_view: str
+    """The worst view: the one with the largest share of a tolerance."""
+    worst_rmse: NonNegative
+    """Its root mean square error."""
+    worst_maximum: NonNegative
+    """Its largest error."""
+    share: NonNegative
+    """Its error over the tolerance, the larger of the two shares; above 1 it fails."""
+
+
+class Driver(Record):
+    """The OpenGL ES that drew the pictures."""
+
+    vendor: str
+    """GL_VENDOR."""
+    renderer: str
+    """GL_RENDERER."""
+    version: str
+    """GL_VERSION."""
+
+
+class Cost(Record):
+    """What validation took."""
+
+    seconds: dict[str, float]
+    """Wall time of each part, by name, in seconds."""
+    threads: Count
+    """Threads of the oracle."""
+    peak_memory_bytes: ByteCount
+    """Largest resident memory of the process."""
+    source_bytes: ByteCount
+    """Size of the source volume, which the oracle holds whole."""
+
+
+class PackageFacts(Record):
+    """What was validated."""
+
+    file_name: str
+    """Name of the package's folder."""
+    manifest_sha256: Sha256
+    """Digest of manifest.json, which names the digests of all other files."""
+    size_bytes: ByteCount
+    """Size of all files of the package with the manifest."""
+    manifest: Manifest
+    """The manifest."""
+
+
+class Report(Record):
+    """One validation of one package."""
+
+    format: Literal["volprep-report"] = "volprep-report"
+    """Marks the file."""
+    version: Literal["1.0"] = "1.0"
+    """Version of the format: major.minor."""
+    generator: str
+    """Program and version that validated."""
+    package: PackageFacts
+    """What was validated."""
+    picture_size: Count
+    """Width and height of the pictures, in pixels."""
+    target: Target
+    """Render target of the pictures that were judged."""
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Nominal step of the package, with which the views are drawn."""
+    tolerance: Tolerance
+    """Largest error that a view may have."""
+    oracle_tolerance: NonNegative
+    """Bound that the oracle was asked to keep for each channel."""
+    difference_gain: Annotated[float, Field(gt=0.0)]
+    """Factor on the differences in the pictures named `difference`."""
+    verdict: Verdict
+    """Whether the package may ship."""
+    programs: tuple[ProgramResult, ...]
+    """What each program draws."""
+    driver: Driver
+    """The OpenGL ES that drew the pictures."""
+    cost: Cost
+    """What validation took."""

@@ -1,0 +1,86 @@
+"""The folder of a report: it appears under its name whole or not at all, also over an older report."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.report.data import Report
+from volprep.report.page import page
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.png import write_png
+
+DATA_FILE = "report.json"
+"""Name of the data in the folder of a report."""
+PAGE_FILE = "index.html"
+"""Name of the page in the folder of a report."""
+PICTURES = "pictures"
+"""Name of the folder of pictures in the folder of a report."""
+
+
+class ReportFolder:
+    """A report under construction, beside the place where it will appear."""
+
+    def __init__(self, partial: Path) -> None:
+        """Use `report_folder`."""
+        self._partial = partial
+
+    def picture(self, name: str, picture: NDArray[np.uint8]) -> None:
+        """Write `picture` [H, W, 3] as the PNG file `name`, which begins with the folder of pictures."""
+        path = self._partial / name
+        with _errors(path):
+            write_png(path, picture)
+
+    def write(self, report: Report) -> None:
+        """Write the data and the page."""
+        with _errors(self._partial):
+            (self._partial / DATA_FILE).write_text(report.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            (self._partial / PAGE_FILE).write_text(page(report), encoding="utf-8")
+
+
+@contextmanager
+def report_folder(target: Path) -> Iterator[ReportFolder]:
+    """Give a folder to fill. It becomes `target` when the block ends well, and vanishes when it does not.
+
+    Raises VP6020 if something other than a report is at `target`, VP6021 if the system refuses.
+    """
+    target = target.resolve()
+    _require_replaceable(target)
+    partial = target.with_name(f".{target.name}.partial")
+    older = target.with_name(f".{target.name}.older")
+    with _errors(target):
+        for left_behind in (partial, older):
+            if left_behind.exists():
+                shutil.rmtree(left_behind)
+        (partial / PICTURES).mkdir(parents=True)
+    try:
+        yield ReportFolder(partial)
+        with _errors(target):
+            if target.exists():
+                target.rename(older)
+            partial.rename(target)
+            if older.exists():
+                shutil.rmtree(older)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _require_replaceable(target: Path) -> None:
+    """Refuse to remove what is no report: somebody may have named a folder of their own."""
+    if target.exists() and not target.is_dir():
+        raise VolprepError("VP6020", path=target, problem="it is no folder")
+    names = {path.name for path in target.iterdir()} if target.is_dir() else set()
+    others = sorted(names - {DATA_FILE, PAGE_FILE, PICTURES})
+    if others:
+        raise VolprepError("VP6020", path=target, problem=f"it holds {others[0]}, which is no part of a report")
+
+
+@contextmanager
+def _errors(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise VolprepError("VP6021", path=path, error=error.strerror or error) from error

@@ -1,0 +1,104 @@
+"""index.html: one page that needs nothing from outside its folder, made from the report's data alone."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from volprep.report import text
+from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult
+from volprep.report.pictures import colours, css_bytes, css_colour
+from volprep.report.plots import Plot, error_against_step, error_against_time, transfer_plot
+from volprep_formats.package.manifest import Manifest, Tolerance
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+_SEEN_FROM = {
+    "anterior": "seen from the front",
+    "posterior": "seen from behind",
+    "left": "seen from the patient's left",
+    "right": "seen from the patient's right",
+    "superior": "seen from above",
+    "inferior": "seen from below",
+    "anterior-left": "oblique, from the front left above",
+    "anterior-right": "oblique, from the front right above",
+    "posterior-left": "oblique, from behind left below",
+}
+
+
+@dataclass(frozen=True)
+class ProgramPlots:
+    """The plots of one program."""
+
+    time: Plot
+    step: Plot
+
+
+def page(report: Report) -> str:
+    """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report."""
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(
+        number=text.number,
+        bytes=text.size,
+        plain=text.plain,
+        ratio=text.ratio,
+        decibel=text.decibel,
+        seconds=text.seconds,
+        css=css_colour,
+    )
+    manifest = report.package.manifest
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        manifest=manifest,
+        plots={program.program: _plots(program, report.tolerance) for program in report.programs},
+        transfer_plots=_transfer_plots(manifest),
+        seen_from=_SEEN_FROM,
+        kept=[item for item in manifest.plan if item.kept],
+        left_out=[item for item in manifest.plan if not item.kept],
+        files=manifest.files,
+        source_bytes=report.cost.source_bytes,
+        hero=_hero(report),
+        nominal=[_nominal(program) for program in report.programs],
+        legend=_legend(report.difference_gain),
+    )
+
+
+def _plots(program: ProgramResult, tolerance: Tolerance) -> ProgramPlots:
+    return ProgramPlots(
+        time=error_against_time(program.sweep, tolerance, program.program),
+        step=error_against_step(program.sweep, program.program),
+    )
+
+
+def _transfer_plots(manifest: Manifest) -> dict[str, Plot]:
+    unit = manifest.source.info.unit
+    window = (
+        manifest.quantization.window
+        if manifest.quantization
+        else (manifest.statistics.minimum, manifest.statistics.maximum)
+    )
+    return {function.name: transfer_plot(function, window, unit) for function in manifest.transfer_functions}
+
+
+def _nominal(program: ProgramResult) -> SweepPoint:
+    """Give the measured point of the finest level whose step is nearest to the nominal one."""
+    points = [point for point in program.sweep.points if point.level == program.level]
+    return min(points, key=lambda point: abs(point.step_ratio - 1))
+
+
+def _hero(report: Report) -> ViewResult:
+    """Give the view that the page opens with: the one of the sweep, which is oblique and shows the most."""
+    first = report.programs[0]
+    return next(view for view in first.views if view.view == first.sweep.view)
+
+
+def _legend(gain: float) -> list[tuple[str, str]]:
+    """Give the legend of the difference pictures: CSS colour and label of some grades, from none to clipped."""
+    return [(css_bytes(colours()[grade]), text.number(grade / 255 / gain, 2)) for grade in range(0, 256, 51)]

@@ -1,0 +1,1 @@
+"""Proving a package: its pictures against the oracle on the scan that it was made from."""

@@ -1,0 +1,22 @@
+"""What all measurements of one validation share."""
+
+from dataclasses import dataclass
+
+from volprep.report.folder import ReportFolder
+from volprep.validation.clock import Clock
+from volprep.validation.subject import Subject
+from volprep_formats.progress import Progress
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The subject of a validation, and where its results go."""
+
+    subject: Subject
+    """The package and its scan."""
+    folder: ReportFolder
+    """Takes the pictures."""
+    clock: Clock
+    """Counts where the time goes."""
+    progress: Progress
+    """Is told how far the work is."""

@@ -1,0 +1,107 @@
+"""What a package itself says: the values of a level and the transfer function of a lookup table, as an app gets them.
+
+Everything comes from the texture files, nothing from the scan, so that the oracle can tell the error of the data and
+of the table from the renderer's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import MosaicLayout, Quantization, Texture
+from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.textures import ktx2
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A scalar field on a grid: physical = slope · stored + intercept, trilinear between voxel centres."""
+
+    stored: NDArray[np.generic]
+    """Stored values, [z, y, x]."""
+    grid: Grid
+    """Positions of the voxels."""
+    slope: float
+    """physical = slope · stored + intercept."""
+    intercept: float
+    """physical = slope · stored + intercept."""
+
+
+def level_volume(package: Package, level: int) -> Volume:
+    """Decode the texture of `level`: slices taken out of their mosaic, stored values as the manifest maps them."""
+    manifest = package.manifest
+    texture = next(item for item in manifest.textures if item.role == "volume" and item.level == level)
+    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
+    texels = image.data if texture.mosaic is None else slices_of_mosaic(image.data[0], texture.mosaic)
+    quantization = _quantization(package)
+    grid = next(item.grid for item in manifest.levels if item.index == level)
+    # Half floats hold normalised stored values; integers hold the stored values themselves.
+    scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
+    stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
+    return Volume(np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept)
+
+
+def slices_of_mosaic(texels: NDArray[np.generic], mosaic: MosaicLayout) -> NDArray[np.generic]:
+    """Take the slices [z, y, x] out of the texels [H, W] or [H, W, channels] of a mosaic."""
+    planes = texels[..., None] if texels.ndim == 2 else texels
+    height, width = mosaic.tile_shape_yx
+    slices = np.empty((mosaic.slices, height, width), dtype=texels.dtype)
+    for k in range(mosaic.slices):
+        tile, channel = divmod(k, mosaic.channels)
+        row, column = divmod(tile, mosaic.tiles_x)
+        slices[k] = planes[row * height : (row + 1) * height, column * width : (column + 1) * width, channel]
+    return slices
+
+
+def table_function(package: Package, transfer: str) -> TransferFunction:
+    """Give the transfer function that the lookup table of `transfer` stands for, filtered linearly.
+
+    8-bit tables hold the square root of the extinction. Between two entries it is then a parabola, here two straight
+    pieces: what they miss is a sixteenth of the squared difference of the two roots, times the largest extinction.
+    """
+    manifest = package.manifest
+    texture = next(item for item in manifest.textures if item.role == "transfer" and item.transfer == transfer)
+    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
+    entries = image.data.reshape(-1, 4)
+    quantization = _quantization(package)
+    if entries.dtype.kind != "f":
+        values, colours, extinctions = _from_roots(entries, texture)
+    else:
+        values = np.linspace(0.0, 1.0, len(entries))
+        colours, extinctions = entries[:, :3].astype(np.float64), entries[:, 3].astype(np.float64)
+    physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
+    points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
+    return TransferFunction(
+        name=transfer,
+        points=tuple(
+            TransferPoint(value=value, colour=(red, green, blue), extinction_per_mm=extinction)
+            for value, (red, green, blue), extinction in points
+        ),
+    )
+
+
+def _from_roots(
+    entries: NDArray[np.generic], texture: Texture
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Give normalised values, colours and extinctions at the entries and half way between them."""
+    at_entries = entries.astype(np.float64) / 255.0
+    fine = np.empty((2 * len(entries) - 1, 4))
+    fine[::2] = at_entries
+    fine[1::2] = (at_entries[1:] + at_entries[:-1]) / 2
+    largest = texture.max_extinction_per_mm or 0.0
+    return np.linspace(0.0, 1.0, len(fine)), fine[:, :3], largest * fine[:, 3] ** 2
+
+
+def _quantization(package: Package) -> Quantization:
+    quantization = package.manifest.quantization
+    if quantization is None:
+        raise VolprepError("VP4011", path=package.path, problem="a sealed package without a quantization")
+    return quantization
+
+
+def _largest_code(quantization: Quantization) -> float:
+    return float(2**quantization.bits - 1)

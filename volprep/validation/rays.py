@@ -1,0 +1,40 @@
+"""How long the rays of a picture are inside the volume, and so how many samples they take."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.grid import Grid
+
+
+def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], grid: Grid) -> NDArray[np.float64]:
+    """Give the length of each pixel's ray inside the box of `grid` in millimetres, [H, W]; 0 where it misses."""
+    height, width = shape_hw
+    x = (2 * np.arange(width) + 1) / width - 1
+    y = 1 - (2 * np.arange(height) + 1) / height
+    near = _unproject(box_from_clip, x, y, -1.0)
+    along = _unproject(box_from_clip, x, y, 1.0) - near
+    extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
+    # A ray parallel to a face divides by zero: the infinities then say whether it lies between the faces. One that
+    # runs within a face gives NaN and counts as a miss.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = -near / along, (extent_mm_xyz - near) / along
+    enter = np.maximum(np.minimum(first, second).max(axis=-1), 0.0)
+    leave = np.minimum(np.maximum(first, second).min(axis=-1), 1.0)
+    part = np.where(leave > enter, leave - enter, 0.0)
+    lengths: NDArray[np.float64] = part * np.linalg.norm(along, axis=-1)
+    return lengths
+
+
+def samples(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.int64]:
+    """Give the number of equal segments, none longer than `step_mm`, that the renderer cuts each ray into."""
+    return np.ceil(chords / step_mm).astype(np.int64)
+
+
+def _unproject(
+    box_from_clip: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], z: float
+) -> NDArray[np.float64]:
+    clip = np.empty((len(y), len(x), 4))
+    clip[..., 0], clip[..., 1], clip[..., 2], clip[..., 3] = x, y[:, None], z, 1.0
+    points = clip @ box_from_clip.T
+    positions: NDArray[np.float64] = points[..., :3] / points[..., 3:]
+    return positions

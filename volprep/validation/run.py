@@ -1,0 +1,117 @@
+"""volprep validate: draw the package, draw the truth, compare, judge, report."""
+
+import hashlib
+import resource
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from volprep import _native
+from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
+from volprep.report.folder import report_folder
+from volprep.report.verdict import judge
+from volprep.truth.oracle import DEFAULT_TOLERANCE
+from volprep.validation.bench import Bench
+from volprep.validation.clock import Clock
+from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.subject import Subject
+from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
+from volprep.validation.views import draw_differences, measure_views
+from volprep.validation.whole import open_whole
+from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Progress
+
+
+def default_report_path(package: Path) -> Path:
+    """Give the place of a package's report: NAME.report beside NAME.volpkg."""
+    return package.resolve().with_suffix(".report")
+
+
+def validate(
+    path: Path, report_path: Path, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
+) -> Report:
+    """Validate the sealed package at `path`, and write the report to the folder `report_path`.
+
+    Parameters
+    ----------
+    path
+        The package.
+    report_path
+        Folder of the report. An older report there is replaced when the new one is whole.
+    source
+        The scan, or a scene that names it; without it the origin beside the package tells.
+    picture_size
+        Width and height of the pictures, at least 16; without it the scene tells.
+
+    Raises
+    ------
+    VolprepError
+        VP4001 to VP4005 and VP6010 for what is no whole package, VP6012 and VP6013 when the scan is not known or
+        another, VP6020 and VP6021 when the report cannot be written, and what reader and renderer raise. A package
+        beyond the tolerance is no error here: the verdict says so.
+    """
+    clock = Clock()
+    with report_folder(report_path) as folder, clock.part("all"):
+        with clock.part("checking"):
+            package = open_whole(path)
+        found = find_scan(path, source)
+        with clock.part("reading"):
+            scan = read_scan(package.manifest, found.spec, progress)
+        subject = Subject(package, scan, picture_size or found.picture_size)
+        programs, gain, driver = _measure(Bench(subject, folder, clock, progress))
+        report = Report(
+            generator=f"volprep {version('volprep')}",
+            package=_facts(package),
+            picture_size=subject.shape_hw[0],
+            target="rgba8",
+            step_mm=subject.render.step_mm,
+            tolerance=subject.render.tolerance,
+            oracle_tolerance=DEFAULT_TOLERANCE,
+            difference_gain=gain,
+            verdict=judge(programs, subject.render.tolerance),
+            programs=programs,
+            driver=driver,
+            cost=Cost(
+                seconds=clock.so_far(),
+                threads=_native.max_threads(),
+                peak_memory_bytes=_peak_memory_bytes(),
+                source_bytes=scan.stored.nbytes,
+            ),
+        )
+        folder.write(report)
+    return report
+
+
+def _measure(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:
+    """Measure all programs; give them, the gain of their difference pictures, and the driver."""
+    programs = bench.subject.package.manifest.programs
+    viewed = [measure_views(bench, program, SWEEP_VIEW) for program in programs]
+    gain = draw_differences(viewed, bench.folder)
+    results = tuple(
+        ProgramResult(
+            program=program.name,
+            technique=program.technique,
+            transfer=program.transfer,
+            level=views.level,
+            views=views.views,
+            sweep=measure_sweep(bench, program, views),
+        )
+        for program, views in zip(programs, viewed, strict=True)
+    )
+    return results, gain, viewed[0].driver
+
+
+def _facts(package: Package) -> PackageFacts:
+    manifest = (package.path / MANIFEST).read_bytes()
+    return PackageFacts(
+        file_name=package.path.resolve().name,
+        manifest_sha256=hashlib.sha256(manifest).hexdigest(),
+        size_bytes=len(manifest) + sum(record.size_bytes for record in package.manifest.files),
+        manifest=package.manifest,
+    )
+
+
+def _peak_memory_bytes() -> int:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024

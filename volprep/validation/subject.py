@@ -1,0 +1,79 @@
+"""What is compared: the scan and the package's own data, drawn by the oracle with the package's cameras."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.camera import standard_views
+from volprep.report.data import ErrorNumbers
+from volprep.truth.metrics import picture_error
+from volprep.truth.oracle import OraclePicture, oracle_picture
+from volprep.validation.decoded import Volume, level_volume, table_function
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
+
+Picture = NDArray[np.floating]
+
+
+class Subject:
+    """One package and its scan."""
+
+    def __init__(self, package: Package, scan: Volume, picture_size: int) -> None:
+        """Take the package, its scan, and the width and height of pictures in pixels."""
+        self.package = package
+        self.render = _render_settings(package)
+        self.scan = scan
+        self.shape_hw = (picture_size, picture_size)
+        self.views = {
+            name: camera.box_from_clip(scan.grid, aspect=1.0)
+            for name, camera in standard_views(scan.grid, self.render.projection).items()
+        }
+        """Matrix from clip coordinates to box space by name of the standard view; the same for all levels."""
+        self._levels: dict[int, Volume] = {}
+
+    def truth(self, transfer: str, view: str) -> OraclePicture:
+        """Draw the scan at full precision."""
+        return self._integrate(self.scan, self.function(transfer), view)
+
+    def on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
+        """Draw what the package holds of `level`, with the control points of the transfer function."""
+        return self._integrate(self._level(level), self.function(transfer), view)
+
+    def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
+        """Draw what the package holds of `level`, with the lookup table as the transfer function."""
+        return self._integrate(self._level(level), table_function(self.package, transfer), view)
+
+    def function(self, transfer: str) -> TransferFunction:
+        """Give the transfer function of this name."""
+        return next(function for function in self.package.manifest.transfer_functions if function.name == transfer)
+
+    def _integrate(self, volume: Volume, function: TransferFunction, view: str) -> OraclePicture:
+        return oracle_picture(
+            volume.stored, volume.grid, volume.slope, volume.intercept, function, self.views[view], self.shape_hw
+        )
+
+    def _level(self, level: int) -> Volume:
+        if level not in self._levels:
+            self._levels[level] = level_volume(self.package, level)
+        return self._levels[level]
+
+
+def _render_settings(package: Package) -> RenderSettings:
+    render = package.manifest.render
+    if render is None:
+        raise VolprepError("VP4011", path=package.path, problem="a sealed package without render settings")
+    return render
+
+
+def errors(picture: Picture, truth: Picture) -> ErrorNumbers:
+    """Compare two pictures [H, W, 4], premultiplied linear."""
+    found = picture_error(picture, truth)
+    return ErrorNumbers(
+        rmse=found.rmse,
+        maximum=found.maximum,
+        psnr_black_db=found.psnr_black_db,
+        psnr_white_db=found.psnr_white_db,
+        ssim_black=found.ssim_black,
+        ssim_white=found.ssim_white,
+    )

@@ -1,0 +1,178 @@
+"""Error against run time: one oblique view, drawn with several steps at every level.
+
+The view is oblique because rays along an axis meet the voxels in step, which can make a step look better or worse than
+it is. The quadrature error is that of a float target against the oracle with the lookup table as transfer function:
+neither data, nor table, nor the 8 bits of the target are in it, so that its order can be seen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.renderer import Renderer
+from volprep.report.data import Breakdown, LevelFloor, Sweep, SweepPoint, Target
+from volprep.validation.bench import Bench
+from volprep.validation.order import convergence
+from volprep.validation.rays import chords_mm, samples
+from volprep.validation.subject import errors
+from volprep.validation.views import ViewedProgram
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Program
+
+SWEEP_VIEW = "anterior-left"
+"""Oblique to all axes of a patient."""
+_RATIOS = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
+"""Steps over the nominal step."""
+_FINEST_LEVEL_STEPS = 6
+_COARSE_RATIOS = (4.0, 2.0, 1.0)
+"""A coarse level is chosen to be cheap: steps below the nominal one are of no use there."""
+_DRAWS = 3
+_NO_SUCH_TARGET = "VP5008"
+
+Picture = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class _Precise:
+    """Pictures of all steps at the finest level in a float target, against the oracle with the lookup table."""
+
+    target: Target
+    pictures: list[Picture]
+
+
+class _Sweeper:
+    """Draws one program in the view of the sweep."""
+
+    def __init__(self, bench: Bench, program: Program, viewed: ViewedProgram) -> None:
+        subject = bench.subject
+        self._subject = subject
+        self._program = program
+        self._truth = viewed.truth.rgba
+        self._clock = bench.clock
+        self._progress = bench.progress
+        self._box_from_clip = subject.views[SWEEP_VIEW]
+        self._chords = chords_mm(self._box_from_clip, subject.shape_hw, subject.scan.grid)
+
+    def renderer(self, level: int, target: Target = "rgba8") -> Renderer:
+        """Open a renderer of one level."""
+        return Renderer(self._subject.package, level=level, transfer=self._program.transfer, target=target)
+
+    def draw(self, renderer: Renderer, ratio: float) -> Picture:
+        """Draw with a multiple of the nominal step."""
+        with self._clock.part("drawing"):
+            return renderer.render(self._box_from_clip, self._subject.shape_hw, ratio * self._subject.render.step_mm)
+
+    def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
+        """Draw into the most precise target that the driver has; None if it has 8 bits only."""
+        for target in ("rgba32f", "rgba16f"):
+            try:
+                with self.renderer(level, target) as renderer:
+                    pictures = []
+                    for ratio in ratios:
+                        pictures.append(self.draw(renderer, ratio))
+                        self._progress.advance()
+                    return _Precise(target, pictures)
+            except VolprepError as error:
+                if error.code != _NO_SUCH_TARGET:
+                    raise
+        self._progress.advance(len(ratios))
+        return None
+
+    def points(
+        self, level: int, on_data: NDArray[np.float64], ratios: tuple[float, ...]
+    ) -> list[tuple[SweepPoint, Picture]]:
+        """Draw and time one level with every step."""
+        found = []
+        with self.renderer(level) as renderer:
+            for ratio in ratios:
+                picture = self.draw(renderer, ratio)
+                found.append((self._point(renderer, picture, on_data, level, ratio), picture))
+                self._progress.advance()
+        return found
+
+    def _point(
+        self, renderer: Renderer, picture: Picture, on_data: NDArray[np.float64], level: int, ratio: float
+    ) -> SweepPoint:
+        step_mm = ratio * self._subject.render.step_mm
+        with self._clock.part("timing"):
+            draw_ms = renderer.time_ms(self._box_from_clip, self._subject.shape_hw, step_mm, repeats=_DRAWS)
+        counts = samples(self._chords, step_mm)
+        with self._clock.part("comparing"):
+            total, drawing = errors(picture, self._truth), errors(picture, on_data)
+        return SweepPoint(
+            level=level,
+            step_mm=step_mm,
+            step_ratio=ratio,
+            samples_mean=float(counts[counts > 0].mean()),
+            samples_max=int(counts.max()),
+            draw_ms=draw_ms,
+            draws=_DRAWS,
+            total=total,
+            drawing=drawing,
+        )
+
+    def floor(self, level: int, on_data: NDArray[np.float64]) -> LevelFloor:
+        """Tell what one level can reach."""
+        manifest = self._subject.package.manifest
+        sizes = {record.path: record.size_bytes for record in manifest.files}
+        return LevelFloor(
+            level=level,
+            shape_zyx=next(each.grid.shape_zyx for each in manifest.levels if each.index == level),
+            texture_bytes=sum(sizes[texture.file] for texture in manifest.textures if texture.level == level),
+            data=errors(on_data, self._truth),
+        )
+
+
+def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Sweep:
+    """Measure error and time of each step at each level that `program` draws."""
+    subject, clock = bench.subject, bench.clock
+    ratios = _finest_ratios(subject.render.step_mm, program.step_mm_min)
+    finest, *coarser = sorted(program.levels)
+    steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
+    bench.progress.start(f"error against time, {program.name}", steps)
+    sweeper = _Sweeper(bench, program, viewed)
+    with clock.part("oracle"):
+        on_table = subject.on_table(program.transfer, SWEEP_VIEW, finest).rgba
+    precise = sweeper.precise(finest, ratios)
+    measured = sweeper.points(finest, viewed.on_data.rgba, ratios)
+    points = [point for point, _ in measured]
+    if precise is not None:
+        points = [
+            point.model_copy(update={"quadrature": errors(picture, on_table)})
+            for point, picture in zip(points, precise.pictures, strict=True)
+        ]
+    floors = [sweeper.floor(finest, viewed.on_data.rgba)]
+    nominal = ratios.index(1.0)
+    breakdown = Breakdown(
+        data=floors[0].data,
+        table=errors(on_table, viewed.on_data.rgba),
+        quadrature=points[nominal].quadrature,
+        target=errors(measured[nominal][1], precise.pictures[nominal]) if precise else None,
+    )
+    order = convergence(
+        [point.step_mm for point in points],
+        [point.quadrature.rmse for point in points if point.quadrature is not None],
+        precise.target if precise else None,
+        subject.function(program.transfer),
+        subject.render.opacity_cutoff,
+    )
+    for level in coarser:
+        with clock.part("oracle"):
+            on_data = subject.on_data(program.transfer, SWEEP_VIEW, level).rgba
+        points += [point for point, _ in sweeper.points(level, on_data, _COARSE_RATIOS)]
+        floors.append(sweeper.floor(level, on_data))
+    return Sweep(
+        view=SWEEP_VIEW,
+        float_target=precise.target if precise else None,
+        points=tuple(points),
+        floors=tuple(floors),
+        breakdown=breakdown,
+        convergence=order,
+    )
+
+
+def _finest_ratios(step_mm: float, step_mm_min: float | None) -> tuple[float, ...]:
+    """Give the six finest steps that the shader's loop is long enough for, as multiples of the nominal one."""
+    possible = [ratio for ratio in _RATIOS if step_mm_min is None or ratio * step_mm >= step_mm_min]
+    return tuple(possible[-_FINEST_LEVEL_STEPS:])

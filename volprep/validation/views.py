@@ -1,0 +1,97 @@
+"""The nine standard views of one program: drawn, and compared with the truth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.picture import encoded
+from volprep.render.renderer import Renderer
+from volprep.report.data import Driver, ViewPictures, ViewResult
+from volprep.report.folder import PICTURES, ReportFolder
+from volprep.report.pictures import coloured, gain_for, largest_difference
+from volprep.report.verdict import passes
+from volprep.truth.oracle import OraclePicture
+from volprep.validation.bench import Bench
+from volprep.validation.subject import Picture, errors
+from volprep_formats.package.manifest import Program
+
+
+@dataclass(frozen=True)
+class ViewedProgram:
+    """The views of one program, and what the sweep takes over from them."""
+
+    level: int
+    """Finest level of the program, which was drawn."""
+    views: tuple[ViewResult, ...]
+    """Standard views."""
+    differences: dict[str, NDArray[np.float32]]
+    """Largest difference of each pixel's channels by file name of the picture, not drawn yet: all share one gain."""
+    truth: OraclePicture
+    """Truth in the view of the sweep."""
+    on_data: OraclePicture
+    """Oracle on the package's data in the view of the sweep."""
+    driver: Driver
+    """The OpenGL ES that drew."""
+
+
+def measure_views(bench: Bench, program: Program, kept_view: str) -> ViewedProgram:
+    """Draw and compare all standard views with the nominal step at the finest level, and write their pictures.
+
+    `kept_view` is the view whose oracle pictures are given back.
+    """
+    subject, clock = bench.subject, bench.clock
+    level = min(program.levels)
+    results = []
+    differences = {}
+    kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
+    bench.progress.start(f"nine views of {program.name}", len(subject.views))
+    with Renderer(subject.package, level=level, transfer=program.transfer) as renderer:
+        for name, box_from_clip in subject.views.items():
+            with clock.part("oracle"):
+                truth = subject.truth(program.transfer, name)
+                on_data = subject.on_data(program.transfer, name, level)
+            with clock.part("drawing"):
+                drawn = renderer.render(box_from_clip, subject.shape_hw)
+            with clock.part("comparing"):
+                total = errors(drawn, truth.rgba)
+                result = ViewResult(
+                    view=name,
+                    passed=passes(total, subject.render.tolerance),
+                    total=total,
+                    data=errors(on_data.rgba, truth.rgba),
+                    drawing=errors(drawn, on_data.rgba),
+                    truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
+                    pictures=_names(program, name),
+                )
+            if name == kept_view:
+                kept[name] = truth, on_data
+            _write_pictures(bench.folder, result.pictures, truth.rgba, drawn)
+            differences[result.pictures.difference] = largest_difference(drawn, truth.rgba)
+            results.append(result)
+            bench.progress.advance()
+        driver = Driver(
+            vendor=renderer.driver.vendor, renderer=renderer.driver.renderer, version=renderer.driver.version
+        )
+    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], driver)
+
+
+def draw_differences(viewed: list[ViewedProgram], folder: ReportFolder) -> float:
+    """Write the pictures of all differences with one gain, and give the gain."""
+    named = {name: difference for program in viewed for name, difference in program.differences.items()}
+    gain = gain_for(np.stack(list(named.values())))
+    for name, difference in named.items():
+        folder.picture(name, coloured(difference, gain))
+    return gain
+
+
+def _names(program: Program, view: str) -> ViewPictures:
+    stem = f"{PICTURES}/{program.name}-{view}"
+    return ViewPictures(**{field: f"{stem}-{field.replace('_', '-')}.png" for field in ViewPictures.model_fields})
+
+
+def _write_pictures(folder: ReportFolder, names: ViewPictures, truth: Picture, drawn: Picture) -> None:
+    folder.picture(names.truth_black, encoded(truth, "black"))
+    folder.picture(names.drawn_black, encoded(drawn, "black"))
+    folder.picture(names.truth_white, encoded(truth, "white"))
+    folder.picture(names.drawn_white, encoded(drawn, "white"))
