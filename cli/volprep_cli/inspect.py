@@ -1,0 +1,162 @@
+"""volprep inspect: what is in a package."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.console import Json, bytes_text, print_json, print_table
+
+if TYPE_CHECKING:
+    from volprep_formats.package.manifest import Manifest, Texture
+
+PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
+Rows = list[tuple[str, ...]]
+
+
+def inspect(package: PackageFolder, as_json: Json = False) -> None:
+    """Say what is in a package: levels, textures, transfer functions, programs, plan, files.
+
+    Reads the manifest only. volprep validate --quick tells whether the files are what it says.
+    """
+    from volprep_formats.package.reader import Package  # noqa: PLC0415 - keeps volprep --help fast
+
+    manifest = Package.open(package, allow_draft=True).manifest
+    if as_json:
+        record = manifest.model_dump(mode="json", exclude_none=True)
+        print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
+        return
+    print(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
+    for title, headings, rows in _tables(manifest):
+        if rows:
+            print(title)
+            print_table(headings, rows)
+            print()
+
+
+def _size(manifest: "Manifest") -> int:
+    return sum(record.size_bytes for record in manifest.files)
+
+
+def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]:
+    yield "GENERAL", ("", ""), _general(manifest)
+    yield (
+        "LEVELS",
+        ("level", "voxels z×y×x", "spacing mm", "of level 0", "filter"),
+        [
+            (
+                str(level.index),
+                _times(level.grid.shape_zyx),
+                _times(level.grid.spacing_mm_zyx),
+                _times(level.factors_zyx),
+                level.filter,
+            )
+            for level in manifest.levels
+        ],
+    )
+    sizes = {record.path: record.size_bytes for record in manifest.files}
+    yield (
+        "TEXTURES",
+        ("texture", "holds", "texels z×y×x", "GL format", "size", "file"),
+        [
+            (
+                texture.name,
+                _holds(texture),
+                _times(texture.shape_zyx),
+                f"{texture.gl.target} {texture.gl.internal_format}/{texture.gl.format}/{texture.gl.type}",
+                bytes_text(sizes.get(texture.file, 0)),
+                texture.file,
+            )
+            for texture in manifest.textures
+        ],
+    )
+    unit = manifest.source.info.unit or "no unit"
+    yield (
+        "TRANSFER FUNCTIONS",
+        ("name", "points", f"values ({unit})", "largest extinction per mm"),
+        [
+            (
+                transfer.name,
+                str(len(transfer.points)),
+                f"{transfer.points[0].value:g} to {transfer.points[-1].value:g}",
+                f"{max(point.extinction_per_mm for point in transfer.points):g}",
+            )
+            for transfer in manifest.transfer_functions
+        ],
+    )
+    yield (
+        "PROGRAMS",
+        ("program", "technique", "levels", "transfer", "uniforms", "samplers", "finest step"),
+        [
+            (
+                program.name,
+                program.technique,
+                " ".join(map(str, program.levels)),
+                program.transfer,
+                " ".join(f"{uniform.name}={uniform.source}" for uniform in program.uniforms),
+                " ".join(f"{sampler.name}={sampler.role}" for sampler in program.samplers),
+                "any" if program.step_mm_min is None else f"{program.step_mm_min:.4g} mm",
+            )
+            for program in manifest.programs
+        ],
+    )
+    yield (
+        "PLAN",
+        ("item", "", "cost", "reason"),
+        [
+            (item.name, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
+            for item in manifest.plan
+        ],
+    )
+    yield (
+        "FILES",
+        ("file", "role", "size", "SHA-256"),
+        [(record.path, record.role, bytes_text(record.size_bytes), record.sha256[:16]) for record in manifest.files],
+    )
+
+
+def _general(manifest: "Manifest") -> Rows:
+    info, profile, statistics = manifest.source.info, manifest.profile, manifest.statistics
+    source = f"{info.format} {info.modality}".strip()
+    non_finite = f", {statistics.non_finite} not finite" if statistics.non_finite else ""
+    rows: Rows = [
+        ("name", manifest.name),
+        ("format", f"{manifest.format} {manifest.version}, written by {manifest.generator}"),
+        ("profile", f"{profile.name}, OpenGL ES {profile.api.removeprefix('es')}"),
+        ("source", f"{source}, {_times(info.grid.shape_zyx)} voxels z×y×x, {info.stored_type}"),
+        ("extent", f"{_times(info.grid.extent_mm_zyx)} mm z×y×x"),
+        ("values", f"{statistics.minimum:g} to {statistics.maximum:g} {info.unit}".rstrip() + non_finite),
+    ]
+    rows += [("remark", remark) for remark in info.remarks]
+    if manifest.quantization is not None:
+        stored = manifest.quantization
+        low, high = stored.window
+        clipped = f"{stored.clipped_below} below, {stored.clipped_above} above"
+        rows.append(("stored as", f"{stored.bits} bits over {low:g} to {high:g}; voxels outside: {clipped}"))
+        rows.append(("error made", f"RMSE {stored.rmse:.3g}, largest {stored.max_error:.3g}"))
+    if manifest.render is not None:
+        render = manifest.render
+        cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
+        allowed = f"RMSE {render.tolerance.rmse:g}, largest {render.tolerance.maximum:g}"
+        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{cutoff}"))
+        rows.append(("tolerance", allowed))
+    if manifest.state == "draft":
+        rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
+    return rows
+
+
+def _holds(texture: "Texture") -> str:
+    if texture.role == "transfer":
+        scale = "" if texture.max_extinction_per_mm is None else f", extinction up to {texture.max_extinction_per_mm:g}"
+        return f"transfer {texture.transfer}{scale}"
+    if texture.mosaic is None:
+        return f"level {texture.level}"
+    mosaic = texture.mosaic
+    tiles = math.ceil(mosaic.slices / mosaic.channels)
+    return f"level {texture.level} as {tiles} tiles in {mosaic.tiles_x} columns, {mosaic.channels} slices a tile"
+
+
+def _times(numbers: tuple[float, ...]) -> str:
+    return "×".join(f"{number:.6g}" for number in numbers)

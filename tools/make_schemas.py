@@ -1,0 +1,39 @@
+"""Write formats/schemas/*.json from the models that they describe. A test compares; run this when it says so.
+
+python tools/make_schemas.py
+"""
+
+import json
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from volprep.report.data import Report
+from volprep.scene import Scene
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.profile import DeviceProfile
+
+FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
+MODELS: dict[str, type[BaseModel]] = {
+    "manifest.schema.json": Manifest,
+    "profile.schema.json": DeviceProfile,
+    "report.schema.json": Report,
+    "scene.schema.json": Scene,
+}
+
+
+def schema_text(model: type[BaseModel]) -> str:
+    """JSON Schema (2020-12) of what a reader accepts, keys sorted."""
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
+    return json.dumps(schema, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def main() -> None:
+    FOLDER.mkdir(exist_ok=True)
+    for name, model in MODELS.items():
+        (FOLDER / name).write_text(schema_text(model), encoding="utf-8")
+        print(FOLDER / name)
+
+
+if __name__ == "__main__":
+    main()
