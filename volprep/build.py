@@ -37,9 +37,13 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
     with _locked(partial, target):
         _drop_unusable(partial)
         draft = import_draft(request, partial, progress)
+        progress.start("plan", 1)
         plan = plan_draft(draft, request.scene, request.profile)
+        progress.advance()
         run_stages(draft, plan, request.scene, progress)
+        progress.start("check", 1)
         require_sound(partial)
+        progress.advance()
         # Before the package, so that a package never stands without it.
         write_origin(target, Origin(scene_path=str(request.scene_path), scene=request.scene))
         publish(partial, target)

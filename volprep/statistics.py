@@ -52,7 +52,7 @@ class Gauge:
         little_endian = slab.astype(slab.dtype.newbyteorder("<"), copy=False)
         self._digest.update(bytes_of(little_endian))
         if slab.dtype == np.float32:
-            found = _native.value_range(slab)
+            found = _native.value_range(slab.astype(np.float32, copy=False))
             bad = found.nan + found.negative_infinite + found.positive_infinite
             if bad and self._first_bad_slice is None:
                 self._first_bad_slice = self._slices + int(np.argmin(np.isfinite(slab).all(axis=(1, 2))))

@@ -10,15 +10,18 @@ import typer
 from volprep_cli.build import build
 from volprep_cli.doctor import doctor
 from volprep_cli.import_source import import_source
+from volprep_cli.inspect import inspect
 from volprep_cli.mosaic import mosaic
 from volprep_cli.plan import plan
 from volprep_cli.pyramid import pyramid
 from volprep_cli.quantize import quantize
+from volprep_cli.render import render
 from volprep_cli.seal import seal
 from volprep_cli.shaders import shaders
 from volprep_cli.texture import texture
 from volprep_cli.transfer import transfer
-from volprep_formats.diagnostics import VolprepError
+from volprep_cli.validate import validate
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 _STATUSES = (
     "Exit statuses: 0 done; 1 a picture is further from the truth than the scene allows; 2 wrong command line; "
@@ -37,6 +40,9 @@ app = typer.Typer(
 )
 app.command()(build)
 app.command()(plan)
+app.command()(inspect)
+app.command()(render)
+app.command()(validate)
 app.command()(doctor)
 app.command("import")(import_source)
 app.command()(quantize)
@@ -71,11 +77,14 @@ def main() -> None:
     except Exception as error:
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
-        _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {error}"))
+        # Some messages have many lines, of which the first says what is wrong.
+        text = (str(error).splitlines() or [""])[0]
+        _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {text}"))
 
 
 def _fail(error: VolprepError) -> NoReturn:
-    if "--json" in sys.argv:
+    # A picture beyond the tolerance is a result, which is on stdout already.
+    if "--json" in sys.argv and error.status is not ExitStatus.TOLERANCE:
         from volprep_cli.console import print_json  # noqa: PLC0415 - not needed when all is well
 
         print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})

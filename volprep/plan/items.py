@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.plan.levels import TEXEL_BYTES, Misfit, texture_bytes
+from volprep.plan.probe import PictureError
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.values import SHARE, ValueChoice
 from volprep.scene import Scene
@@ -54,7 +55,7 @@ def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     values = grounds.values
     tolerance = grounds.scene.tolerance
-    change = f"they change the sample of rays by RMSE {values.error.rmse:.2g} and {values.error.maximum:.2g} at most"
+    change = f"they change the sample of rays by {_error(values.error)}"
     limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
     exact = "every stored value of the source has a code of its own; " if values.exact else ""
     wide = PlanItem(
@@ -70,11 +71,18 @@ def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     yield wide.model_copy(update={"reason": f"window {low:g} to {high:g}; {_why_wide(grounds)}; {change}; {limit}"})
 
 
+def _error(error: PictureError) -> str:
+    # Below this it is the rounding of double precision, which says nothing about codes.
+    if error.maximum < 1e-12:
+        return "nothing"
+    return f"RMSE {error.rmse:.2g}, {error.maximum:.2g} at most"
+
+
 def _why_wide(grounds: Grounds) -> str:
     narrow = grounds.values.narrow_error
     if narrow is None:
         return "the scene asks for 16 bits"
-    return f"8 bits would change the sample of rays by RMSE {narrow.rmse:.2g} and {narrow.maximum:.2g} at most"
+    return f"8 bits would change the sample of rays by {_error(narrow)}"
 
 
 def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
@@ -149,7 +157,7 @@ def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(
             name=f"lookup table {lookup.transfer}",
             kept=True,
-            reason=f"{lookup.entries} entries: RMSE {grounds.values.error.rmse:.2g} with the codes",
+            reason=f"{lookup.entries} entries change the sample of rays, with the codes, by {_error(grounds.values.error)}",
             files=(lookup.file,),
             size_bytes=lookup.entries * TEXEL_BYTES[lookup.format],
         )

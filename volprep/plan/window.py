@@ -1,5 +1,6 @@
 """Windows that are worth trying: which physical values the smallest and the largest code may stand for."""
 
+import math
 from itertools import pairwise
 
 from volprep_formats.package.manifest import Statistics
@@ -29,43 +30,44 @@ def windows(
 ) -> list[Window]:
     """List windows, the widest first: all values; those that are told apart, with a margin; those without.
 
-    A narrow window has finer codes, but moves surfaces: a voxel that it clips is wrong in every cell that it
-    touches. All windows lie inside the range of the data.
+    A narrow window has finer codes, but moves surfaces: a voxel that it clips is wrong in every cell that it touches.
     """
     low, high = statistics.minimum, statistics.maximum
-    found = [_whole_range(bits, info, statistics)]
+    ranges = [(low, high)]
     visible = visible_range(functions)
     if visible is not None:
         width = visible[1] - visible[0]
         inside = [(max(low, visible[0] - margin), min(high, visible[1] + margin)) for margin in (width, 0.0)]
-        found += [window for window in inside if window[0] < window[1] and window not in found]
-    return found
+        ranges += [window for window in inside if window[0] < window[1]]
+    return list(dict.fromkeys(_coded(window, bits, info, statistics) for window in ranges))
 
 
 def is_exact(bits: int, window: Window, info: SourceInfo, statistics: Statistics) -> bool:
     """Say whether the window gives every stored value of the source a code of its own, without rounding."""
-    return bits == 8 and _steps(info, statistics) is not None and window == _whole_range(bits, info, statistics)
+    whole = statistics.minimum, statistics.maximum
+    return _on_steps(whole, bits, info, statistics) is not None and window == _coded(whole, bits, info, statistics)
 
 
-def _whole_range(bits: int, info: SourceInfo, statistics: Statistics) -> Window:
-    low, high = statistics.minimum, statistics.maximum
-    steps = _steps(info, statistics)
-    if bits == 8 and steps is not None:
-        # Each stored value becomes the same whole number of codes more than the one before.
-        codes_per_step = _LARGEST_8_BIT // max(1, steps)
-        return low, low + _LARGEST_8_BIT / codes_per_step * abs(info.slope)
-    if low == high:
-        # Any width will do for a constant volume, so long as it is not lost in the digits of the value.
-        return low, low + max(1.0, abs(low) * 1e-3)
-    return low, high
+def _coded(window: Window, bits: int, info: SourceInfo, statistics: Statistics) -> Window:
+    """Widen a range of values to a window: each stored value gets a code without rounding, where codes suffice."""
+    on_steps = _on_steps(window, bits, info, statistics)
+    if on_steps is not None:
+        return on_steps
+    low, high = window
+    # Any width will do for a constant volume, so long as it is not lost in the digits of the value.
+    return (low, high) if low < high else (low, low + max(1.0, abs(low) * 1e-3))
 
 
-def _steps(info: SourceInfo, statistics: Statistics) -> int | None:
-    """Stored values above the smallest, where each of them can have an 8-bit code of its own."""
-    if info.stored_type == "float32":
+def _on_steps(window: Window, bits: int, info: SourceInfo, statistics: Statistics) -> Window | None:
+    """Widen a range so that each stored value becomes the same whole number of codes more than the one before."""
+    if bits != 8 or info.stored_type == "float32":
         return None
-    steps = round((statistics.maximum - statistics.minimum) / abs(info.slope))
-    return steps if steps <= _LARGEST_8_BIT else None
+    step = abs(info.slope)
+    low = statistics.minimum + math.floor((window[0] - statistics.minimum) / step) * step
+    steps = max(1, math.ceil((window[1] - low) / step))
+    if steps > _LARGEST_8_BIT:
+        return None
+    return low, low + _LARGEST_8_BIT / (_LARGEST_8_BIT // steps) * step
 
 
 def _same_picture(lower: TransferPoint, upper: TransferPoint) -> bool:

@@ -5,8 +5,10 @@ hangs over the edge of an odd size sees the edge repeated.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.plan import LevelPlan, Plan
@@ -35,7 +37,7 @@ def _reduced(source: RawVolume, level: LevelPlan, progress: Progress) -> Iterato
     factors = level.factors_zyx
     # Slabs of whole blocks: each gives slices of the level that no other slab touches.
     for z0, z1 in slab_ranges(source.shape_zyx[0], source.slice_bytes, multiple=factors[0]):
-        slab = source.read_slab(z0, z1)
+        slab: NDArray[Any] = source.read_slab(z0, z1)
         means = np.empty(_native.box_reduced_shape(slab.shape, factors), source.dtype)
         _native.box_reduce(slab, means, factors)
         yield bytes_of(means)

@@ -7,8 +7,10 @@ import math
 import operator
 from collections.abc import Iterator
 from functools import reduce
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.plan import Plan
@@ -44,7 +46,7 @@ def _codes(
     histogram = np.zeros(2**plan.quantize.bits, np.uint64)
     progress.start("quantize", source.shape_zyx[0])
     for z0, z1 in slab_ranges(source.shape_zyx[0], source.slice_bytes):
-        slab = source.read_slab(z0, z1)
+        slab: NDArray[Any] = source.read_slab(z0, z1)
         codes = np.empty(slab.shape, code_type(plan))
         losses.append(_native.quantize(slab, info.slope, info.intercept, *plan.quantize.window, codes, histogram))
         yield bytes_of(codes)
