@@ -1,0 +1,159 @@
+"""formats/SPEC.md says what the code does: its tables are the models', its formulas give the field."""
+
+import importlib.util
+import inspect
+import itertools
+import json
+import math
+import re
+import struct
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from volprep_formats.diagnostics import CATALOGUE
+from volprep_formats.package import check, manifest, manifest_json, reader
+from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
+from volprep_formats.package.reader import Package
+from volprep_formats.textures import ktx2
+
+ROOT = Path(__file__).parents[2]
+SPEC = (ROOT / "formats" / "SPEC.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def generator() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_spec", ROOT / "tools" / "make_spec.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_tables_of_fields_are_those_of_the_models(generator: ModuleType) -> None:
+    assert generator.filled(SPEC) == SPEC, "formats/SPEC.md is old: run python tools/make_spec.py"
+
+
+def test_every_record_and_every_field_has_its_place(generator: ModuleType) -> None:
+    records = generator.records_of_manifest()
+    assert set(re.findall(r"<!-- fields of (\w+) -->", SPEC)) == set(records)
+    for name, record in records.items():
+        table = SPEC.split(f"<!-- fields of {name} -->")[1].split("<!-- end -->")[0]
+        assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(record["properties"])
+        assert "|  |" not in table
+
+
+def test_every_link_in_the_text_has_its_heading() -> None:
+    headings = {
+        re.sub(r"[^a-z0-9 -]", "", line.lstrip("#").strip().lower()).replace(" ", "-")
+        for line in SPEC.splitlines()
+        if line.startswith("#")
+    }
+    links = set(re.findall(r"\]\(#([^)]+)\)", SPEC))
+    assert len(links) > 20
+    assert links <= headings
+
+
+def test_every_code_that_a_check_can_give_is_in_the_table() -> None:
+    told = set(re.findall(r"^\| (VP4\d{3}) \|", SPEC, re.MULTILINE))
+    files = inspect.getmodule(manifest_json.open_inside)
+    sources = "".join(inspect.getsource(module) for module in (check, manifest_json, reader, ktx2, files))
+    # VP4014 is for callers that ask for a file the manifest does not name, VP4020 for writers.
+    assert told == set(re.findall(r"VP4\d{3}", sources)) - {"VP4014", "VP4020"}
+    assert told <= set(CATALOGUE)
+
+
+def test_the_limits_in_the_text_are_those_of_the_code() -> None:
+    assert f"{MAX_MANIFEST_BYTES:,}".replace(",", " ") in SPEC
+    assert manifest.PackagePath.__metadata__[0].metadata[0].pattern in SPEC
+
+
+@pytest.mark.parametrize("texture_format", ["R8", "RGBA8", "R16F", "RGBA16F"])
+def test_the_layout_of_a_texture_file_is_the_one_in_the_text(texture_format: ktx2.Ktx2Format) -> None:
+    data = ktx2.header(texture_format, (1, 3, 5), 2)
+    (vk_format,) = struct.unpack_from("<I", data, 12)
+    (row,) = [line for line in SPEC.splitlines() if line.startswith("|") and f"| {vk_format}, " in line]
+    texel_bytes = int(row.split("|")[-2])
+    channels = 4 if "four" in row else 1
+    assert struct.unpack_from("<2I", data, 48) == (104, 28 + 16 * channels)
+    assert struct.unpack_from("<Q", data, 80) == (len(data),)
+    assert len(data) % math.lcm(4, texel_bytes) == 0
+    assert struct.unpack_from("<2Q", data, 88) == (15 * texel_bytes,) * 2
+
+
+def test_step_4_finds_the_texels_without_a_library(sealed: Path) -> None:
+    for texture in Package.open(sealed).manifest.textures:
+        data = (sealed / texture.file).read_bytes()
+        (size,) = struct.unpack_from("<Q", data, 88)
+        assert data[-size:] == ktx2.decode(data, "t").data.tobytes()
+
+
+def mix(a: float, b: float, weight: float) -> float:
+    return a + (b - a) * weight
+
+
+def linear_sample(texels: np.ndarray, x: float, y: float) -> float:
+    """GL's linear filter at unnormalised texture coordinates, CLAMP_TO_EDGE."""
+    height, width = texels.shape
+    x, y = x - 0.5, y - 0.5
+    column, row = math.floor(x), math.floor(y)
+    columns = [min(max(at, 0), width - 1) for at in (column, column + 1)]
+    rows = [min(max(at, 0), height - 1) for at in (row, row + 1)]
+    upper, lower = ([float(texels[at, each]) for each in columns] for at in rows)
+    return mix(mix(*upper, x - column), mix(*lower, x - column), y - row)
+
+
+def trilinear(voxels: np.ndarray, at_zyx: tuple[float, float, float]) -> float:
+    """The field at a position in voxels, whose corner is at 0."""
+    clamped = [min(max(at - 0.5, 0), n - 1) for at, n in zip(at_zyx, voxels.shape, strict=True)]
+    base = [min(math.floor(at), max(n - 2, 0)) for at, n in zip(clamped, voxels.shape, strict=True)]
+    total = 0.0
+    for corner in itertools.product((0, 1), repeat=3):
+        weight = math.prod(abs(1 - c - (at - b)) for c, at, b in zip(corner, clamped, base, strict=True))
+        if weight:
+            total += weight * float(voxels[tuple(b + c for b, c in zip(base, corner, strict=True))])
+    return total
+
+
+def test_the_formula_for_mosaics_gives_the_trilinear_field(sealed_mosaic: Path) -> None:
+    package = Package.open(sealed_mosaic)
+    texture = package.manifest.textures[0]
+    layout = texture.mosaic
+    assert layout is not None
+    texels = ktx2.decode(package.read_bytes(texture.file), "t").data[0]
+    (height, width), slices = layout.tile_shape_yx, layout.slices
+    voxels = np.random.default_rng(0).integers(0, 256, (slices, height, width), np.uint8)
+
+    def fetch(k: int, x: float, y: float) -> float:
+        tile = k // layout.channels
+        column, row = tile % layout.tiles_x, tile // layout.tiles_x
+        return linear_sample(texels, column * width + x, row * height + y)
+
+    for z, y, x in np.random.default_rng(1).uniform(-0.5, 1.5, (300, 3)) * voxels.shape:
+        at = min(max(z - 0.5, 0), slices - 1)
+        lower = math.floor(at)
+        upper = min(lower + 1, slices - 1)
+        inside = (min(max(x, 0.5), width - 0.5), min(max(y, 0.5), height - 0.5))
+        value = mix(fetch(lower, *inside), fetch(upper, *inside), at - lower)
+        assert value == pytest.approx(trilinear(voxels, (z, y, x)), abs=1e-9)
+
+
+def test_the_formulas_for_spaces_are_those_of_the_grid(sealed: Path) -> None:
+    record = json.loads((sealed / "manifest.json").read_text())
+    levels = Package.open(sealed).manifest.levels
+    for level, fields in zip(levels, record["levels"], strict=True):
+        grid = fields["grid"]
+        direction, origin = np.array(grid["direction"]), np.array(grid["origin_mm_xyz"])
+        spacing_xyz = np.array(grid["spacing_mm_zyx"][::-1])
+        corner = origin - direction @ (spacing_xyz / 2)
+        np.testing.assert_allclose(corner, levels[0].grid.corner_mm_xyz, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(level.grid.world_from_box[:3, :3], direction, rtol=0, atol=0)
+        index = np.array([2.0, 1.0, 3.0])
+        world = origin + direction @ (spacing_xyz * index)
+        np.testing.assert_allclose(level.grid.world_from_index @ [*index, 1.0], [*world, 1.0], rtol=0, atol=1e-12)
+        box = direction.T @ (world - corner)
+        texture = box * fields["texture_from_box_per_mm_xyz"]
+        np.testing.assert_allclose(texture, (index + 0.5) / grid["shape_zyx"][::-1], rtol=0, atol=1e-12)

@@ -1,0 +1,99 @@
+"""Fill the tables of fields in formats/SPEC.md from the models. A test compares; run this when it says so.
+
+    python tools/make_spec.py
+
+A table stands between the lines `<!-- fields of NAME -->` and `<!-- end -->`.
+"""
+
+import json
+import re
+from pathlib import Path
+
+from volprep_formats.package.manifest import Manifest
+
+SPEC = Path(__file__).parent.parent / "formats" / "SPEC.md"
+_TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
+
+Schema = dict[str, object]
+
+
+def filled(text: str) -> str:
+    """Give the text of the specification with the tables that the models have now."""
+    records = records_of_manifest()
+    return _TABLE.sub(lambda match: f"{match[1]}\n{_table(match[2], records)}\n{match[3]}", text)
+
+
+def records_of_manifest() -> dict[str, Schema]:
+    """JSON Schema of the manifest and of every record in it, by name."""
+    schema = Manifest.model_json_schema()
+    return {"Manifest": schema, **schema["$defs"]}
+
+
+def _table(name: str, records: dict[str, Schema]) -> str:
+    record = records[name]
+    required = record.get("required", [])
+    lines = ["| field | type | if absent | meaning |", "|---|---|---|---|"]
+    for key, field in record["properties"].items():
+        absent = "not allowed" if key in required else _absent(field)
+        # A description that is also that of the field's record stands only there.
+        described = field if "description" in field else records[field["$ref"].removeprefix("#/$defs/")]
+        lines.append(f"| `{key}` | {_type(field)} | {absent} | {described['description']} |")
+    return "\n".join(lines) + "\n"
+
+
+def _absent(field: Schema) -> str:
+    default = field.get("default")
+    if default is None:
+        return "none"
+    return "none" if default in ([], "") else f"`{json.dumps(default, ensure_ascii=False)}`"
+
+
+def _type(field: Schema) -> str:
+    if "$ref" in field:
+        name = field["$ref"].removeprefix("#/$defs/")
+        return f"[{name}](#{name.lower()})"
+    if "anyOf" in field:
+        return " or ".join(_type(choice) for choice in field["anyOf"] if choice.get("type") != "null")
+    if "const" in field:
+        return f"`{json.dumps(field['const'])}`"
+    if "enum" in field:
+        return ", ".join(f"`{json.dumps(value)}`" for value in field["enum"])
+    if field["type"] == "array":
+        return _array(field)
+    return _scalar(field)
+
+
+def _array(field: Schema) -> str:
+    if "prefixItems" not in field:
+        return f"list of {_type(field['items'])}"
+    parts = [_type(part) for part in field["prefixItems"]]
+    return f"{len(parts)} × ({parts[0]})" if len(set(parts)) == 1 else f"[{', '.join(parts)}]"
+
+
+def _scalar(field: Schema) -> str:
+    for start, text in _PATTERNS.items():
+        if field.get("pattern", "").startswith(start):
+            return text
+    low, high = field.get("minimum"), field.get("maximum")
+    if low is not None and high is not None:
+        return f"{field['type']}, {low:g} to {_bound(high)}"
+    if low is not None:
+        return f"{field['type']} ≥ {low:g}"
+    if "exclusiveMinimum" in field:
+        return f"{field['type']} > {field['exclusiveMinimum']:g}"
+    return str(field["type"])
+
+
+def _bound(value: float) -> str:
+    powers = {2**31 - 1: "2³¹ − 1", 2**53 - 1: "2⁵³ − 1"}
+    return powers.get(value, f"{value:g}")
+
+
+def main() -> None:
+    SPEC.write_text(filled(SPEC.read_text(encoding="utf-8")), encoding="utf-8")
+    print(SPEC)
+
+
+if __name__ == "__main__":
+    main()
