@@ -36,6 +36,8 @@ _EMPTY = (  # attributes that must be there and may be empty
     "PatientBirthDate",
     "PatientID",
     "PatientName",
+    "PatientOrientation",
+    "PatientPosition",
     "PatientSex",
     "PositionReferenceIndicator",
     "ReferringPhysicianName",
@@ -153,7 +155,7 @@ def _template(info: SourceInfo, coding: _Coding, digest: str, description: str) 
     for keyword in _EMPTY:
         setattr(data, keyword, None if keyword == "AcquisitionNumber" else "")
     data.SpecificCharacterSet = "ISO_IR 192"
-    data.ImageType = ["DERIVED", "SECONDARY", "OTHER"]
+    data.ImageType = ["DERIVED", "SECONDARY", "AXIAL" if info.modality == "CT" else "OTHER"]
     data.Modality = info.modality or "OT"
     data.SOPClassUID = _SOP_CLASSES.get(info.modality, SecondaryCaptureImageStorage)
     data.SeriesDescription = description
@@ -202,8 +204,10 @@ def _set_pixels(data: Dataset, info: SourceInfo, coding: _Coding) -> None:
     data.PhotometricInterpretation = "MONOCHROME2"
     data.BitsAllocated, data.BitsStored, data.HighBit = 16, bits, bits - 1
     data.PixelRepresentation = int(coding.dtype.kind == "i")
-    data.RescaleIntercept, data.RescaleSlope = _decimal(coding.intercept), _decimal(coding.slope)
-    data.RescaleType = "HU" if info.unit == "HU" else "US"
+    # MR images are not meant to be rescaled, so they are only where they must be; CT images always are.
+    if data.Modality == "CT" or (coding.slope, coding.intercept) != (1.0, 0.0):
+        data.RescaleIntercept, data.RescaleSlope = _decimal(coding.intercept), _decimal(coding.slope)
+        data.RescaleType = "HU" if info.unit == "HU" else "US"
 
 
 def _uid(*parts: str) -> UID:

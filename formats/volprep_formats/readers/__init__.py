@@ -54,7 +54,10 @@ def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     for key, value, format_name in (("raw", spec.raw, "raw"), ("series", spec.series, "dicom")):
         if value is not None and reader.name != format_name:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
-    source: VolumeSource = import_module(reader.module).open_volume(spec, path, progress)
+    try:
+        source: VolumeSource = import_module(reader.module).open_volume(spec, path, progress)
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     return source
 
 

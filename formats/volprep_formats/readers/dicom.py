@@ -82,8 +82,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource
     stack = stack_images(series.images)
     images = [series.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
-    for encoded in pixels:
-        check_decodable(encoded)
+    with quiet_pydicom():
+        for encoded in pixels:
+            check_decodable(encoded)
     first = images[0]
     one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
     info = SourceInfo(

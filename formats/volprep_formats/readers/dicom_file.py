@@ -33,8 +33,11 @@ from volprep_formats.readers.dicom_header import (
 DEFLATED = "1.2.840.10008.1.2.1.99"
 
 _HEAD_BYTES = 2**12
+_META_OFFSET_BYTES = 128 + 4 + 12
+"""Preamble, "DICM", and the element that holds the length of the rest of group 0002."""
 _SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
 _MAX_INFLATED_BYTES = 2 * MAX_SLICE_PIXELS + 2**26
+_BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
 _UNDEFINED_LENGTH = 0xFFFFFFFF
 _PIXEL_DATA = (0x7FE0, 0x0010)
 _PIXEL_GROUP = 0x7FE0
@@ -59,20 +62,26 @@ def read_image_file(path: Path) -> ImageFile | None:
     """Read the header of one DICOM file; None when it is sound but holds no image (reports, plans, directories).
 
     Call it within `quiet_pydicom`. Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as
-    DICOM and cannot be parsed, VP1031 when its name says DICOM and it is none. Lesser faults stand in the `problem`
-    of what it returns.
+    DICOM and cannot be parsed, VP1031 when it ends within its header, or its name says DICOM and it is none. Lesser
+    faults stand in the `problem` of what it returns.
     """
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
-            file.seek(0)
-            if _looks_like_dicom(head):
+            cut_off = has_prefix(head) and path.stat().st_size < _meta_end_bytes(head)
+            if _looks_like_dicom(head) and not cut_off:
+                file.seek(0)
                 return _read(path, file, deflated=DEFLATED.encode() in head)
+    except VolprepError:
+        raise
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     except Exception as error:  # pydicom lets any error of a parser through on damaged bytes
         if has_prefix(head):
             raise VolprepError("VP1032", path=path, error=type(error).__name__) from error
+        return None
+    if cut_off:
+        raise VolprepError("VP1031", path=path, what="it ends before its data set begins")
     # macOS leaves a "._NAME" with its own data beside NAME.
     if path.suffix.lower() in _SUFFIXES and not path.name.startswith("._"):
         raise VolprepError("VP1031", path=path, what="it has no DICOM header")
@@ -82,24 +91,27 @@ def read_image_file(path: Path) -> ImageFile | None:
 def inflated_data_set(path: Path) -> bytes:
     """Inflate the data set of a deflated file.
 
-    Raises zlib.error when it is damaged or larger than the largest slice that would be accepted.
+    Raises zlib.error when it is damaged, cut off, or larger than the largest slice that would be accepted.
     """
-    prefix_bytes = 128 + 4 + 12  # preamble, "DICM", and the element that holds the length of the rest of group 0002
-    meta = read_file_meta_info(path)
     with path.open("rb") as file:
-        file.seek(prefix_bytes + int(meta.FileMetaInformationGroupLength))
+        file.seek(_meta_end_bytes(file.read(_HEAD_BYTES)))
         stream = zlib.decompressobj(-zlib.MAX_WBITS)
         data = stream.decompress(file.read(), _MAX_INFLATED_BYTES)
-    if stream.unconsumed_tail:
-        msg = "larger than the largest slice"
+    if not stream.eof:
+        msg = "cut off, or larger than the largest slice"
         raise zlib.error(msg)
     return data
 
 
+def _meta_end_bytes(head: bytes) -> int:
+    """Where group 0002 ends: its first element, which must be there, holds the length of the others."""
+    return _META_OFFSET_BYTES + int.from_bytes(head[_META_OFFSET_BYTES - 4 : _META_OFFSET_BYTES], "little")
+
+
 def _looks_like_dicom(head: bytes) -> bool:
-    # Old software wrote bare data sets. They begin with group 0008, little endian: its length, the character set,
-    # the image type or the class.
-    return has_prefix(head) or head[:4] in {b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"}
+    # Old software left out the prefix, and with it group 0002 or not: such files begin with the length of that group,
+    # or with the length of group 0008, the character set, the image type or the class, little endian.
+    return has_prefix(head) or head[:4] in _BARE_BEGINNINGS
 
 
 def _read(path: Path, file: BinaryIO, *, deflated: bool) -> ImageFile | None:
@@ -116,9 +128,12 @@ def _read(path: Path, file: BinaryIO, *, deflated: bool) -> ImageFile | None:
     syntax = UID(str(meta.get("TransferSyntaxUID", ""))) or _bare_syntax(implicit, little)
     encapsulated = syntax.is_transfer_syntax and syntax.is_encapsulated
     element = _pixel_element(stream, implicit, little, encapsulated=encapsulated)
-    sop_class = UID(raw_text(data, "SOPClassUID") or str(meta.get("MediaStorageSOPClassUID", "")))
-    if element is None and not raw_value(data, "Rows")[0] and "Image Storage" not in sop_class.name:
-        return None
+    sop_class = UID(str(meta.get("MediaStorageSOPClassUID", "")) or raw_text(data, "SOPClassUID"))
+    if element is None:
+        if not raw_value(data, "Rows")[0] and "Image Storage" not in sop_class.name:
+            return None
+        # Not kept for later as the problem of this image: even the series that it names may be cut off.
+        raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
     return image_file(path, data, str(syntax), element)
 
 

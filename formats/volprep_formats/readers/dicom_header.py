@@ -206,12 +206,10 @@ class _Fields:
         return low
 
 
-def image_file(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement | None) -> ImageFile:
+def image_file(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement) -> ImageFile:
     """Interpret a header. What is wrong with it stands in `problem`."""
     fields = _Fields(path, data)
-    if element is None:
-        fields.refuse("VP1031", what="it ends before the pixel data")
-    pixels = None if element is None else _pixels(fields, transfer_syntax, element)
+    pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
     if "MOSAIC" in image_type:
         fields.refuse("VP1042")

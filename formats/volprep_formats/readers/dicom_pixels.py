@@ -1,21 +1,40 @@
 """Stored values of one DICOM slice: read its bytes, undo the transfer syntax, mask unused bits.
 
 `decode_slice` depends on nothing but its argument, which can be sent to another process. Native pixel data is read
-here; compressed data goes to the decoders behind pydicom. Source: DICOM PS3.5, 8.1.1 and annex A.
+here; compressed data goes to the decoders behind pydicom. Call all of it within `quiet_pydicom`. Source: DICOM PS3.5,
+8.1.1 and annex A.
 """
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydicom.encaps import get_frame
 from pydicom.pixels.decoders.base import get_decoder
-from pydicom.uid import UID
+from pydicom.uid import (
+    HTJ2K,
+    UID,
+    HTJ2KLossless,
+    HTJ2KLosslessRPCL,
+    JPEG2000TransferSyntaxes,
+    JPEGLSTransferSyntaxes,
+    JPEGTransferSyntaxes,
+    RLELossless,
+)
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set
 from volprep_formats.readers.dicom_header import EncodedPixels
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
+_PLUGINS = {
+    RLELossless: "pydicom",
+    **dict.fromkeys(JPEGTransferSyntaxes, "pylibjpeg"),
+    **dict.fromkeys(JPEGLSTransferSyntaxes, "pyjpegls"),
+    **dict.fromkeys((*JPEG2000TransferSyntaxes, HTJ2K, HTJ2KLossless, HTJ2KLosslessRPCL), "pylibjpeg"),
+}
+"""The one decoder for each syntax. pydicom would go on to the next when one refuses, and some accept damaged data."""
+_ENDING_WITH_EOI = frozenset((*JPEGTransferSyntaxes, *JPEGLSTransferSyntaxes))
 _NATIVE = frozenset(("1.2.840.10008.1.2", "1.2.840.10008.1.2.1", _BIG_ENDIAN, DEFLATED))
 
 
@@ -113,7 +132,12 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
         "photometric_interpretation": "MONOCHROME2",
         "pixel_keyword": "PixelData",
     }
-    values, _ = get_decoder(UID(pixels.transfer_syntax)).as_array(data, index=0, raw=True, **options)
+    syntax = UID(pixels.transfer_syntax)
+    if syntax in _ENDING_WITH_EOI and not get_frame(data, 0, number_of_frames=1).rstrip(b"\0").endswith(b"\xff\xd9"):
+        msg = "the picture is cut off"  # libjpeg fills up what is missing and says nothing
+        raise ValueError(msg)
+    decoder = get_decoder(syntax)
+    values, _ = decoder.as_array(data, index=0, raw=True, decoding_plugin=_PLUGINS[syntax], **options)
     if values.shape != (pixels.rows, pixels.columns):
         msg = "another shape than the header says"
         raise ValueError(msg)
@@ -122,13 +146,11 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
 
 def _check_decoder(pixels: EncodedPixels) -> None:
     syntax = UID(pixels.transfer_syntax)
-    try:
-        decoder = get_decoder(syntax)
-    except NotImplementedError:
-        name = syntax.name if syntax.is_transfer_syntax else "not a transfer syntax of the standard"
-        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known") from None
-    if not decoder.is_available:
-        missing = "; ".join(decoder.missing_dependencies)
-        raise VolprepError("VP1038", path=pixels.path, syntax=syntax.name, missing=missing)
+    plugin = _PLUGINS.get(syntax)
+    if plugin is None:
+        name = syntax.name if syntax.is_transfer_syntax else "that its header names"
+        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
+    if plugin not in get_decoder(syntax).available_plugins:
+        raise VolprepError("VP1038", path=pixels.path, syntax=syntax.name, missing=f"{plugin} is missing")
     if pixels.high_bit != pixels.bits_stored - 1:
         raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))

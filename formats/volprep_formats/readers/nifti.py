@@ -50,7 +50,10 @@ class NiftiSource:
 
         Raises VolprepError VP1003, VP1005 or VP1023 when the file is damaged or cut off.
         """
-        return _read(self._voxels, z0, z1).astype(self._info.stored_type, copy=False)
+        slab = _read(self._voxels, z0, z1)
+        if z1 == self._voxels.shape_zyx[0]:
+            self._voxels.at_end()  # a gzip stream says only at its end whether its checksum is right
+        return slab.astype(self._info.stored_type, copy=False)
 
     def __enter__(self) -> Self:
         """Give the source itself."""
@@ -104,6 +107,8 @@ def _header(path: Path) -> Any:
         single = bytes(header["magic"])[:3] in {b"n+1", b"n+2"}
         offset = float(header["vox_offset"])
     except Exception as error:  # damaged headers end in many kinds of errors
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
     if not single or not sizes[kind] <= offset < _LARGEST_OFFSET:
         raise VolprepError("VP1020", path=path, error="its header is not that of a single .nii file")

@@ -1,0 +1,320 @@
+"""Bad DICOM input: each kind gives one coded message that names the file, the numbers and what to do."""
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dicom_files import compressed, image, save, save_all, stack
+from pydicom.uid import (
+    DeflatedExplicitVRLittleEndian,
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    JPEG2000Lossless,
+    JPEGLSLossless,
+    RLELossless,
+)
+
+from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.readers.dicom_header import ATTRIBUTES
+from volprep_formats.source import SourceSpec
+
+NATIVE = (ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian)
+COMPRESSED = (RLELossless, JPEGLSLossless, JPEG2000Lossless)
+
+
+def read(path: Path) -> np.ndarray:
+    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
+        return source.read_slab(0, source.info.grid.shape_zyx[0])
+
+
+def refusal(path: Path) -> VolprepError:
+    with pytest.raises(VolprepError) as error:
+        read(path)
+    return error.value
+
+
+def save_stack(folder: Path, third=None, syntax=ExplicitVRLittleEndian, **third_attributes) -> Path:
+    """Five slices, the third of which is `third`, or has `third_attributes`. Gives the third file."""
+    images = stack(5)
+    images[2] = third or images[2]
+    for keyword, value in third_attributes.items():
+        if value is None:
+            del images[2][keyword]
+        else:
+            setattr(images[2], keyword, value)
+    save_all(images, folder, syntax)
+    return folder / "I002"
+
+
+def test_an_empty_folder_is_refused(tmp_path) -> None:
+    error = refusal(tmp_path)
+    assert (error.code, error.status) == ("VP1030", ExitStatus.SOURCE)
+
+
+def test_a_folder_without_images_is_refused_with_the_number_of_its_files(tmp_path) -> None:
+    (tmp_path / "a.txt").write_text("text")
+    (tmp_path / "b.png").write_bytes(b"\x89PNG" + bytes(300))
+    error = refusal(tmp_path)
+    assert error.code == "VP1030"
+    assert "2 other files" in str(error)
+
+
+@pytest.mark.parametrize("missing_bytes", [1, 10, 24])
+def test_a_file_whose_pixel_data_is_cut_off_is_refused_by_name(tmp_path, missing_bytes) -> None:
+    file = save_stack(tmp_path)
+    file.write_bytes(file.read_bytes()[:-missing_bytes])
+    error = refusal(tmp_path)
+    assert error.code == "VP1031"
+    assert str(file) in str(error)
+    assert f"only {24 - missing_bytes} bytes" in str(error)
+
+
+def test_a_file_that_became_shorter_after_it_was_opened_is_refused(tmp_path) -> None:
+    file = save_stack(tmp_path)
+    with open_source(SourceSpec(path="."), tmp_path, Silent()) as source:
+        file.write_bytes(file.read_bytes()[:-2])
+        with pytest.raises(VolprepError) as error:
+            source.read_slab(0, 5)
+        assert error.value.code == "VP1031"
+        assert source.read_slab(3, 5)[0, 0, 0] == 300
+
+
+def test_a_file_that_vanished_after_it_was_opened_is_refused(tmp_path) -> None:
+    file = save_stack(tmp_path)
+    with open_source(SourceSpec(path="."), tmp_path, Silent()) as source:
+        file.unlink()
+        with pytest.raises(VolprepError) as error:
+            source.read_slab(2, 3)
+    assert error.value.code == "VP1003"
+
+
+def test_a_name_that_says_dicom_on_a_file_that_is_none_is_refused(tmp_path) -> None:
+    save_stack(tmp_path)
+    (tmp_path / "slice.DCM").touch()
+    assert refusal(tmp_path).code == "VP1031"
+
+
+def save_one(folder: Path, syntax: str) -> Path:
+    """One slice, large enough for every encoder."""
+    data = stack(1, shape_yx=(40, 36))[0]
+    data.SliceThickness = "1"
+    return save(compressed(data, syntax) if syntax in COMPRESSED else data, folder / "slice", syntax)
+
+
+@pytest.mark.parametrize("syntax", [*NATIVE, *COMPRESSED])
+def test_every_prefix_of_a_file_is_refused(tmp_path, syntax) -> None:
+    file = save_one(tmp_path, syntax)
+    whole = file.read_bytes()
+    original = read(file)
+    header_bytes = 700
+    for size in [*range(min(header_bytes, len(whole))), *range(header_bytes, len(whole), 41), len(whole) - 1]:
+        file.write_bytes(whole[:size])
+        if size == len(whole) - 1 and syntax == DeflatedExplicitVRLittleEndian:
+            assert np.array_equal(read(file), original), "only the byte that makes the length even is missing"
+        else:
+            # Without the whole prefix it is not known as DICOM.
+            assert refusal(file).code in ({"VP1002"} if size < 132 else {"VP1031", "VP1032"}), size
+
+
+def test_every_tenth_prefix_of_a_slice_within_a_series_is_refused(tmp_path) -> None:
+    file = save_stack(tmp_path)
+    whole = file.read_bytes()
+    for size in range(0, len(whole), 10):
+        file.write_bytes(whole[:size])
+        assert refusal(tmp_path).code in ({"VP2014"} if size < 132 else {"VP1031", "VP1032"}), size
+
+
+@pytest.mark.parametrize("syntax", [*NATIVE, *COMPRESSED])
+def test_damaged_bytes_end_in_a_coded_error_or_a_volume(tmp_path, syntax) -> None:
+    file = save_one(tmp_path, syntax)
+    whole = np.frombuffer(file.read_bytes(), np.uint8)
+    chance = np.random.default_rng(11)
+    refused = 0
+    for _ in range(200):
+        mutated = whole.copy()
+        at = chance.integers(132, len(whole), chance.integers(1, 6))
+        mutated[at] = chance.integers(0, 256, len(at))
+        file.write_bytes(mutated.tobytes())
+        try:
+            assert read(file).dtype in {np.dtype(t) for t in ("u1", "i2", "u2", "f4")}
+        except VolprepError:
+            refused += 1
+    assert refused > 20
+
+
+GEOMETRY = ("ImageOrientationPatient", "ImagePositionPatient", "PixelSpacing", "Rows", "Columns")
+
+
+@pytest.mark.parametrize("keyword", [*GEOMETRY, "BitsStored", "PixelRepresentation", "SamplesPerPixel"])
+def test_a_missing_essential_attribute_is_named(tmp_path, keyword) -> None:
+    file = save_stack(tmp_path, **{keyword: None})
+    error = refusal(tmp_path)
+    assert error.code == "VP1036"
+    assert f"{file}: {keyword} is missing" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("keyword", "value"),
+    [
+        ("PixelSpacing", ["0", "1"]),
+        ("PixelSpacing", ["-1", "1"]),
+        ("PixelSpacing", ["1"]),
+        ("ImagePositionPatient", ["1", "2"]),
+        ("ImagePositionPatient", ["1e300", "2", "3"]),
+        ("ImageOrientationPatient", ["1", "0", "0"]),
+        ("RescaleSlope", "0"),
+        ("BitsStored", 17),
+        ("HighBit", 16),
+        ("HighBit", 14),
+        ("PixelRepresentation", 2),
+        ("PhotometricInterpretation", "GREYISH"),
+        ("Rows", 0),
+    ],
+)
+def test_a_wrong_value_is_named(tmp_path, keyword, value) -> None:
+    file = save_stack(tmp_path, **{keyword: value})
+    error = refusal(tmp_path)
+    assert error.code == "VP1037"
+    assert f"{file}: the value of {keyword} is not" in str(error)
+
+
+@pytest.mark.parametrize("text", [b"abc", b"nan", b"inf", b"1\\\\2", b"\xff\xfe"])
+def test_numbers_that_are_none_are_refused(tmp_path, text) -> None:
+    file = save_stack(tmp_path, PixelSpacing=["1.25", "1.5"])
+    file.write_bytes(file.read_bytes().replace(b"1.25\\1.5", text.ljust(8)))
+    assert refusal(tmp_path).code == "VP1037"
+
+
+def test_a_colour_image_is_refused(tmp_path) -> None:
+    colour = image(
+        np.zeros((3, 12), np.uint8), (0, 0, 5), Columns=4, SamplesPerPixel=3, PhotometricInterpretation="RGB"
+    )
+    save_stack(tmp_path, colour)
+    error = refusal(tmp_path)
+    assert error.code == "VP1035"
+    assert "RGB" in str(error)
+
+
+def test_a_palette_image_is_refused(tmp_path) -> None:
+    save_stack(tmp_path, PhotometricInterpretation="PALETTE COLOR")
+    assert refusal(tmp_path).code == "VP1035"
+
+
+def test_a_multi_frame_image_is_refused_with_its_frames(tmp_path) -> None:
+    save_stack(tmp_path, NumberOfFrames="7")
+    error = refusal(tmp_path)
+    assert error.code == "VP1041"
+    assert "7 frames" in str(error)
+
+
+def test_a_mosaic_is_refused(tmp_path) -> None:
+    save_stack(tmp_path, ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"])
+    assert refusal(tmp_path).code == "VP1042"
+
+
+def test_wide_and_floating_pixels_are_refused(tmp_path) -> None:
+    save_stack(tmp_path / "wide", image(np.zeros((3, 4), np.int32), (0, 0, 5)))
+    assert refusal(tmp_path / "wide").code == "VP1043"
+    floats = image(np.zeros((3, 4), np.int16), (0, 0, 5), PixelData=None, BitsAllocated=32, BitsStored=32, HighBit=31)
+    floats.FloatPixelData = np.zeros(12, "<f4").tobytes()
+    save_stack(tmp_path / "floats", floats)
+    assert "floating-point" in str(refusal(tmp_path / "floats"))
+
+
+@pytest.mark.parametrize(("rows", "code"), [(4, "VP1040"), (1, "VP1040"), (2, None)])
+def test_pixel_data_that_is_too_short_or_holds_another_picture_is_refused(tmp_path, rows, code) -> None:
+    images = stack(3, shape_yx=(3, 4))
+    for data in images:
+        data.Rows = rows
+    save_all(images, tmp_path)
+    if code is None:  # less than one more picture: padding
+        assert read(tmp_path).shape == (3, 2, 4)
+    else:
+        assert refusal(tmp_path).code == code
+
+
+def test_a_huge_declared_slice_is_refused_before_anything_is_allocated(tmp_path) -> None:
+    save_stack(tmp_path, Rows=65535, Columns=65535)
+    error = refusal(tmp_path)
+    assert error.code == "VP1044"
+    assert "65535×65535" in str(error)
+
+
+def test_a_deflated_file_that_unpacks_without_end_is_refused(tmp_path, monkeypatch) -> None:
+    from volprep_formats.readers import dicom_file
+
+    monkeypatch.setattr(dicom_file, "_MAX_INFLATED_BYTES", 10_000)
+    file = save_stack(tmp_path, syntax=DeflatedExplicitVRLittleEndian)
+    data = file.read_bytes()
+    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+    meta_bytes = 144 + int.from_bytes(data[140:144], "little")
+    file.write_bytes(data[:meta_bytes] + packer.compress(bytes(10**6)) + packer.flush())
+    assert refusal(tmp_path).code == "VP1032"
+
+
+@pytest.mark.parametrize("syntax", ["1.2.840.10008.1.2.4.106", "1.2.3.4"])
+def test_a_syntax_without_a_decoder_is_refused(tmp_path, syntax) -> None:
+    images = [compressed(data, RLELossless) for data in stack(3)]
+    save_all(images, tmp_path, syntax)
+    error = refusal(tmp_path)
+    assert (error.code, error.status) == ("VP1038", ExitStatus.MACHINE)
+
+
+def test_compressed_data_that_cannot_be_decoded_is_refused_without_noise(tmp_path, capfd) -> None:
+    images = [compressed(data, JPEGLSLossless) for data in stack(5, shape_yx=(40, 36))]
+    save_all(images, tmp_path, JPEGLSLossless)
+    file = tmp_path / "I001"
+    data = file.read_bytes()
+    start = data.index(b"\xff\xd8")
+    file.write_bytes(data[: start + 20] + b"\xff\xd9" * ((len(data) - start - 28) // 2) + data[-8:])
+    error = refusal(tmp_path)
+    assert error.code == "VP1039"
+    assert "JPEG-LS" in str(error)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_unreadable_file_is_refused(tmp_path, monkeypatch) -> None:
+    file = save_stack(tmp_path)
+    whole_open = Path.open
+
+    def deny(path: Path, *arguments, **options):
+        if path == file:
+            raise PermissionError(13, "Permission denied")
+        return whole_open(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "open", deny)
+    error = refusal(tmp_path)
+    assert error.code == "VP1003"
+    assert "Permission denied" in str(error)
+
+
+def test_no_text_of_the_header_comes_through(tmp_path) -> None:
+    canary = "CANARY JANE"
+    images = stack(6)
+    for k, data in enumerate(images):
+        for keyword in ("PatientName", "PatientID", "SeriesDescription", "InstitutionName", "StudyID", "Modality"):
+            setattr(data, keyword, canary)
+        data.RescaleIntercept, data.RescaleSlope, data.RescaleType, data.Units = "0", "1", canary, canary
+        data.ImageType = [canary, canary]
+        data.BurnedInAnnotation = canary
+        data.EchoTime = str(k)
+    save_all(images, tmp_path)
+    with open_source(SourceSpec(path="."), tmp_path, Silent()) as source:
+        assert canary not in source.info.model_dump_json()
+        assert (source.info.modality, source.info.unit) == ("", "")
+    images[3].PhotometricInterpretation = canary
+    images[4].ImagePositionPatient = images[5].ImagePositionPatient
+    save_all(images, tmp_path)
+    assert canary not in str(refusal(tmp_path))
+    images[3].PhotometricInterpretation = "MONOCHROME2"
+    save_all(images, tmp_path)
+    assert canary not in str(refusal(tmp_path))
+
+
+def test_only_attributes_of_geometry_and_pixels_are_read() -> None:
+    assert not [keyword for keyword in ATTRIBUTES if "Patient" in keyword and not keyword.startswith("Image")]
+    assert not [keyword for keyword in ATTRIBUTES if any(word in keyword for word in ("Name", "Date", "Description"))]

@@ -1,0 +1,90 @@
+"""DICOM files for tests, made with pydicom straight from the attributes: independent of the project's own writer."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydicom import dcmwrite
+from pydicom.dataset import Dataset, FileMetaDataset
+from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+from pydicom.valuerep import format_number_as_ds
+
+SERIES_UID = "1.2.826.0.1.3680043.9.1"
+MR_CLASS = "1.2.840.10008.5.1.4.1.1.4"
+
+
+def ds(numbers: ArrayLike) -> list[str]:
+    """Numbers as DICOM decimal strings of 16 characters at most."""
+    return [format_number_as_ds(float(n)) for n in np.asarray(numbers, dtype=np.float64).ravel()]
+
+
+def image(
+    pixels: NDArray[np.generic],
+    position_mm_xyz: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
+    spacing_mm_yx: ArrayLike = (1.0, 1.0),
+    **attributes: Any,
+) -> Dataset:
+    """One MR slice of `pixels` [y, x] (8 or 16 bits); `attributes` are set last, and removed where None."""
+    data = Dataset()
+    data.SOPClassUID = MR_CLASS
+    data.SeriesInstanceUID = SERIES_UID
+    data.Modality = "MR"
+    data.Rows, data.Columns = pixels.shape
+    data.SamplesPerPixel = 1
+    data.PhotometricInterpretation = "MONOCHROME2"
+    data.BitsAllocated = data.BitsStored = 8 * pixels.dtype.itemsize
+    data.HighBit = data.BitsStored - 1
+    data.PixelRepresentation = int(pixels.dtype.kind == "i")
+    data.PixelSpacing = ds(spacing_mm_yx)
+    data.ImageOrientationPatient = ds(orientation)
+    data.ImagePositionPatient = ds(position_mm_xyz)
+    data.PixelData = pixels.astype(pixels.dtype.newbyteorder("<")).tobytes()
+    if len(data.PixelData) % 2:
+        data.PixelData += b"\0"
+    for keyword, value in attributes.items():
+        if value is None:
+            del data[keyword]
+        else:
+            setattr(data, keyword, value)
+    return data
+
+
+def save(data: Dataset, path: Path, syntax: str = ExplicitVRLittleEndian) -> Path:
+    """Write `data`, whose pixel data is little endian or compressed, as a DICOM file."""
+    data.SOPInstanceUID = data.get("SOPInstanceUID") or f"1.2.3.{int.from_bytes(path.name.encode()[:12])}"
+    data.file_meta = FileMetaDataset()
+    data.file_meta.TransferSyntaxUID = syntax
+    data.file_meta.MediaStorageSOPClassUID = data.SOPClassUID
+    data.file_meta.MediaStorageSOPInstanceUID = "1.2.3"
+    if syntax == ExplicitVRBigEndian and data.BitsAllocated == 16:
+        data.PixelData = np.frombuffer(data.PixelData, "<u2").astype(">u2").tobytes()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    order = {"implicit_vr": syntax == ImplicitVRLittleEndian, "little_endian": syntax != ExplicitVRBigEndian}
+    dcmwrite(path, data, enforce_file_format=True, **order)
+    return path
+
+
+def compressed(data: Dataset, syntax: str) -> Dataset:
+    """Encode the pixels of `data` in place."""
+    data.file_meta = FileMetaDataset()
+    data.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
+    data["PixelData"].VR = "OW"
+    data.set_original_encoding(is_implicit_vr=False, is_little_endian=True)
+    data.compress(syntax, generate_instance_uid=False)
+    return data
+
+
+def stack(count: int = 5, *, pitch_mm: float = 2.5, shape_yx: tuple[int, int] = (3, 4)) -> list[Dataset]:
+    """A sound axial series: `count` slices along z whose values are z·100 + y·10 + x."""
+    y, x = np.indices(shape_yx)
+    return [image((z * 100 + y * 10 + x).astype(np.int16), (0.0, 0.0, z * pitch_mm)) for z in range(count)]
+
+
+def save_all(images: list[Dataset], folder: Path, syntax: str = ExplicitVRLittleEndian) -> Path:
+    """Write a series into `folder`, without extensions."""
+    for k, data in enumerate(images):
+        save(data, folder / f"I{k:03d}", syntax)
+    return folder

@@ -1,0 +1,137 @@
+"""Small packages for tests, made by the real stages from codes that the test chooses."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.mosaic import fit_mosaic, mosaic_shape_yx
+from volprep.plan import LevelPlan, LookupPlan, Plan, ProgramPlan, QuantizePlan, VolumePlan
+from volprep.profiles import load_profile
+from volprep.stages import mosaic, shaders, texture, transfer
+from volprep.work import codes_name, levels_of
+from volprep_formats.grid import Grid
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Manifest, RenderSettings, SourceRecord, StageRecord, Statistics
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.progress import Silent
+from volprep_formats.source import SourceInfo
+
+KEY = "0" * 64
+ES2 = load_profile("gles2-2048", Path())
+ES3 = load_profile("gles3", Path())
+Point = tuple[float, tuple[float, float, float], float]
+
+
+def function(*points: Point, name: str = "test") -> TransferFunction:
+    """Transfer function of points (value, linear colour, extinction per millimetre)."""
+    return TransferFunction(
+        name=name,
+        points=tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points),
+    )
+
+
+def tiny_package(
+    folder: Path,
+    codes: NDArray[np.generic] | Sequence[NDArray[np.generic]],
+    transfer_function: TransferFunction,
+    profile: DeviceProfile = ES3,
+    *,
+    spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    channels: Literal[1, 4] = 1,
+    step_mm: float = 0.5,
+    cutoff: float | None = None,
+    entries: int = 256,
+    window: tuple[float, float] = (0.0, 255.0),
+    grid: Grid | None = None,
+) -> Package:
+    """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
+
+    `window` are the physical values of the smallest and the largest code.
+    """
+    levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
+    grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
+    render = RenderSettings(step_mm=step_mm, opacity_cutoff=cutoff)
+    plan = _plan(levels, grid, transfer_function, profile, channels, entries, window, render)
+    source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
+    manifest = Manifest(
+        state="draft",
+        name="tiny",
+        generator="test",
+        profile=profile,
+        source=SourceRecord(info=source, sha256=KEY),
+        statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
+    )
+    # Of the 0.2 s that a package takes, nine tenths are its 34 calls of fsync; other tests kill and look.
+    with patch("os.fsync"):
+        draft = Draft.create(folder, manifest)
+        for index, level in enumerate(levels):
+            draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
+        draft.commit(StageRecord(name="quantize", key=KEY), levels=levels_of(plan), render=render)
+        for stage in (transfer.STAGE, mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE, shaders.STAGE):
+            draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
+    return Package.open(folder, allow_draft=True)
+
+
+def _plan(
+    levels: list[NDArray[np.generic]],
+    grid: Grid,
+    transfer_function: TransferFunction,
+    profile: DeviceProfile,
+    channels: Literal[1, 4],
+    entries: int,
+    window: tuple[float, float],
+    render: RenderSettings,
+) -> Plan:
+    texture3d = profile.max_3d_texture_size > 0
+    volumes = tuple(_volume(index, level, profile, channels) for index, level in enumerate(levels))
+    lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+    return Plan(
+        profile=profile,
+        grid=grid,
+        transfer_functions=(transfer_function,),
+        quantize=QuantizePlan(bits=levels[0].dtype.itemsize * 8, window=window),
+        levels=tuple(
+            LevelPlan(index=i, factors_zyx=(2**i, 2**i, 2**i), shape_zyx=level.shape, filter="box" if i else "none")
+            for i, level in enumerate(levels)
+        ),
+        volumes=volumes,
+        lookups=(
+            LookupPlan(
+                transfer=transfer_function.name, name="lut", file="lut.ktx2", format=lookup_format, entries=entries
+            ),
+        ),
+        programs=(
+            ProgramPlan(
+                name="ray-caster",
+                technique="raycast_texture3d" if texture3d else "raycast_mosaic",
+                vertex="ray.vert",
+                fragment="ray.frag",
+                levels=tuple(range(len(levels))),
+                transfer=transfer_function.name,
+            ),
+        ),
+        render=render,
+        stages=(),
+        items=(),
+    )
+
+
+def _volume(
+    index: int, codes: NDArray[np.generic], profile: DeviceProfile, channels: Literal[1, 4]
+) -> VolumePlan:
+    name = f"volume-{index}"
+    file = f"{name}.ktx2"
+    if profile.max_3d_texture_size > 0:
+        texel = "R8" if codes.dtype == np.uint8 else "R16F"
+        return VolumePlan(level=index, name=name, file=file, format=texel, shape_zyx=codes.shape, mosaic=None)
+    layout = fit_mosaic(codes.shape, channels, profile.max_texture_size)
+    assert layout is not None, f"{codes.shape} does not fit a mosaic of {channels} channels"
+    texel = "LUMINANCE8" if channels == 1 else "RGBA8"
+    shape_zyx = (1, *mosaic_shape_yx(layout))
+    return VolumePlan(level=index, name=name, file=file, format=texel, shape_zyx=shape_zyx, mosaic=layout)

@@ -1,0 +1,137 @@
+"""Finding the series that is meant among everything else that lies in a folder tree."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dicom_files import image, save, save_all, stack
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.readers.dicom_scan import scan
+from volprep_formats.source import SourceInfo, SourceSpec
+
+
+def read_info(folder: Path, series: str | None = None) -> SourceInfo:
+    with open_source(SourceSpec(path=".", series=series), folder, Silent()) as source:
+        return source.info
+
+
+def other_series(uid: str, count: int, **attributes) -> list:
+    images = stack(count)
+    for data in images:
+        data.SeriesInstanceUID = uid
+        for keyword, value in attributes.items():
+            setattr(data, keyword, value)
+    return images
+
+
+def test_slices_are_found_below_folders_and_beside_junk(tmp_path) -> None:
+    for k, data in enumerate(stack(4)):
+        save(data, tmp_path / f"deep/{k % 2}/{k}")
+    (tmp_path / "notes.txt").write_text("no image")
+    (tmp_path / "empty").touch()
+    (tmp_path / "._0.dcm").write_bytes(b"left by another system")
+    (tmp_path / "like_a_bare_one").write_bytes(b"\x08\0\x05\0" + bytes(range(256)))
+    info = read_info(tmp_path)
+    assert info.grid.shape_zyx == (4, 3, 4)
+    assert "other files in the folder were left out: 4" in info.remarks
+
+
+def test_a_data_set_without_prefix_is_read(tmp_path) -> None:
+    for k, data in enumerate(stack(3)):
+        file = save(data, tmp_path / f"I{k}")
+        file.write_bytes(file.read_bytes()[132:])
+    assert read_info(tmp_path).grid.shape_zyx == (3, 3, 4)
+
+
+def test_a_report_without_an_image_is_left_out(tmp_path) -> None:
+    save_all(stack(4), tmp_path)
+    report = image(np.zeros((1, 1), np.int16), Rows=None, Columns=None, PixelData=None)
+    report.SOPClassUID = "1.2.840.10008.5.1.4.1.1.88.11"
+    save(report, tmp_path / "report")
+    assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
+
+
+def test_the_only_series_is_taken_however_short_it_is(tmp_path) -> None:
+    save_all(stack(2), tmp_path)
+    assert read_info(tmp_path).grid.shape_zyx[0] == 2
+
+
+def test_the_one_volume_is_taken_from_among_localisers_and_pictures(tmp_path) -> None:
+    save_all(stack(5), tmp_path / "volume")
+    save_all(other_series("1.2.1", 9, ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"]), tmp_path / "localiser")
+    save_all(other_series("1.2.2", 3), tmp_path / "key_images")
+    colour = other_series("1.2.3", 6, SamplesPerPixel=3, PhotometricInterpretation="RGB")
+    save_all(colour, tmp_path / "colour")
+    info = read_info(tmp_path)
+    assert info.grid.shape_zyx[0] == 5
+    assert "other series in the folder were left out: 3, with 18 images" in info.remarks
+
+
+def test_two_volumes_are_refused_and_listed(tmp_path) -> None:
+    save_all(stack(5), tmp_path / "a")
+    save_all(other_series("1.2.77", 6, Modality="CT"), tmp_path / "b")
+    with pytest.raises(VolprepError) as error:
+        read_info(tmp_path)
+    assert error.value.code == "VP1033"
+    assert "1.2.77 (CT, 6 images of 4×3)" in str(error.value)
+    assert "5 images of 4×3" in str(error.value)
+
+
+def test_two_series_mixed_in_one_folder_can_be_told_apart(tmp_path) -> None:
+    mixed = [data for pair in zip(stack(5), other_series("1.2.77", 5), strict=True) for data in pair]
+    save_all(mixed, tmp_path)
+    assert read_info(tmp_path, "2.77").grid.shape_zyx[0] == 5
+
+
+def test_a_whole_uid_wins_over_a_longer_one_with_the_same_end(tmp_path) -> None:
+    save_all(other_series("7.1", 4), tmp_path / "a")
+    save_all(other_series("1.7.1", 5), tmp_path / "b")
+    assert read_info(tmp_path, "7.1").grid.shape_zyx[0] == 4
+
+
+@pytest.mark.parametrize(("wanted", "fits"), [("9999", "no series"), ("7", "2 series")])
+def test_an_ending_that_fits_none_or_several_is_refused(tmp_path, wanted, fits) -> None:
+    save_all(other_series("1.2.7", 4), tmp_path / "a")
+    save_all(other_series("1.3.7", 4), tmp_path / "b")
+    with pytest.raises(VolprepError) as error:
+        read_info(tmp_path, wanted)
+    assert error.value.code == "VP1034"
+    assert fits in str(error.value)
+    assert "1.3.7" in str(error.value)
+
+
+def test_damage_in_another_series_does_not_matter(tmp_path) -> None:
+    save_all(stack(5), tmp_path / "a")
+    save_all(other_series("1.2.2", 6), tmp_path / "b")
+    file = tmp_path / "b" / "I003"
+    file.write_bytes(file.read_bytes()[:-4])
+    assert read_info(tmp_path, "43.9.1").grid.shape_zyx[0] == 5
+
+
+def test_a_scan_counts_its_progress_in_files(tmp_path) -> None:
+    class Counting:
+        total = done = 0
+
+        def start(self, task: str, total: int) -> None:
+            self.total = total
+
+        def advance(self, units: int = 1) -> None:
+            self.done += units
+
+    save_all(stack(3), tmp_path)
+    (tmp_path / "junk").touch()
+    progress = Counting()
+    scan(tmp_path, progress)
+    assert progress.total == progress.done == 4
+
+
+def test_one_file_is_a_volume_of_one_slice(tmp_path) -> None:
+    save(image(np.ones((2, 3), np.int16), SliceThickness="3.5"), tmp_path / "one")
+    save(image(np.ones((2, 3), np.int16), (0, 0, 1)), tmp_path / "two")
+    with open_source(SourceSpec(path="one"), tmp_path, Silent()) as source:
+        assert source.info.grid.shape_zyx == (1, 2, 3)
+        assert source.info.grid.spacing_mm_zyx[0] == 3.5
+        assert any("SliceThickness" in remark for remark in source.info.remarks)

@@ -1,0 +1,235 @@
+"""NIfTI volumes: places in LPS, types, scaling, and what is refused."""
+
+import gzip
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import SourceInfo, SourceSpec
+
+SHAPE_XYZ = (4, 1, 3)
+LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
+
+
+def read(path: Path) -> tuple[np.ndarray, SourceInfo]:
+    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
+        return source.read_slab(0, source.info.grid.shape_zyx[0]), source.info
+
+
+def save(
+    path: Path, voxels_xyz: np.ndarray, affine: np.ndarray | None = None, kind=nibabel.Nifti1Image, **header
+) -> Path:
+    picture = kind(voxels_xyz, np.eye(4) if affine is None else affine, dtype=voxels_xyz.dtype)
+    picture.header.set_xyzt_units("mm")
+    for key, value in header.items():
+        picture.header[key] = value
+    nibabel.save(picture, path)
+    return path
+
+
+def patched(path: Path, offset: int, data: bytes) -> Path:
+    whole = bytearray(path.read_bytes())
+    whole[offset : offset + len(data)] = data
+    path.write_bytes(whole)
+    return path
+
+
+def refusal(path: Path) -> VolprepError:
+    with pytest.raises(VolprepError) as error:
+        read(path)
+    return error.value
+
+
+def noise(dtype: str = "int16", shape=SHAPE_XYZ) -> np.ndarray:
+    return np.random.default_rng(4).integers(0, 100, shape).astype(dtype)
+
+
+@given(st.lists(st.floats(-1, 1), min_size=9, max_size=9), st.tuples(*[st.floats(0.01, 9.0)] * 3), st.booleans())
+def test_every_voxel_lies_where_the_affine_puts_it_in_lps(tmp_path_factory, turn, spacing, mirrored) -> None:
+    rotation = np.linalg.qr(np.array(turn).reshape(3, 3) + 2 * np.eye(3))[0]
+    affine = np.eye(4)
+    affine[:3, :3] = rotation * spacing
+    affine[:3, 0] *= -1 if mirrored else 1
+    affine[:3, 3] = (10.0, -20.0, 300.0)
+    voxels = noise()
+    values, info = read(save(tmp_path_factory.mktemp("nifti") / "v.nii", voxels, affine))
+    assert np.array_equal(values, voxels.T)
+    # The sform has 32-bit numbers: 2^-24 of 300 mm is 2e-5 mm.
+    np.testing.assert_allclose(info.grid.world_from_index, LPS_FROM_RAS @ affine, atol=4e-5)
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+@pytest.mark.parametrize("kind", [nibabel.Nifti1Image, nibabel.Nifti2Image])
+def test_both_versions_are_read_plain_and_gzipped(tmp_path, name, kind) -> None:
+    values, info = read(save(tmp_path / name, noise(), kind=kind))
+    assert np.array_equal(values, noise().T)
+    assert info.format == "nifti"
+
+
+def test_big_endian_files_are_read(tmp_path) -> None:
+    header = nibabel.Nifti1Header(endianness=">")
+    header.set_data_dtype(np.int16)
+    nibabel.save(nibabel.Nifti1Image(noise(), np.eye(4), header), tmp_path / "v.nii")
+    assert (tmp_path / "v.nii").read_bytes()[:4] == b"\0\0\x01\x5c"
+    values, _ = read(tmp_path / "v.nii")
+    assert values.dtype.isnative
+    assert np.array_equal(values, noise().T)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "stored"),
+    [
+        ("uint8", "uint8"),
+        ("int8", "int16"),
+        ("int16", "int16"),
+        ("uint16", "uint16"),
+        ("float32", "float32"),
+        ("float64", "float32"),
+    ],
+)
+def test_voxels_keep_their_values_in_the_smallest_type_that_holds_theirs(tmp_path, dtype, stored) -> None:
+    values, info = read(save(tmp_path / "v.nii", noise(dtype)))
+    assert info.stored_type == stored == values.dtype.name
+    assert np.array_equal(values, noise(dtype).T)
+
+
+@pytest.mark.parametrize(
+    ("largest", "stored"),
+    [(255, "uint8"), (-1, "int16"), (65535, "uint16"), (2**24, "float32"), (2**30 + 1, "float32")],
+)
+def test_wide_integers_are_read_in_the_smallest_type_that_holds_their_values(tmp_path, largest, stored) -> None:
+    voxels = np.zeros(SHAPE_XYZ, np.int32)
+    voxels[2, 0, 1] = largest
+    values, info = read(save(tmp_path / "v.nii", voxels))
+    assert info.stored_type == stored
+    assert values[1, 0, 2] == np.float32(largest) if stored == "float32" else largest
+    assert any("rounded" in remark for remark in info.remarks) == (largest > 2**24)
+
+
+def test_slope_and_intercept_are_kept_beside_the_stored_values(tmp_path) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 112, np.array([0.5, -10.0], "<f4").tobytes())
+    values, info = read(file)
+    assert (info.slope, info.intercept) == (0.5, -10.0)
+    assert np.array_equal(values, noise().T)
+
+
+def test_a_slope_of_zero_means_none(tmp_path) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 112, np.array([0.0, 5.0], "<f4").tobytes())
+    _, info = read(file)
+    assert (info.slope, info.intercept) == (1.0, 0.0)
+
+
+def test_micrometres_become_millimetres(tmp_path) -> None:
+    picture = nibabel.Nifti1Image(noise(), np.diag([5.0, 5.0, 5.0, 1.0]))
+    picture.header.set_xyzt_units("micron")
+    nibabel.save(picture, tmp_path / "v.nii")
+    _, info = read(tmp_path / "v.nii")
+    assert info.grid.spacing_mm_zyx == pytest.approx((0.005, 0.005, 0.005))
+
+
+def test_without_an_sform_the_qform_places_the_volume(tmp_path) -> None:
+    affine = np.diag([2.0, 3.0, 4.0, 1.0])
+    affine[:3, 3] = (1, 2, 3)
+    picture = nibabel.Nifti1Image(noise(), None)
+    picture.header.set_xyzt_units("mm")
+    picture.set_qform(affine, 1)
+    nibabel.save(picture, tmp_path / "v.nii")
+    _, info = read(tmp_path / "v.nii")
+    np.testing.assert_allclose(info.grid.world_from_index, LPS_FROM_RAS @ affine, atol=1e-6)
+
+
+def test_without_any_form_the_spacing_holds_and_a_remark_says_so(tmp_path) -> None:
+    picture = nibabel.Nifti1Image(noise(), None)
+    picture.header.set_zooms((2.0, 3.0, 4.0))
+    nibabel.save(picture, tmp_path / "v.nii")
+    _, info = read(tmp_path / "v.nii")
+    assert info.grid.spacing_mm_zyx == (4.0, 3.0, 2.0)
+    assert any("does not say how the volume lies" in remark for remark in info.remarks)
+
+
+def test_forms_that_disagree_are_remarked_and_the_sform_holds(tmp_path) -> None:
+    picture = nibabel.Nifti1Image(noise(), np.eye(4))
+    moved = np.eye(4)
+    moved[0, 3] = 7.0
+    picture.set_qform(moved, 1)
+    nibabel.save(picture, tmp_path / "v.nii")
+    _, info = read(tmp_path / "v.nii")
+    assert info.grid.origin_mm_xyz == (0.0, 0.0, 0.0)
+    assert any("7 apart" in remark for remark in info.remarks)
+
+
+def test_trailing_axes_of_one_are_dropped_and_missing_ones_added(tmp_path) -> None:
+    assert read(save(tmp_path / "a.nii", noise(shape=(4, 5, 3, 1, 1))))[0].shape == (3, 5, 4)
+    assert read(save(tmp_path / "b.nii", noise(shape=(4, 5))))[0].shape == (1, 5, 4)
+
+
+def test_a_sheared_affine_is_refused_with_its_angle(tmp_path) -> None:
+    affine = np.eye(4)
+    affine[0, 1] = np.tan(np.radians(5.0))
+    error = refusal(save(tmp_path / "v.nii", noise(), affine))
+    assert error.code == "VP2020"
+    assert "5.000°" in str(error)
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, 1e30])
+def test_an_unusable_affine_is_refused(tmp_path, value) -> None:
+    file = save(tmp_path / "v.nii", noise())
+    assert refusal(patched(file, 280, np.array([value, 0, 0, 0], "<f4").tobytes())).code == "VP2021"
+
+
+def test_a_quaternion_that_is_none_is_refused(tmp_path) -> None:
+    picture = nibabel.Nifti1Image(noise(), None)
+    picture.set_qform(np.eye(4), 1)
+    nibabel.save(picture, tmp_path / "v.nii")
+    assert refusal(patched(tmp_path / "v.nii", 256, np.array([3, 0, 0], "<f4").tobytes())).code == "VP2021"
+
+
+def test_several_volumes_are_refused(tmp_path) -> None:
+    error = refusal(save(tmp_path / "v.nii", noise(shape=(4, 5, 3, 2))))
+    assert error.code == "VP1021"
+    assert "4×5×3×2" in str(error)
+
+
+@pytest.mark.parametrize("dims", [[3, 4, -1, 3], [3, 4, 0, 3], [0, 4, 1, 3], [9, 4, 1, 3], [-3, 4, 1, 3]])
+def test_impossible_dimensions_are_refused(tmp_path, dims) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 40, np.array(dims, "<i2").tobytes())
+    assert refusal(file).code in {"VP1020", "VP1021"}
+
+
+def test_colour_voxels_are_refused(tmp_path) -> None:
+    rgb = np.zeros(SHAPE_XYZ, dtype=[("R", "u1"), ("G", "u1"), ("B", "u1")])
+    assert refusal(save(tmp_path / "v.nii", rgb)).code == "VP1022"
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+def test_declared_sizes_beyond_the_file_are_refused_before_anything_is_allocated(tmp_path, name) -> None:
+    file = save(tmp_path / "v.nii", noise())
+    patched(file, 40, np.array([3, 32767, 32767, 32767], "<i2").tobytes())
+    if name.endswith(".gz"):
+        file = tmp_path / name
+        file.write_bytes(gzip.compress((tmp_path / "v.nii").read_bytes()))
+    assert refusal(file).code == "VP1023"
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+def test_every_cut_is_refused(tmp_path, name) -> None:
+    whole = save(tmp_path / name, noise()).read_bytes()
+    for size in [*range(0, len(whole), 7), len(whole) - 1]:
+        (tmp_path / name).write_bytes(whole[:size])
+        with pytest.raises(VolprepError) as error:
+            read(tmp_path / name)
+        assert error.value.code in {"VP1002", "VP1005", "VP1020", "VP1021", "VP1023"}
+
+
+def test_half_of_a_pair_is_refused(tmp_path) -> None:
+    nibabel.save(nibabel.Nifti1Pair(noise(), np.eye(4)), tmp_path / "v.img")
+    error = refusal(tmp_path / "v.hdr")
+    assert error.code == "VP1020"
+    assert "joined" in str(error)

@@ -1,0 +1,90 @@
+"""Which reader opens what, and settings that fit none."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dicom_files import save, save_all, stack
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+from volprep_formats.readers import READERS, open_source
+from volprep_formats.source import RawLayout, SourceSpec
+
+LAYOUT = RawLayout(shape_zyx=(1, 2, 3), dtype="uint8")
+
+
+def refusal(base: Path, **spec) -> VolprepError:
+    with pytest.raises(VolprepError) as error:
+        open_source(SourceSpec(**spec), base, Silent())
+    return error.value
+
+
+def opened_format(base: Path, **spec) -> str:
+    with open_source(SourceSpec(**spec), base, Silent()) as source:
+        return source.info.format
+
+
+def test_a_relative_path_starts_at_the_base_and_an_absolute_one_does_not(tmp_path) -> None:
+    save_all(stack(3), tmp_path / "scans" / "head")
+    assert opened_format(tmp_path / "scans", path="head") == "dicom"
+    assert opened_format(Path("/nowhere"), path=str(tmp_path / "scans" / "head")) == "dicom"
+
+
+def test_formats_are_known_by_content_whatever_the_names(tmp_path) -> None:
+    import nibabel
+
+    nibabel.save(nibabel.Nifti1Image(np.zeros((2, 2, 2), np.uint8), np.eye(4)), tmp_path / "a.nii")
+    (tmp_path / "picture").write_bytes((tmp_path / "a.nii").read_bytes())
+    (tmp_path / "packed").write_bytes(gzip.compress((tmp_path / "a.nii").read_bytes()))
+    image = stack(1)[0]
+    image.SliceThickness = "1"
+    save(image, tmp_path / "slice.txt")
+    assert [opened_format(tmp_path, path=name) for name in ("picture", "packed", "slice.txt")] == [
+        "nifti",
+        "nifti",
+        "dicom",
+    ]
+
+
+def test_a_layout_makes_a_file_raw(tmp_path) -> None:
+    (tmp_path / "data").write_bytes(bytes(6))
+    assert opened_format(tmp_path, path="data", raw=LAYOUT) == "raw"
+
+
+def test_a_missing_path_is_refused(tmp_path) -> None:
+    error = refusal(tmp_path, path="none")
+    assert error.code == "VP1001"
+    assert str(tmp_path / "none") in str(error)
+
+
+@pytest.mark.parametrize("data", [b"", b"just text", b"\x1f\x8b broken gzip", gzip.compress(b"x" * 400)])
+def test_a_file_of_no_known_format_is_refused_with_those_that_are(tmp_path, data) -> None:
+    (tmp_path / "data").write_bytes(data)
+    error = refusal(tmp_path, path="data")
+    assert error.code == "VP1002"
+    assert all(reader.name in str(error) for reader in READERS)
+
+
+def test_raw_without_a_layout_is_refused(tmp_path) -> None:
+    (tmp_path / "data").write_bytes(bytes(6))
+    assert refusal(tmp_path, path="data", format="raw").code == "VP1010"
+
+
+@pytest.mark.parametrize(
+    ("spec", "key"), [({"format": "nifti", "raw": LAYOUT}, "raw"), ({"raw": LAYOUT, "series": "1.2"}, "series")]
+)
+def test_settings_of_another_format_are_refused(tmp_path, spec, key) -> None:
+    (tmp_path / "data").write_bytes(bytes(6))
+    error = refusal(tmp_path, path="data", **spec)
+    assert (error.code, error.fields["key"]) == ("VP1004", key)
+
+
+@pytest.mark.parametrize("format_name", [reader.name for reader in READERS])
+def test_a_folder_or_file_of_the_wrong_kind_is_refused_by_every_reader(tmp_path, format_name) -> None:
+    (tmp_path / "text").write_text("no volume")
+    raw = LAYOUT if format_name == "raw" else None
+    assert refusal(tmp_path, path="text", format=format_name, raw=raw).code.startswith("VP10")
+    (tmp_path / "folder").mkdir()
+    assert refusal(tmp_path, path="folder", format=format_name, raw=raw).code.startswith("VP10")
