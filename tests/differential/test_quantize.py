@@ -198,14 +198,15 @@ def test_losses_of_different_windows_do_not_add():
         a + b
 
 
-def test_arrays_that_would_have_to_be_copied_are_a_type_error():
+def test_arrays_of_another_type_or_order_are_a_type_error():
     src, dst, histogram = np.zeros((2, 2, 2), np.int16), np.zeros((2, 2, 2), np.uint8), np.zeros(256, np.uint64)
-    for arrays in [
-        (src[::-1], dst, histogram),
-        (src, dst[::-1], histogram),
-        (src, dst.astype(np.int8), histogram),
-        (src, dst, histogram.astype(np.int64)),
-        (src, dst, np.zeros(512, np.uint64)[::2]),
+    for arrays, message in [
+        ((src[::-1], dst, histogram), "incompatible"),
+        ((src, dst[::-1], histogram), "incompatible"),
+        ((src, dst, histogram.astype(np.int64)), "incompatible"),
+        ((src, dst, np.zeros(512, np.uint64)[::2]), "incompatible"),
+        ((src.astype(np.int32), dst, histogram), "src is int32, expected uint8 or int16 or uint16 or float32"),
+        ((src, dst.astype(np.int8), histogram), "dst is int8, expected uint8 or uint16"),
     ]:
-        with pytest.raises(TypeError, match="incompatible function arguments"):
+        with pytest.raises(TypeError, match=message):
             _native.quantize(arrays[0], 1.0, 0.0, 0.0, 1.0, *arrays[1:])

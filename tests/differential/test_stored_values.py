@@ -93,6 +93,8 @@ def test_sizes_and_ranges_that_do_not_fit_are_a_value_error():
     for low, high in [(1.0, 1.0), (2.0, 1.0), (math.nan, 1.0), (0.0, math.inf), (0.0, 1e-320)]:
         with pytest.raises(ValueError, match="the range is"):
             _native.bin_values(values, low, high, bins)
+    with pytest.raises(TypeError, match="src is float32, expected uint8 or int16 or uint16"):
+        _native.count_values(values, bins)
     with pytest.raises(ValueError, match="at least one voxel"):
         _native.value_range(np.zeros((0, 1, 1), np.float32))
 

@@ -1,4 +1,4 @@
-// What the binding files share: array types whose contract (rank, dtype, C order, CPU) nanobind checks, and the
+// What the binding files share: array types whose contract (rank, C order, CPU) nanobind checks, and the
 // list of binding functions. A binding only translates; it never computes.
 #pragma once
 
@@ -11,10 +11,9 @@ namespace volprep::bind {
 
 namespace nb = nanobind;
 
-template <typename T>
-using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using MutableVolume = nb::ndarray<T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+// Volumes, whatever their voxel type: see voxels.hpp.
+using AnyVolume = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using AnyMutableVolume = nb::ndarray<nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
 template <typename Array>
 Shape3 shape_of(const Array& array) {

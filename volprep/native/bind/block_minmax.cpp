@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
+#include "voxels.hpp"
 
 namespace volprep::bind {
 namespace {
@@ -12,23 +13,21 @@ void require_block(int64_t block) {
             "block is " + std::to_string(block) + ", expected 1 to " + std::to_string(max_minmax_block));
 }
 
-template <typename T>
-void block_minmax(const Volume<T>& src, int64_t block, const MutableVolume<T>& dst_min, const MutableVolume<T>& dst_max,
-                  int threads) {
+void minmax(const AnyVolume& src, int64_t block, const AnyMutableVolume& dst_min, const AnyMutableVolume& dst_max,
+            int threads) {
     const Shape3 shape = shape_of(src);
     require_block(block);
     require_threads(threads);
     require_voxels(shape);
     require_shape("dst_min", dst_min, minmax_shape(shape, block));
     require_shape("dst_max", dst_max, minmax_shape(shape, block));
-    const nb::gil_scoped_release released;
-    volprep::block_minmax(src.data(), shape, block, dst_min.data(), dst_max.data(), threads);
-}
-
-template <typename T, typename... Doc>
-void define(nb::module_& module, const Doc&... doc) {
-    module.def("block_minmax", &block_minmax<T>, nb::arg("src").noconvert(), nb::arg("block"),
-               nb::arg("dst_min").noconvert(), nb::arg("dst_max").noconvert(), nb::arg("threads") = 0, doc...);
+    with_type_of<uint8_t, int16_t, uint16_t, float>("src", src, [&]<typename T>() {
+        require_type("dst_min", dst_min, nb::dtype<T>());
+        require_type("dst_max", dst_max, nb::dtype<T>());
+        const nb::gil_scoped_release released;
+        volprep::block_minmax(static_cast<const T*>(src.data()), shape, block, static_cast<T*>(dst_min.data()),
+                              static_cast<T*>(dst_max.data()), threads);
+    });
 }
 
 }  // namespace
@@ -42,9 +41,14 @@ void block_minmax(nb::module_& module) {
             return nb::make_tuple(blocks.z, blocks.y, blocks.x);
         },
         nb::arg("shape_zyx"), nb::arg("block"),
-        nb::sig("def block_minmax_shape(shape_zyx: Sequence[int], block: int) -> tuple[int, int, int]"),
+        nb::sig("def block_minmax_shape(shape_zyx: collections.abc.Sequence[int], block: int) -> tuple[int, int, int]"),
         "The shape that block_minmax gives: max(1, ceil((n - 1) / block)) along each axis.");
-    define<uint8_t>(module, R"(Write the least and the greatest voxel of each block of src, shared voxels included.
+    module.def("block_minmax", &minmax, nb::arg("src").noconvert(), nb::arg("block"), nb::arg("dst_min").noconvert(),
+               nb::arg("dst_max").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def block_minmax(src: numpy.typing.NDArray[numpy.generic], block: int, dst_min: "
+                       "numpy.typing.NDArray[numpy.generic], "
+                       "dst_max: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> None"),
+               R"(Write the least and the greatest voxel of each block of src, shared voxels included.
 
 Voxels are samples at cell centres, the field is trilinear between them and clamped in the outer half voxel. In voxel-centre
 coordinates (p = texture coordinate * n - 1/2, clamped to [0, n - 1]) block b is the interval [b * block, (b + 1) * block]
@@ -56,7 +60,7 @@ than +0. All arrays are C-contiguous [z, y, x] and do not overlap.
 Parameters
 ----------
 src
-    The volume, at least one voxel along each axis.
+    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
 block
     Cells of a block along each axis, 1 to 1024.
 dst_min, dst_max
@@ -67,10 +71,9 @@ threads
 Raises
 ------
 ValueError
-    If a shape or the block does not fit.)");
-    define<int16_t>(module);
-    define<uint16_t>(module);
-    define<float>(module);
+    If a shape or the block does not fit.
+TypeError
+    If an array has another type or order.)");
 }
 
 }  // namespace volprep::bind

@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
+#include "voxels.hpp"
 
 namespace volprep::bind {
 namespace {
@@ -19,21 +20,17 @@ Shape3 checked_factors(Triple factors) {
     return shape;
 }
 
-template <typename T>
-void box_reduce(const Volume<T>& src, const MutableVolume<T>& dst, Triple factors_zyx, int threads) {
+void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zyx, int threads) {
     const Shape3 shape = shape_of(src);
     const Shape3 factors = checked_factors(factors_zyx);
     require_threads(threads);
     require_voxels(shape);
     require_shape("dst", dst, reduced_shape(shape, factors));
-    const nb::gil_scoped_release released;
-    volprep::box_reduce(src.data(), shape, factors, dst.data(), threads);
-}
-
-template <typename T, typename... Doc>
-void define(nb::module_& module, const Doc&... doc) {
-    module.def("box_reduce", &box_reduce<T>, nb::arg("src").noconvert(), nb::arg("dst").noconvert(),
-               nb::arg("factors_zyx"), nb::arg("threads") = 0, doc...);
+    with_type_of<uint8_t, int16_t, uint16_t, float>("src", src, [&]<typename T>() {
+        require_type("dst", dst, nb::dtype<T>());
+        const nb::gil_scoped_release released;
+        volprep::box_reduce(static_cast<const T*>(src.data()), shape, factors, static_cast<T*>(dst.data()), threads);
+    });
 }
 
 }  // namespace
@@ -47,9 +44,15 @@ void box_reduce(nb::module_& module) {
             return nb::make_tuple(reduced.z, reduced.y, reduced.x);
         },
         nb::arg("shape_zyx"), nb::arg("factors_zyx"),
-        nb::sig("def box_reduced_shape(shape_zyx: Sequence[int], factors_zyx: Sequence[int]) -> tuple[int, int, int]"),
+        nb::sig("def box_reduced_shape(shape_zyx: collections.abc.Sequence[int], factors_zyx: "
+                "collections.abc.Sequence[int]) -> tuple[int, int, int]"),
         "The shape that box_reduce gives: ceil(n / factor) along each axis.");
-    define<uint8_t>(module, R"(Write the mean of each block of factors_zyx voxels of src to dst.
+    module.def("box_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
+               nb::arg("threads") = 0,
+               nb::sig("def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
+                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
+                       "threads: int = 0) -> None"),
+               R"(Write the mean of each block of factors_zyx voxels of src to dst.
 
 A block that hangs over the edge behaves as if the edge voxel were repeated. Integers are summed exactly and rounded once,
 half to even. float32 is summed in float64, each row from left to right, then the rows in order of z and y, and rounded
@@ -58,7 +61,7 @@ once; NaN propagates. src and dst are C-contiguous [z, y, x] and do not overlap.
 Parameters
 ----------
 src
-    The volume, at least one voxel along each axis.
+    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
 dst
     Of the same type, with the shape that box_reduced_shape gives.
 factors_zyx
@@ -69,10 +72,9 @@ threads
 Raises
 ------
 ValueError
-    If a shape or a factor does not fit.)");
-    define<int16_t>(module);
-    define<uint16_t>(module);
-    define<float>(module);
+    If a shape or a factor does not fit.
+TypeError
+    If an array has another type or order.)");
 }
 
 }  // namespace volprep::bind

@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
+#include "voxels.hpp"
 
 namespace volprep::bind {
 namespace {
@@ -14,11 +15,9 @@ using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::de
 using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
 using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-template <typename T>
-void render_oracle(const Volume<T>& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
-                   Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
-                   const Numbers& extinctions_per_mm, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba,
-                   const Bound& bound, int threads) {
+void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
+            const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
+            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound, int threads) {
     const Shape3 shape = shape_of(volume);
     require_voxels(shape);
     require_threads(threads);
@@ -41,23 +40,30 @@ void render_oracle(const Volume<T>& volume, double slope, double intercept, Vect
                                   extinctions_per_mm.data()};
     const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
                                 box_from_clip.data(), rgba.data(), bound.data()};
-    const nb::gil_scoped_release released;
-    volprep::render_oracle(volume.data(), source, transfer, tolerance, picture, threads);
-}
-
-template <typename T, typename... Doc>
-void define(nb::module_& module, const Doc&... doc) {
-    module.def("render_oracle", &render_oracle<T>, nb::arg("volume").noconvert(), nb::arg("slope"),
-               nb::arg("intercept"), nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
-               nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
-               nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
-               nb::arg("bound").noconvert(), nb::arg("threads") = 0, doc...);
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::render_oracle(static_cast<const T*>(volume.data()), source, transfer, tolerance, picture, threads);
+    });
 }
 
 }  // namespace
 
 void oracle(nb::module_& module) {
-    define<uint8_t>(module, R"(Write the picture of a volume and a bound on the error of each pixel.
+    module.def("render_oracle", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
+               nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
+               nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
+               nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
+               nb::arg("bound").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
+                       "spacing_mm_xyz: "
+                       "Sequence[float], "
+                       "extent_mm_xyz: collections.abc.Sequence[float], values: numpy.typing.NDArray[numpy.float64], "
+                       "colours: numpy.typing.NDArray[numpy.float64], "
+                       "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: "
+                       "numpy.typing.NDArray[numpy.float64], tolerance: float, "
+                       "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
+                       "threads: int = 0) -> None"),
+               R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
 for the trilinear field of the voxels and the piecewise linear transfer function.
@@ -65,7 +71,7 @@ for the trilinear field of the voxels and the piecewise linear transfer function
 Parameters
 ----------
 volume
-    [z, y, x], finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
 spacing_mm_xyz, extent_mm_xyz
     Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
 values, colours, extinctions_per_mm
@@ -83,10 +89,9 @@ threads
 Raises
 ------
 ValueError
-    If a size does not fit.)");
-    define<int16_t>(module);
-    define<uint16_t>(module);
-    define<float>(module);
+    If a size does not fit.
+TypeError
+    If an array has another type or order.)");
 }
 
 }  // namespace volprep::bind

@@ -7,6 +7,7 @@
 
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
+#include "voxels.hpp"
 
 namespace volprep::bind {
 namespace {
@@ -31,34 +32,34 @@ double checked_step(const Window& window) {
 }
 
 template <typename T, typename Code>
-PhysicalLoss quantize(const Volume<T>& src, double slope, double intercept, double window_lo, double window_hi,
-                      const MutableVolume<Code>& dst, const Histogram& histogram, int threads) {
-    const Window window{slope, intercept, window_lo, window_hi};
-    const double step = checked_step<Code>(window);
-    require_threads(threads);
-    require_tallied(shape_of(src));
-    require_shape("dst", dst, shape_of(src));
-    require_bins(histogram, stored_bins<Code>);
-    const auto voxels = static_cast<int64_t>(src.size());
-    const int team = resolve_threads(threads);
-    const nb::gil_scoped_release released;
+QuantizationLoss encode(const T* src, int64_t voxels, const Window& window, Code* dst, uint64_t* histogram, int team) {
     if constexpr (std::is_integral_v<T>) {
         std::vector<Code> table(stored_bins<T>);
         std::vector<uint32_t> lanes(tally_words(stored_bins<T>, team));
-        return {volprep::quantize(src.data(), voxels, window, dst.data(), histogram.data(), table.data(), lanes.data(),
-                                  team),
-                step};
+        return volprep::quantize(src, voxels, window, dst, histogram, table.data(), lanes.data(), team);
     } else {
         std::vector<uint32_t> lanes(tally_words(stored_bins<Code>, team));
-        return {volprep::quantize(src.data(), voxels, window, dst.data(), histogram.data(), lanes.data(), team), step};
+        return volprep::quantize(src, voxels, window, dst, histogram, lanes.data(), team);
     }
 }
 
-template <typename T, typename Code, typename... Doc>
-void define(nb::module_& module, const Doc&... doc) {
-    module.def("quantize", &quantize<T, Code>, nb::arg("src").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-               nb::arg("window_lo"), nb::arg("window_hi"), nb::arg("dst").noconvert(), nb::arg("histogram").noconvert(),
-               nb::arg("threads") = 0, doc...);
+PhysicalLoss quantized(const AnyVolume& src, double slope, double intercept, double window_lo, double window_hi,
+                       const AnyMutableVolume& dst, const Histogram& histogram, int threads) {
+    const Window window{slope, intercept, window_lo, window_hi};
+    require_threads(threads);
+    require_tallied(shape_of(src));
+    require_shape("dst", dst, shape_of(src));
+    PhysicalLoss result{};
+    with_type_of<uint8_t, int16_t, uint16_t, float>("src", src, [&]<typename T>() {
+        with_type_of<uint8_t, uint16_t>("dst", dst, [&]<typename Code>() {
+            result.step = checked_step<Code>(window);
+            require_bins(histogram, stored_bins<Code>);
+            const nb::gil_scoped_release released;
+            result.loss = encode(static_cast<const T*>(src.data()), static_cast<int64_t>(src.size()), window,
+                                 static_cast<Code*>(dst.data()), histogram.data(), resolve_threads(threads));
+        });
+    });
+    return result;
 }
 
 PhysicalLoss sum(const PhysicalLoss& a, const PhysicalLoss& b) {
@@ -100,7 +101,16 @@ void define_loss(nb::module_& module) {
 
 void quantize(nb::module_& module) {
     define_loss(module);
-    define<uint8_t, uint8_t>(module, R"(Write the code of each voxel to dst, count the codes, and return the loss.
+    module.def(
+        "quantize", &quantized, nb::arg("src").noconvert(), nb::arg("slope"), nb::arg("intercept"),
+        nb::arg("window_lo"), nb::arg("window_hi"), nb::arg("dst").noconvert(), nb::arg("histogram").noconvert(),
+        nb::arg("threads") = 0,
+        nb::sig(
+            "def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, window_lo: float, "
+            "window_hi: float, dst: numpy.typing.NDArray[numpy.generic], histogram: "
+            "numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> "
+            "QuantizationLoss"),
+        R"(Write the code of each voxel to dst, count the codes, and return the loss.
 
 physical = slope * src + intercept, and code = round_half_even((physical - window_lo) * ((2^bits - 1) / (window_hi -
 window_lo))), clamped to 0 ... 2^bits - 1, in float64. NaN gets code 0, which is window_lo; an infinity gets the code of the
@@ -109,7 +119,7 @@ end it points to. All arrays are C-contiguous and do not overlap. A volume may b
 Parameters
 ----------
 src
-    Stored values [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
+    Stored values [z, y, x]: uint8, int16, uint16 or float32, at least one voxel along each axis and at most 2^34 voxels.
 slope, intercept
     From stored to physical values; finite.
 window_lo, window_hi
@@ -124,14 +134,9 @@ threads
 Raises
 ------
 ValueError
-    If a shape or the window does not fit.)");
-    define<int16_t, uint8_t>(module);
-    define<uint16_t, uint8_t>(module);
-    define<float, uint8_t>(module);
-    define<uint8_t, uint16_t>(module);
-    define<int16_t, uint16_t>(module);
-    define<uint16_t, uint16_t>(module);
-    define<float, uint16_t>(module);
+    If a shape or the window does not fit.
+TypeError
+    If an array has another type or order.)");
 }
 
 }  // namespace volprep::bind

@@ -1,6 +1,7 @@
 #include "volprep/value_range.hpp"
 
 #include "checks.hpp"
+#include "voxels.hpp"
 
 namespace volprep::bind {
 
@@ -13,26 +14,31 @@ void value_range(nb::module_& module) {
         .def_ro("positive_infinite", &ValueRange::positive_infinite, "Voxels that are +inf.");
     module.def(
         "value_range",
-        [](const Volume<float>& src, int threads) {
+        [](const AnyVolume& src, int threads) {
             require_threads(threads);
             require_voxels(shape_of(src));
+            require_type("src", src, nb::dtype<float>());
             const nb::gil_scoped_release released;
-            return volprep::value_range(src.data(), static_cast<int64_t>(src.size()), threads);
+            return volprep::value_range(static_cast<const float*>(src.data()), static_cast<int64_t>(src.size()),
+                                        threads);
         },
         nb::arg("src").noconvert(), nb::arg("threads") = 0,
+        nb::sig("def value_range(src: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> ValueRange"),
         R"(Find the range of the finite voxels of src, and count the others.
 
 Parameters
 ----------
 src
-    C-contiguous [z, y, x], at least one voxel along each axis.
+    float32, C-contiguous [z, y, x], at least one voxel along each axis.
 threads
     Threads to use, 0 for all. The result does not depend on it.
 
 Raises
 ------
 ValueError
-    If src is empty.)");
+    If src is empty.
+TypeError
+    If src has another type or order.)");
 }
 
 }  // namespace volprep::bind

@@ -1,0 +1,278 @@
+"""
+Native kernels of volprep. Callers allocate; sizes are checked; the GIL is released.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy
+import numpy.typing
+from numpy.typing import NDArray
+
+
+def memory_read(src: Annotated[NDArray[numpy.uint64], dict(shape=(None,), order='C', device='cpu', writable=False)], threads: int = 0) -> int:
+    """
+    Read every word once and return the sum modulo 2^64: the machine's read bandwidth, when timed.
+    """
+
+def memory_copy(src: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)], dst: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu')], threads: int = 0) -> None:
+    """
+    Copy src to dst, each thread one part: the machine's copy bandwidth, when timed.
+    """
+
+def bin_values(src: numpy.typing.NDArray[numpy.generic], low: float, high: float, histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
+    """
+    Add to histogram the voxels of src that lie in [low, high], in bins of equal width.
+
+    A voxel v is counted in bin min(floor((v - low) * (bins / (high - low))), bins - 1), computed in float64. Voxels outside the
+    range and NaN are not counted. A volume may be given slab by slab.
+
+    Parameters
+    ----------
+    src
+        float32, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
+    low, high
+        Ends of the range, both included; low < high.
+    histogram
+        1 to 65536 counts.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size or the range does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def block_minmax_shape(shape_zyx: Sequence[int], block: int) -> tuple[int, int, int]:
+    """
+    The shape that block_minmax gives: max(1, ceil((n - 1) / block)) along each axis.
+    """
+
+def block_minmax(src: numpy.typing.NDArray[numpy.generic], block: int, dst_min: numpy.typing.NDArray[numpy.generic], dst_max: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> None:
+    """
+    Write the least and the greatest voxel of each block of src, shared voxels included.
+
+    Voxels are samples at cell centres, the field is trilinear between them and clamped in the outer half voxel. In voxel-centre
+    coordinates (p = texture coordinate * n - 1/2, clamped to [0, n - 1]) block b is the interval [b * block, (b + 1) * block]
+    and holds voxels b * block to min((b + 1) * block, n - 1), both included: the last one is shared with the next block. So the
+    field at every sample of a block lies between its minimum and its maximum. The block of a sample is
+    min(floor(p / block), blocks - 1). A float32 block with a NaN gets (-inf, +inf): it never looks empty. -0 counts as less
+    than +0. All arrays are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    block
+        Cells of a block along each axis, 1 to 1024.
+    dst_min, dst_max
+        Of the same type as src, with the shape that block_minmax_shape gives.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or the block does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def box_reduced_shape(shape_zyx: Sequence[int], factors_zyx: Sequence[int]) -> tuple[int, int, int]:
+    """The shape that box_reduce gives: ceil(n / factor) along each axis."""
+
+def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], threads: int = 0) -> None:
+    """
+    Write the mean of each block of factors_zyx voxels of src to dst.
+
+    A block that hangs over the edge behaves as if the edge voxel were repeated. Integers are summed exactly and rounded once,
+    half to even. float32 is summed in float64, each row from left to right, then the rows in order of z and y, and rounded
+    once; NaN propagates. src and dst are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    dst
+        Of the same type, with the shape that box_reduced_shape gives.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^31.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a factor does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def count_values(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
+    """
+    Add to histogram how often each stored integer occurs in src.
+
+    Range, used bits and every other statistic of the stored values follow from the histogram. A volume may be given slab by
+    slab.
+
+    Parameters
+    ----------
+    src
+        uint8, int16 or uint16, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
+    histogram
+        256 or 65536 counts, for all values of src's type in ascending order: entry 0 is that of 0, or of -32768 for int16.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the picture of a volume and a bound on the error of each pixel.
+
+    For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
+    for the trilinear field of the voxels and the piecewise linear transfer function.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    values, colours, extinctions_per_mm
+        Control points of the transfer function: float64 [n] ascending, [n, 3] linear RGB not negative, [n] not negative.
+        Two points at one value make a jump; the value itself belongs to the side above. Extinction above 1e9 counts as 1e9.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    tolerance
+        The error to aim at, at least 1e-13.
+    rgba, bound
+        float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+class QuantizationLoss:
+    """
+    What quantize lost. The four counts add up to the voxels; adding the losses of slabs gives exactly that of the volume.
+    """
+
+    @property
+    def in_window(self) -> int:
+        """Voxels with window_lo <= physical <= window_hi."""
+
+    @property
+    def clipped_below(self) -> int:
+        """Finite voxels below window_lo."""
+
+    @property
+    def clipped_above(self) -> int:
+        """Finite voxels above window_hi."""
+
+    @property
+    def non_finite(self) -> int:
+        """NaN and infinite voxels."""
+
+    @property
+    def sum_squared_error(self) -> float:
+        """
+        Over the voxels in the window, in squared physical units; an error below 2^-17 step counts as none.
+        """
+
+    @property
+    def max_abs_error(self) -> float:
+        """Over the voxels in the window, in physical units."""
+
+    def __add__(self, other: QuantizationLoss) -> QuantizationLoss: ...
+
+def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, window_lo: float, window_hi: float, dst: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> QuantizationLoss:
+    """
+    Write the code of each voxel to dst, count the codes, and return the loss.
+
+    physical = slope * src + intercept, and code = round_half_even((physical - window_lo) * ((2^bits - 1) / (window_hi -
+    window_lo))), clamped to 0 ... 2^bits - 1, in float64. NaN gets code 0, which is window_lo; an infinity gets the code of the
+    end it points to. All arrays are C-contiguous and do not overlap. A volume may be given slab by slab.
+
+    Parameters
+    ----------
+    src
+        Stored values [z, y, x]: uint8, int16, uint16 or float32, at least one voxel along each axis and at most 2^34 voxels.
+    slope, intercept
+        From stored to physical values; finite.
+    window_lo, window_hi
+        The physical values of the first and the last code; window_lo < window_hi.
+    dst
+        uint8 or uint16 codes, with the shape of src.
+    histogram
+        256 or 65536 counts of codes, to which those of src are added.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or the window does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def max_threads() -> int:
+    """Number of threads that a kernel uses when it is asked for 0."""
+
+class ValueRange:
+    """What value_range found."""
+
+    @property
+    def minimum(self) -> float:
+        """The least finite voxel; inf where there is none. Zero is +0."""
+
+    @property
+    def maximum(self) -> float:
+        """The greatest finite voxel; -inf where there is none. Zero is +0."""
+
+    @property
+    def nan(self) -> int:
+        """Voxels that are not a number."""
+
+    @property
+    def negative_infinite(self) -> int:
+        """Voxels that are -inf."""
+
+    @property
+    def positive_infinite(self) -> int:
+        """Voxels that are +inf."""
+
+def value_range(src: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> ValueRange:
+    """
+    Find the range of the finite voxels of src, and count the others.
+
+    Parameters
+    ----------
+    src
+        float32, C-contiguous [z, y, x], at least one voxel along each axis.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If src is empty.
+    TypeError
+        If src has another type or order.
+    """
