@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from phantom_scene import write_phantom_scene
 
 settings.register_profile("deterministic", derandomize=True, deadline=None)
 settings.load_profile("deterministic")
@@ -20,3 +21,16 @@ def scans() -> Path:
     # A wrong path must not pass for a machine without scans: every test on real input would be skipped unseen.
     assert path.is_dir(), f"VOLPREP_TEST_DATA names {folder}, which is no folder"
     return path
+
+
+@pytest.fixture(scope="session", params=["gles3", "gles2-2048"])
+def built_package(request, tmp_path_factory) -> Path:
+    """A sealed package of a small phantom with two transfer functions, built by the main job, for each profile."""
+    from volprep.build import build
+    from volprep.request import load_request
+    from volprep_formats.progress import Silent
+
+    folder = tmp_path_factory.mktemp(request.param)
+    target = folder / "phantom.volpkg"
+    build(load_request(write_phantom_scene(folder, request.param)), target, Silent())
+    return target

@@ -3,9 +3,9 @@
 import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Tolerance
@@ -36,6 +36,14 @@ class SceneTransfer(Record):
     """Meaning of colours that are given as three numbers. "#rrggbb" is always sRGB."""
     points: Annotated[tuple[ScenePoint, ...], Field(min_length=1)]
     """Control points in ascending order of value; two at one value make a jump."""
+
+    @model_validator(mode="after")
+    def _is_a_function(self) -> Self:
+        try:
+            self.resolved()
+        except ValidationError as error:
+            raise ValueError(problems(error)) from error
+        return self
 
     def resolved(self) -> TransferFunction:
         """Give the same function with linear-light colours."""
@@ -111,6 +119,15 @@ class Scene(Record):
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""
+
+    @model_validator(mode="after")
+    def _transfers_have_names_of_their_own(self) -> Self:
+        names = [transfer.name for transfer in self.transfer]
+        for name in names:
+            if names.count(name) > 1:
+                msg = f"{names.count(name)} transfer functions have the name {name}"
+                raise ValueError(msg)
+        return self
 
 
 def load_scene(path: Path) -> Scene:

@@ -157,7 +157,7 @@ def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(
             name=f"lookup table {lookup.transfer}",
             kept=True,
-            reason=f"{lookup.entries} entries change the sample of rays, with the codes, by {_error(grounds.values.error)}",
+            reason=f"{lookup.entries} entries: the sample of rays changes by {_error(grounds.values.error)}",
             files=(lookup.file,),
             size_bytes=lookup.entries * TEXEL_BYTES[lookup.format],
         )

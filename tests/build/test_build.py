@@ -1,0 +1,281 @@
+"""The main job on a small phantom: what it makes, what it leaves, and what it does not do twice."""
+
+import fcntl
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import volprep
+from phantom_scene import SHAPE_ZYX, phantom, write_phantom_scene
+
+from volprep import pipeline, slabs
+from volprep.build import build
+from volprep.drafts import import_draft, run_verb
+from volprep.origin import read_origin
+from volprep.request import load_request
+from volprep.stages import Stage, import_volume
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
+
+
+class Tasks:
+    """Remembers which tasks were begun."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def start(self, task: str, total: int) -> None:
+        self.names.append(task)
+
+    def advance(self, units: int = 1) -> None:
+        pass
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def scene(tmp_path) -> Path:
+    return write_phantom_scene(tmp_path)
+
+
+def build_here(scene: Path, progress=None) -> Path:
+    target = scene.parent / "phantom.volpkg"
+    build(load_request(scene), target, progress or Silent())
+    return target
+
+
+def failing(name: str, error: Exception) -> tuple[Stage, ...]:
+    """The stages, one of which fails."""
+
+    def run(draft, plan, progress):
+        raise error
+
+    return tuple(
+        Stage(stage.name, stage.reads, stage.settings, run if stage.name == name else stage.run)
+        for stage in pipeline.STAGES
+    )
+
+
+class TestWhatItMakes:
+    def test_a_sound_sealed_package(self, built_package) -> None:
+        assert check(built_package) == []
+
+    def test_every_file_is_named_by_exactly_one_item_that_is_kept(self, built_package) -> None:
+        manifest = Package.open(built_package).manifest
+        named = sorted(path for item in manifest.plan for path in item.files)
+        assert named == sorted(set(contents(built_package)) - {"manifest.json"})
+        sizes = {record.path: record.size_bytes for record in manifest.files}
+        for item in manifest.plan:
+            assert item.kept or not item.files
+            if item.files:
+                assert item.size_bytes == sum(sizes[path] for path in item.files)
+
+    def test_nothing_in_it_tells_where_the_source_was(self, built_package) -> None:
+        for path, data in contents(built_package).items():
+            assert str(built_package.parent).encode() not in data, path
+
+    def test_the_origin_beside_it_tells_where_the_source_was(self, built_package) -> None:
+        origin = read_origin(built_package)
+        assert origin is not None
+        assert origin.scene.source.path == str(built_package.parent / "phantom.raw")
+        assert origin.scene_path == str(built_package.parent / "phantom.toml")
+
+    def test_nothing_else_is_left_beside_it(self, built_package) -> None:
+        assert {path.name for path in built_package.parent.iterdir()} == {
+            "phantom.raw",
+            "phantom.toml",
+            "phantom.volpkg",
+            "phantom.volpkg.origin.json",
+        }
+
+    def test_it_has_a_program_and_a_table_for_each_transfer_function(self, built_package) -> None:
+        manifest = Package.open(built_package).manifest
+        assert [function.name for function in manifest.transfer_functions] == ["shell", "core"]
+        assert [program.transfer for program in manifest.programs] == ["shell", "core"]
+        assert {texture.transfer for texture in manifest.textures if texture.role == "transfer"} == {"shell", "core"}
+
+    def test_the_levels_are_means_of_the_codes_of_level_0_rounded_once(self, scene) -> None:
+        package = Package.open(build_here(scene))
+        quantization = package.manifest.quantization
+        assert quantization is not None
+        low, high = quantization.window
+        codes = np.rint((np.clip(phantom().astype(float), low, high) - low) * (255 / (high - low)))
+        levels = package.manifest.levels
+        # Voxels of 2.5×0.75×1 mm become 2.5×1.5×2, 2.5×3×4 and 5×6×4.
+        assert [level.factors_zyx for level in levels] == [(1, 1, 1), (1, 2, 2), (1, 4, 4), (2, 8, 4)]
+        for level in levels:
+            fz, fy, fx = level.factors_zyx
+            shape = level.grid.shape_zyx
+            padding = [(0, n * f - m) for n, f, m in zip(shape, level.factors_zyx, SHAPE_ZYX, strict=True)]
+            padded = np.pad(codes, padding, mode="edge")
+            blocks = padded.reshape(shape[0], fz, shape[1], fy, shape[2], fx)
+            image = ktx2.decode(package.read_bytes(f"textures/volume-{level.index}.ktx2"), "level")
+            assert np.array_equal(np.frombuffer(image.data, np.uint8).reshape(shape), np.rint(blocks.mean((1, 3, 5))))
+
+    def test_the_recorded_loss_is_the_loss(self, scene) -> None:
+        quantization = Package.open(build_here(scene)).manifest.quantization
+        assert quantization is not None
+        low, high = quantization.window
+        values = phantom().astype(float)
+        inside = values[(values >= low) & (values <= high)]
+        decoded = np.rint((inside - low) * (255 / (high - low))) * quantization.slope + quantization.intercept
+        assert quantization.clipped_below == np.count_nonzero(values < low)
+        assert quantization.clipped_above == np.count_nonzero(values > high)
+        assert quantization.rmse == pytest.approx(np.sqrt(np.mean((decoded - inside) ** 2)), rel=1e-6)
+        assert quantization.max_error == pytest.approx(np.abs(decoded - inside).max(), rel=1e-9)
+
+
+class TestDeterminism:
+    def test_two_builds_give_the_same_bytes_whatever_the_threads(self, tmp_path) -> None:
+        made = []
+        for name, threads in (("a", "1"), ("somewhere-else", "3")):
+            folder = tmp_path / name
+            folder.mkdir()
+            scene = write_phantom_scene(folder)
+            run = volprep("build", scene, "-o", folder / "p.volpkg", OMP_NUM_THREADS=threads, PYTHONHASHSEED=threads)
+            assert run.returncode == 0, run.stderr
+            made.append(contents(folder / "p.volpkg"))
+        assert made[0] == made[1]
+
+    def test_slabs_leave_no_trace(self, scene, monkeypatch) -> None:
+        whole = contents(build_here(scene))
+        monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
+        assert contents(build_here(scene)) == whole
+
+    def test_stage_by_stage_gives_what_build_gives(self, scene) -> None:
+        built = contents(build_here(scene))
+        draft = scene.parent / "draft.volpkg"
+        import_draft(load_request(scene), draft, Silent())
+        for name in ("quantize", "pyramid", "transfer", "texture", "shaders", "seal"):
+            run_verb(draft, name, lambda scene: scene, Silent())
+        assert contents(draft) == built
+
+
+class TestWhatItDoesNotDoTwice:
+    def test_a_build_that_broke_down_is_carried_on(self, scene, monkeypatch) -> None:
+        monkeypatch.setattr(pipeline, "STAGES", failing("texture", RuntimeError("broke down")))
+        with pytest.raises(RuntimeError):
+            build_here(scene)
+        monkeypatch.undo()
+        tasks = Tasks()
+        carried_on = contents(build_here(scene, tasks))
+        assert tasks.names == ["plan", "texture", "shaders", "seal", "check"]
+        assert contents(build_here(scene)) == carried_on
+
+    @pytest.mark.parametrize(
+        ("old", "new", "expected"),
+        [
+            (
+                "[pyramid]",
+                "[render]\nopacity_cutoff = 0.9\n[pyramid]",
+                "import quantize texture unchanged",
+            ),
+            ("coarsest_longest_axis = 16", "coarsest_longest_axis = 30", "import quantize unchanged"),
+            ("value = 900.0", "value = 950.0", "import unchanged"),
+            ("spacing_mm_zyx = [2.5", "spacing_mm_zyx = [2.0", "nothing unchanged"),
+            ('profile = "gles3"', 'profile = "gles2-2048"', "import unchanged"),
+        ],
+    )
+    def test_what_has_changed_in_the_scene_is_done_again(self, scene, monkeypatch, old, new, expected) -> None:
+        monkeypatch.setattr(pipeline, "STAGES", failing("seal", RuntimeError("broke down")))
+        with pytest.raises(RuntimeError):
+            build_here(scene)
+        monkeypatch.undo()
+        text = scene.read_text(encoding="utf-8")
+        assert old in text
+        scene.write_text(text.replace(old, new), encoding="utf-8")
+        tasks = Tasks()
+        carried_on = contents(build_here(scene, tasks))
+        for name in expected.split()[:-1]:
+            assert name not in tasks.names
+        assert contents(build_here(scene)) == carried_on
+
+    def test_a_source_that_has_changed_is_imported_again(self, scene, monkeypatch) -> None:
+        monkeypatch.setattr(pipeline, "STAGES", failing("seal", RuntimeError("broke down")))
+        with pytest.raises(RuntimeError):
+            build_here(scene)
+        monkeypatch.undo()
+        raw = scene.parent / "phantom.raw"
+        voxels = phantom()
+        voxels[3, 3, 3] = 999
+        voxels.tofile(raw)
+        # As a copy in the same tick of the clock would be.
+        os.utime(raw, ns=(raw.stat().st_atime_ns, raw.stat().st_mtime_ns + 1))
+        tasks = Tasks()
+        build_here(scene, tasks)
+        assert "import" in tasks.names
+
+
+class TestFailure:
+    def test_an_error_leaves_the_older_package_and_nothing_else(self, scene, monkeypatch) -> None:
+        target = build_here(scene)
+        before = contents(scene.parent)
+        monkeypatch.setattr(pipeline, "STAGES", failing("texture", VolprepError("VP4020", path="x", error="disk full")))
+        with pytest.raises(VolprepError, match="disk full"):
+            build_here(scene)
+        assert contents(scene.parent) == before
+        assert check(target) == []
+
+    def test_an_error_where_no_package_was_leaves_none(self, scene) -> None:
+        before = contents(scene.parent)
+        scene.write_text(scene.read_text(encoding="utf-8").replace("45]", "46]"), encoding="utf-8")
+        with pytest.raises(VolprepError):
+            build_here(scene)
+        assert set(contents(scene.parent)) == set(before)
+        assert not list(scene.parent.glob(".*"))
+
+    def test_a_second_build_of_the_same_package_is_refused(self, scene) -> None:
+        partial = scene.parent / ".phantom.volpkg.partial"
+        partial.mkdir()
+        other = os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(VolprepError, match="VP4041"):
+            build_here(scene)
+        os.close(other)
+        build_here(scene)
+
+    def test_a_folder_of_somebody_else_is_not_replaced(self, scene) -> None:
+        target = scene.parent / "phantom.volpkg"
+        target.mkdir()
+        (target / "thesis.txt").write_text("precious", encoding="utf-8")
+        with pytest.raises(VolprepError, match="VP4021"):
+            build_here(scene)
+        assert (target / "thesis.txt").read_text(encoding="utf-8") == "precious"
+
+    def test_a_damaged_draft_of_a_killed_build_is_begun_anew(self, scene) -> None:
+        partial = scene.parent / ".phantom.volpkg.partial"
+        (partial / "work").mkdir(parents=True)
+        (partial / "manifest.json").write_text('{"format": "volpkg", "version": "0.9"}', encoding="utf-8")
+        assert check(build_here(scene)) == []
+
+
+def test_the_key_of_import_tells_files_by_size_and_time(tmp_path, scene) -> None:
+    spec = load_request(scene).scene.source
+    key = import_volume.import_key(spec, "1")
+    assert import_volume.import_key(spec, "1") == key
+    assert import_volume.import_key(spec, "2") != key
+    assert import_volume.import_key(spec.model_copy(update={"raw": None}), "1") != key
+    os.utime(spec.path, ns=(0, 0))
+    assert import_volume.import_key(spec, "1") != key
+
+
+def test_a_scan_without_a_scene_gets_a_grey_ramp_over_its_values(scene) -> None:
+    nifti = scene.parent / "Head #1.nii"
+    import nibabel
+
+    nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([1.0, 0.75, 2.5, 1.0])), nifti)
+    draft = scene.parent / "draft.volpkg"
+    run = volprep("import", nifti, "-o", draft)
+    assert run.returncode == 0, run.stderr
+    record = json.loads((draft / "work/scene.json").read_text(encoding="utf-8"))
+    assert record["name"] == "head-1"
+    points = record["transfer"][0]["points"]
+    assert [point["value"] for point in points] == [float(phantom().min()), float(phantom().max())]
+    assert volprep("quantize", draft).returncode == 0

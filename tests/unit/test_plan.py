@@ -1,0 +1,257 @@
+"""The plan's decisions, on sources that are told apart by one thing each."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from volprep.plan import Plan, make_plan
+from volprep.plan.levels import candidate_levels
+from volprep.profiles import load_profile
+from volprep.scene import Scene
+from volprep.statistics import Gauge
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.source import SourceInfo
+
+GLES3 = load_profile("gles3", Path())
+GLES2 = load_profile("gles2-2048", Path())
+RAMP = ((100.0, 0.0), (200.0, 0.5))
+
+
+def scene(points: Sequence[tuple[float, float]] = RAMP, **tables) -> Scene:
+    """Scene of one transfer function, given as (value, extinction)."""
+    transfer = {
+        "name": "a",
+        "points": [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points],
+    }
+    return Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer], **tables})
+
+
+def plan(voxels: np.ndarray, wanted: Scene | None = None, profile=GLES3, *, slope=1.0, intercept=0.0) -> Plan:
+    """Plan for a volume in memory."""
+    info = SourceInfo(
+        format="raw",
+        grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)),
+        stored_type=voxels.dtype.name,
+        slope=slope,
+        intercept=intercept,
+    )
+    gauge = Gauge(info)
+    gauge.add(voxels)
+    return make_plan(wanted or scene(), profile, info, gauge.result())
+
+
+def item(decided: Plan, name: str):
+    return next(each for each in decided.items if each.name == name)
+
+
+def noise(shape=(9, 10, 11), high=256, dtype=np.uint8) -> np.ndarray:
+    return np.random.default_rng(3).integers(0, high, shape).astype(dtype)
+
+
+class TestBitsAndWindow:
+    def test_bytes_keep_their_values(self) -> None:
+        decided = plan(noise())
+        assert decided.quantize.bits == 8
+        assert decided.quantize.window == (0.0, 255.0)
+        assert "a code of its own" in item(decided, "8-bit values").reason
+
+    def test_few_values_of_a_wide_type_are_exact_codes(self) -> None:
+        # 101 values, each two codes after the one before.
+        voxels = noise(high=101, dtype=np.int16)
+        voxels.flat[:2] = 0, 100
+        decided = plan(voxels, slope=0.5, intercept=-10.0, wanted=scene([(0.0, 0.0), (30.0, 0.4)]))
+        assert decided.quantize.window == (-10.0, -10.0 + 127.5 * 0.5)
+
+    def test_twelve_used_bits_become_eight_where_the_loss_is_below_the_tolerance(self) -> None:
+        decided = plan(noise(high=4096, dtype=np.uint16), scene([(500.0, 0.0), (4000.0, 0.05)]))
+        assert decided.quantize.bits == 8
+        assert item(decided, "16-bit values").reason == "8 bits are enough"
+        assert item(decided, "16-bit values").size_bytes == sum(math.prod(level.shape_zyx) for level in decided.levels)
+
+    def test_they_become_sixteen_where_it_is_not(self) -> None:
+        # Everything between the smallest and the largest value is told apart, and steeply at both ends.
+        points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]
+        decided = plan(noise(high=4096, dtype=np.uint16), scene(points))
+        assert decided.quantize.bits == 16
+        assert decided.volumes[0].format == "R16F"
+        assert "8 bits would change" in item(decided, "16-bit values").reason
+
+    def test_a_profile_without_16_bits_gets_8_all_the_same(self) -> None:
+        points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]
+        decided = plan(noise(high=4096, dtype=np.uint16), scene(points), GLES2)
+        assert decided.quantize.bits == 8
+        assert "profile gles2-2048 has no texture format" in item(decided, "16-bit values").reason
+
+    def test_asking_a_profile_for_bits_that_it_does_not_have_is_an_error(self) -> None:
+        with pytest.raises(VolprepError, match=r"VP3020 profile gles2-2048 .* 16 bits, only LUMINANCE8, RGBA8"):
+            plan(noise(), scene(quantize={"bits": 16}), GLES2)
+
+    def test_a_window_without_width_is_an_error(self) -> None:
+        with pytest.raises(VolprepError, match=r"VP3021 the window from 9.0 to 9.0"):
+            plan(noise(), scene(quantize={"window": [9.0, 9.0]}))
+
+    def test_the_window_of_the_scene_is_taken_as_it_is(self) -> None:
+        decided = plan(noise(), scene(quantize={"window": [50.0, 250.0], "bits": 16}))
+        assert decided.quantize.window == (50.0, 250.0)
+        assert decided.quantize.bits == 16
+
+    def test_outliers_do_not_stretch_the_window(self) -> None:
+        voxels = noise(dtype=np.float32)
+        voxels[0, 0, 0] = 1e6
+        low, high = plan(voxels, scene([(100.0, 0.0), (200.0, 0.5)])).quantize.window
+        assert low <= 100.0
+        assert 200.0 <= high <= 300.0
+
+    def test_the_window_reaches_over_all_transfer_functions(self) -> None:
+        both = scene([(0.1, 0.0), (0.2, 0.5)]).model_copy(
+            update={"transfer": (*scene([(0.1, 0.0), (0.2, 0.5)]).transfer, *scene([(0.6, 0.0), (0.9, 0.5)]).transfer)}
+        )
+        voxels = np.random.default_rng(1).random((9, 9, 9)).astype(np.float32) * 1000
+        voxels[2:7, 2:7, 2:7] /= 1000
+        low, high = plan(voxels, both).quantize.window
+        assert low <= 0.1
+        assert high >= 0.9
+
+    @pytest.mark.parametrize("value", [0, 17, -3])
+    def test_a_constant_volume_has_a_window(self, value) -> None:
+        low, high = plan(np.full((4, 4, 4), value, np.int16)).quantize.window
+        assert low == value
+        assert high > low
+
+    def test_a_constant_volume_of_huge_values_has_a_window(self) -> None:
+        low, high = plan(np.full((2, 2, 2), 3e38, np.float32)).quantize.window
+        assert low < high < math.inf
+
+
+class TestLevels:
+    @pytest.mark.parametrize(
+        ("shape", "spacing", "coarsest", "expected"),
+        [
+            ((9, 10, 11), (1, 1, 1), 64, [(1, 1, 1)]),
+            ((384, 384, 274), (0.67, 0.67, 0.7), 64, [(1, 1, 1), (2, 2, 2), (4, 4, 4), (8, 8, 8)]),
+            # Slices far apart: x and y are halved alone until the voxels are cubes.
+            ((30, 512, 512), (4, 1, 1), 64, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (2, 8, 8)]),
+            # One slice cannot get thinner.
+            ((1, 130, 65), (1, 1, 1), 20, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (1, 8, 8)]),
+            ((1, 1, 1), (1, 1, 1), 1, [(1, 1, 1)]),
+            ((7, 1, 1), (9, 1, 1), 1, [(1, 1, 1), (2, 1, 1), (4, 1, 1), (8, 1, 1)]),
+        ],
+    )
+    def test_axes_are_halved_until_the_longest_is_short_enough(self, shape, spacing, coarsest, expected) -> None:
+        levels = candidate_levels(Grid.of(shape, spacing), coarsest)
+        assert [level.factors_zyx for level in levels] == expected
+        assert all(
+            level.shape_zyx == tuple(-(-n // f) for n, f in zip(shape, level.factors_zyx, strict=True))
+            for level in levels
+        )
+
+    def test_3d_textures_hold_every_level(self) -> None:
+        decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}))
+        assert [volume.shape_zyx for volume in decided.volumes] == [(33, 20, 7), (17, 10, 4), (9, 5, 2)]
+        assert "pyramid" in decided.stages
+        assert "texture" in decided.stages
+        assert "mosaic" not in decided.stages
+
+    def test_a_level_beyond_the_limit_of_an_axis_is_left_out_with_the_numbers(self) -> None:
+        small = GLES3.model_copy(update={"max_3d_texture_size": 20})
+        decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}), small)
+        assert [level.index for level in decided.levels] == [1, 2]
+        left_out = item(decided, "level 0")
+        assert not left_out.kept
+        assert "33×20×7 voxels, but 3D textures of profile gles3 hold at most 20" in left_out.reason
+        assert left_out.size_bytes == 33 * 20 * 7
+        # The whole volume does not fit: no claim that a grid of sub-volumes is not needed.
+        assert "sub-volumes" not in {each.name for each in decided.items}
+        assert decided.render.step_mm == pytest.approx(0.5 * 2.0)
+
+    def test_a_level_beyond_the_memory_is_left_out_with_the_numbers(self) -> None:
+        small = GLES3.model_copy(update={"max_texture_bytes": 4000})
+        decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}), small)
+        assert [level.index for level in decided.levels] == [1, 2]
+        assert "4620 bytes, with 2048 for the lookup table, are more than the 4000" in item(decided, "level 0").reason
+
+    def test_without_3d_textures_one_mosaic_of_the_finest_level_that_fits(self) -> None:
+        small = GLES2.model_copy(update={"max_texture_size": 64})
+        decided = plan(noise((33, 20, 31)), scene(pyramid={"coarsest_longest_axis": 9}), small)
+        # Level 0: 6 tiles of 20×31 with 4 channels hold 24 of 33 slices. Level 1: 17 of 10×16 need one channel.
+        assert [level.index for level in decided.levels] == [1]
+        (volume,) = decided.volumes
+        assert volume.format == "LUMINANCE8"
+        assert volume.mosaic is not None
+        assert volume.mosaic.channels == 1
+        assert decided.stages == ("import", "quantize", "pyramid", "transfer", "mosaic", "shaders", "seal")
+        assert "33 slices of 20×31 voxels, but" in item(decided, "level 0").reason
+        assert "room for 24" in item(decided, "level 0").reason
+        assert item(decided, "level 2").reason == "level 1 fits and is finer"
+        assert not item(decided, "3D texture").kept
+
+    def test_four_channels_only_where_one_is_too_few(self) -> None:
+        small = GLES2.model_copy(update={"max_texture_size": 64})
+        decided = plan(noise((20, 20, 31)), profile=small)
+        (volume,) = decided.volumes
+        assert volume.format == "RGBA8"
+        assert item(decided, "four channels").kept
+        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 20"
+
+    def test_a_volume_of_one_level_needs_no_pyramid(self) -> None:
+        assert "pyramid" not in plan(noise()).stages
+
+    def test_a_profile_that_nothing_fits_is_an_error_with_the_numbers(self) -> None:
+        tiny = GLES3.model_copy(update={"max_texture_bytes": 3037})
+        with pytest.raises(VolprepError, match=r"VP3022 .* not even level 0: 990 bytes, with 2048 .* than the 3037 "):
+            plan(noise(), profile=tiny)
+
+
+class TestTables:
+    def test_a_table_over_its_own_values_needs_256_entries(self) -> None:
+        (lookup,) = plan(noise()).lookups
+        assert (lookup.entries, lookup.format) == (256, "RGBA16F")
+
+    def test_a_narrow_peak_in_a_wide_window_gets_a_longer_table(self) -> None:
+        points = [(1000.0, 0.0), (1003.0, 2.0), (1006.0, 0.0), (3990.0, 0.0), (4000.0, 2.0)]
+        voxels = noise((16, 40, 40), 4096, np.uint16)
+        decided = plan(voxels, scene(points, quantize={"bits": 16, "window": [0.0, 4095.0]}))
+        assert decided.lookups[0].entries > 256
+
+    def test_a_table_is_never_longer_than_a_texture_may_be(self) -> None:
+        points = [(1000.0, 0.0), (1003.0, 2.0), (1006.0, 0.0), (3990.0, 0.0), (4000.0, 2.0)]
+        small = GLES3.model_copy(update={"max_texture_size": 200})
+        assert plan(noise(high=4096, dtype=np.uint16), scene(points), small).lookups[0].entries == 200
+
+    def test_without_half_floats_a_table_has_bytes(self) -> None:
+        assert plan(noise(), profile=GLES2).lookups[0].format == "RGBA8"
+
+
+class TestRayTermination:
+    def test_kept_where_a_ray_can_get_opaque(self) -> None:
+        decided = plan(noise(), scene([(0.0, 0.0), (255.0, 9.0)]))
+        assert decided.render.opacity_cutoff == 0.995
+        assert item(decided, "early ray termination").kept
+
+    def test_left_out_where_no_ray_can(self) -> None:
+        # Diagonal of 9×10×11 mm: 17.4 mm; 0.1 per mm gives opacity 0.82.
+        decided = plan(noise(), scene([(0.0, 0.0), (255.0, 0.1)]))
+        assert decided.render.opacity_cutoff is None
+        assert not item(decided, "early ray termination").kept
+        assert "0.82" in item(decided, "early ray termination").reason
+
+    def test_values_that_the_source_does_not_have_do_not_count(self) -> None:
+        points = [(0.0, 0.0), (255.0, 0.1), (400.0, 0.1), (400.0, 50.0)]
+        assert plan(noise(), scene(points)).render.opacity_cutoff is None
+        assert plan(noise(high=500, dtype=np.int16), scene(points)).render.opacity_cutoff == 0.995
+
+
+def test_the_same_scan_gives_the_same_plan() -> None:
+    assert plan(noise()).model_dump_json() == plan(noise()).model_dump_json()
+
+
+def test_no_file_belongs_to_two_items() -> None:
+    for profile in (GLES3, GLES2):
+        decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}), profile)
+        files = [path for each in decided.items for path in each.files]
+        assert len(files) == len(set(files))
+        assert all(each.kept for each in decided.items if each.files)

@@ -1,0 +1,41 @@
+from pathlib import Path
+
+import pytest
+from phantom_scene import SCENE
+
+from volprep.profiles import load_profile
+from volprep.scene import load_scene
+from volprep_formats.diagnostics import VolprepError
+
+SAMPLES = sorted((Path(__file__).parents[2] / "sample_specs").glob("*.toml"))
+GOOD = SCENE.format(profile="gles3")
+
+
+@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+def test_a_sample_is_a_scene_that_says_what_it_shows(path) -> None:
+    scene = load_scene(path)
+    assert scene.name == path.stem
+    assert path.read_text(encoding="utf-8").startswith("# ")
+    load_profile(scene.profile, path.parent)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, r"VP3001 .*: cannot read the scene: No such file"),
+        ("name = ", r"VP3002 .*: not a TOML file: Invalid value"),
+        (GOOD.replace("coarsest_longest_axis", "coarsest_axis"), r"VP3003 .*: pyramid.coarsest_axis: Extra inputs"),
+        (GOOD.replace("[pyramid]", "[pyramyd]"), r"VP3003 .*: pyramyd: Extra inputs"),
+        (GOOD.replace('"#804020"', '"red"'), r"VP3003 .*: transfer.0.points.0.colour"),
+        (GOOD.replace("0.2 }", "-0.2 }"), r"VP3003 .*: transfer.0.points.1.extinction_per_mm: .*greater than or equal"),
+        (GOOD.replace("value = 900.0", "value = 500.0"), r"VP3003 .*: transfer.0: .*600.0 stands before 500.0"),
+        (GOOD.replace('"core"', '"shell"'), r"VP3003 .*: file: 2 transfer functions have the name shell"),
+        (GOOD.replace('"phantom"', '"../phantom"'), r"VP3003 .*: name: String should match"),
+    ],
+)
+def test_a_wrong_scene_is_told_with_key_and_problem(tmp_path, text, message) -> None:
+    path = tmp_path / "scene.toml"
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(VolprepError, match=message):
+        load_scene(path)

@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+from volprep import slabs
+from volprep.statistics import columns_of, measure
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Silent
+from volprep_formats.source import SourceInfo
+
+
+class InMemory:
+    """A source of an array."""
+
+    def __init__(self, voxels, slope=1.0, intercept=0.0, spacing=(1.0, 1.0, 1.0), remarks=()):
+        self._voxels = voxels
+        self.info = SourceInfo(
+            format="raw",
+            grid=Grid.of(voxels.shape, spacing),
+            stored_type=voxels.dtype.name,
+            slope=slope,
+            intercept=intercept,
+            remarks=remarks,
+        )
+
+    def read_slab(self, z0, z1):
+        return self._voxels[z0:z1]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        pass
+
+
+def voxels(dtype=np.int16, shape=(7, 5, 33)):
+    return np.random.default_rng(5).integers(-100 if np.dtype(dtype).kind != "u" else 0, 90, shape).astype(dtype)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.float32])
+@pytest.mark.parametrize("slope", [2.0, -0.5])
+def test_the_range_is_physical(dtype, slope) -> None:
+    stored = voxels(dtype)
+    found = measure(InMemory(stored, slope, 3.0), Silent()).statistics
+    physical = stored.astype(float) * slope + 3.0
+    assert (found.minimum, found.maximum, found.non_finite) == (physical.min(), physical.max(), 0)
+
+
+def test_slabs_leave_no_trace(monkeypatch) -> None:
+    whole = measure(InMemory(voxels()), Silent())
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 700)
+    pieces = measure(InMemory(voxels()), Silent())
+    assert pieces.sha256 == whole.sha256
+    assert pieces.statistics == whole.statistics
+    assert np.array_equal(pieces.columns, whole.columns)
+
+
+def test_the_digest_names_values_and_geometry_and_nothing_else() -> None:
+    def digest(source):
+        return measure(source, Silent()).sha256
+
+    same = digest(InMemory(voxels()))
+    assert digest(InMemory(voxels(), remarks=("one ignored file",))) == same
+    changed = voxels()
+    changed[3, 2, 1] += 1
+    others = [
+        InMemory(changed),
+        InMemory(voxels(), slope=2.0),
+        InMemory(voxels(), intercept=1.0),
+        InMemory(voxels(), spacing=(1.0, 1.0, 1.5)),
+        InMemory(voxels().reshape(5, 7, 33)),
+        InMemory(voxels().astype(np.float32)),
+    ]
+    assert len({same, *(digest(other) for other in others)}) == len(others) + 1
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_voxels_that_are_no_numbers_are_refused_with_their_place(monkeypatch, bad) -> None:
+    stored = voxels(np.float32)
+    stored[4, 1, 2] = stored[6, 0, 0] = bad
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 1400)
+    with pytest.raises(VolprepError, match=r"VP1090 the source has 2 voxels that are NaN or infinite, .* slice 4"):
+        measure(InMemory(stored), Silent())
+
+
+def test_the_sample_of_rays_is_the_same_from_the_working_data(tmp_path) -> None:
+    stored = voxels(shape=(9, 70, 41))
+    source = InMemory(stored, 0.5, -3.0)
+    stored.tofile(tmp_path / "level0.raw")
+    raw = slabs.RawVolume(tmp_path / "level0.raw", stored.shape, stored.dtype)
+    columns = columns_of(source.info, raw)
+    assert columns.shape == (9, 32 * 32)
+    assert np.array_equal(columns, measure(source, Silent()).columns)
