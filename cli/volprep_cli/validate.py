@@ -126,5 +126,7 @@ def _beyond_tolerance(report: "Report", package: Path, folder: Path) -> VolprepE
         rmse_allowed=allowed.rmse,
         maximum=verdict.worst_maximum,
         maximum_allowed=allowed.maximum,
+        data=verdict.worst_data_rmse,
+        drawing=verdict.worst_drawing_rmse,
         report=folder,
     )

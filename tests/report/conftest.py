@@ -98,7 +98,9 @@ def sweep_of(levels: tuple[int, ...]) -> Sweep:
             )
             for level in levels
         ),
-        breakdown=Breakdown(data=errors(0.003), table=errors(0.0004), quadrature=errors(0.002), target=errors(0.0009)),
+        breakdown=Breakdown(
+            data=errors(0.003), table=errors(0.0004), quadrature=errors(0.002), termination=None, target=errors(0.0009)
+        ),
         convergence=Convergence(
             expected=2.0,
             slopes=(2.0, 2.0, 2.0, 2.0, 2.0),

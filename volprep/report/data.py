@@ -3,7 +3,8 @@
 An error is told apart by its origin. The *data* error is what the package's level and quantisation lost: the oracle
 on the package's decoded data against the oracle on the source. The *drawing* error is what the renderer adds: its
 picture against the oracle on the same data. The drawing error in turn is the lookup table's (oracle with the table
-as transfer function), the quadrature's (float target), and the target's (8 bits).
+as transfer function), the quadrature's (float target, rays running to their end), early termination's, and the
+target's (8 bits).
 """
 
 from typing import Annotated, Literal
@@ -93,7 +94,10 @@ class SweepPoint(Record):
     drawing: ErrorNumbers
     """Rendering against the oracle on the level's data, with the target of the report."""
     quadrature: ErrorNumbers | None = None
-    """Rendering into a float target against the oracle with the lookup table; absent without a float target."""
+    """Rendering into a float target, rays running to their end, against the oracle with the lookup table.
+
+    Absent where it was not measured: at coarse levels, and without a float target.
+    """
 
 
 class LevelFloor(Record):
@@ -117,7 +121,13 @@ class Breakdown(Record):
     table: ErrorNumbers
     """Oracle with the lookup table against the oracle with the control points, both on the level's data."""
     quadrature: ErrorNumbers | None
-    """Rendering into a float target against the oracle with the table; null where the driver has no such target."""
+    """Rendering into a float target, rays running to their end, against the oracle with the table.
+
+    Null where the driver has no float target, or where the package's shader is not the one that this version of
+    volprep composes, so that termination cannot be told apart.
+    """
+    termination: ErrorNumbers | None
+    """What early ray termination changes in the float target; null as above."""
     target: ErrorNumbers | None
     """Rendering into the 8-bit target against the one into the float target; null as above."""
 
@@ -126,7 +136,7 @@ class Convergence(Record):
     """Order with which the quadrature error falls as the step is refined."""
 
     expected: float
-    """2 for midpoint samples with exponential opacity; 1 where the transfer function has a jump."""
+    """2 for midpoint samples with exponential opacity."""
     slopes: tuple[float, ...]
     """Slope of log error over log step from each step to the next finer one; empty without a float target."""
     observed: float | None
@@ -143,7 +153,7 @@ class Sweep(Record):
     view: str
     """View that was drawn."""
     float_target: Target | None
-    """Target of the quadrature numbers; null where the driver has none that is float."""
+    """Target of the quadrature numbers; null where they were not measured."""
     points: tuple[SweepPoint, ...]
     """Measured points, level by level, coarsest step first."""
     floors: tuple[LevelFloor, ...]
@@ -188,6 +198,10 @@ class Verdict(Record):
     """Its root mean square error."""
     worst_maximum: NonNegative
     """Its largest error."""
+    worst_data_rmse: NonNegative
+    """Its root mean square error that level and quantisation made."""
+    worst_drawing_rmse: NonNegative
+    """Its root mean square error that the renderer made."""
     share: NonNegative
     """Its error over the tolerance, the larger of the two shares; above 1 it fails."""
 

@@ -8,13 +8,16 @@ import io
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 from volprep.report.data import Sweep, SweepPoint
+from volprep.report.pictures import css_colour
 from volprep.report.text import ratio
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
@@ -30,8 +33,11 @@ _VARIABLES = {
     **{marker: f"var(--series-{number})" for number, marker in enumerate(_SERIES, 1)},
 }
 _MARKERS = ("o", "s", "D", "^", "v", "P")
-_WIDE_INCHES = (9.6, 4.4)
-_NARROW_INCHES = (4.6, 4.4)
+_LEFT_INCHES, _RIGHT_INCHES, _ABOVE_INCHES, _BELOW_INCHES = 0.75, 0.15, 0.1, 0.55
+"""Room around the axes, for tick labels and axis labels."""
+_LEGEND_ROW_INCHES = 0.21
+_COLOUR_STRIPS = 64
+"""Pieces of a transfer function's area, each in one colour."""
 
 
 @dataclass(frozen=True)
@@ -46,19 +52,17 @@ class Plot:
 
 def error_against_time(sweep: Sweep, tolerance: Tolerance, name: str) -> Plot:
     """RMSE against milliseconds per draw: total and drawing error of the finest level, total error of the others."""
-    return _plot(lambda figure: _draw_error_against_time(figure.add_subplot(), sweep, tolerance), f"{name}-time")
+    return _plot(lambda axes: _draw_error_against_time(axes, sweep, tolerance), f"{name}-time")
 
 
 def error_against_step(sweep: Sweep, name: str) -> Plot:
     """RMSE against step size at the finest level, with the data error and a line of the expected order."""
-    return _plot(lambda figure: _draw_error_against_step(figure.add_subplot(), sweep), f"{name}-step")
+    return _plot(lambda axes: _draw_error_against_step(axes, sweep), f"{name}-step")
 
 
 def transfer_plot(function: TransferFunction, window: tuple[float, float], unit: str) -> Plot:
-    """Extinction per millimetre over physical value."""
-    return _plot(
-        lambda figure: _draw_transfer(figure.add_subplot(), function, window, unit), f"{function.name}-transfer"
-    )
+    """Extinction per millimetre over physical value, the area in the function's colours."""
+    return _plot(lambda axes: _draw_transfer(axes, function, window, unit), f"{function.name}-transfer", 1.7)
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, tolerance: Tolerance) -> None:
@@ -96,7 +100,6 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, tolerance: Tolerance) -> 
         )
     _floor(axes, sweep.floors[0].data.rmse, f"data error of level {levels[0]}")
     axes.axhline(tolerance.rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
-    _legend(axes)
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep) -> None:
@@ -115,9 +118,9 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep) -> None:
     )
     measured = [(point.step_mm, point.quadrature.rmse) for point in points if point.quadrature is not None]
     if measured:
-        axes.plot(
-            *zip(*measured, strict=True), color=_SERIES[1], marker="s", label="quadrature: float target, table apart"
-        )
+        axes.plot(*zip(*measured, strict=True), color=_SERIES[1], marker="s", label="step and arithmetic alone")
+        # The line of the expected order must not stretch the axis.
+        axes.set_ylim(axes.get_ylim())
         step, error = max(measured)
         order = sweep.convergence.expected
         axes.plot(
@@ -129,23 +132,27 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep) -> None:
             label=f"order {order:g}",
         )
     _floor(axes, sweep.floors[0].data.rmse, "data error")
-    _legend(axes)
 
 
 def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str) -> None:
-    values = [point.value for point in function.points]
-    extinctions = [point.extinction_per_mm for point in function.points]
-    low, high = min(values[0], window[0]), max(values[-1], window[1])
-    values, extinctions = [low, *values, high], [extinctions[0], *extinctions, extinctions[-1]]
-    axes.fill_between(values, extinctions, color=_SERIES[0], alpha=0.15, linewidth=0)
+    points = (function.points[0], *function.points, function.points[-1])
+    low, high = min(points[0].value, window[0]), max(points[-1].value, window[1])
+    values = np.array([low, *(point.value for point in function.points), high])
+    extinctions = np.array([point.extinction_per_mm for point in points])
+    channels = np.array([point.colour for point in points]).T
+    for left, right in pairwise(np.linspace(low, high, _COLOUR_STRIPS + 1)):
+        inside = np.unique(np.concatenate([[left, right], values[(values > left) & (values < right)]]))
+        red, green, blue = (float(np.interp((left + right) / 2, values, channel)) for channel in channels)
+        axes.fill_between(inside, np.interp(inside, values, extinctions), color=css_colour((red, green, blue)))
     axes.plot(values, extinctions, color=_SERIES[0])
     axes.set_xlim(low, high)
     axes.set_ylim(bottom=0)
+    axes.set_axisbelow(True)
     axes.set_xlabel(f"value in {unit}" if unit else "value")
     axes.set_ylabel("extinction per mm")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    _frame(axes)
+    axes.yaxis.set_major_locator(MaxNLocator(4))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
@@ -165,9 +172,8 @@ def _logarithmic(axes: Axes, x_label: str, y_label: str) -> None:
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if axis is axes.xaxis else (1.0, 3.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip(".")))
-        axis.set_minor_formatter(NullFormatter())
+        axis.set_minor_locator(NullLocator())
     axes.margins(x=0.06, y=0.12)
-    _frame(axes)
 
 
 def _frame(axes: Axes) -> None:
@@ -180,35 +186,43 @@ def _frame(axes: Axes) -> None:
     axes.set_facecolor("none")
 
 
-def _legend(axes: Axes) -> None:
-    columns = 3 if axes.bbox.width > 500 else 1  # pixels at 100 per inch: the wide form
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.16),
-        ncols=columns,
-        frameon=False,
-        labelcolor=_INK,
-        fontsize=9,
-        handlelength=2.8,
-    )
-
-
-def _plot(draw: Callable[[Figure], None], name: str) -> Plot:
+def _plot(draw: Callable[[Axes], None], name: str, height_inches: float = 3.3) -> Plot:
     return Plot(
-        wide=_svg(draw, _WIDE_INCHES, f"{name}-wide"),
-        narrow=_svg(draw, _NARROW_INCHES, f"{name}-narrow"),
+        wide=_svg(draw, name=f"{name}-wide", axes_inches=(8.6, height_inches), legend_columns=3),
+        narrow=_svg(draw, name=f"{name}-narrow", axes_inches=(3.8, height_inches), legend_columns=1),
     )
 
 
-def _svg(draw: Callable[[Figure], None], inches: tuple[float, float], name: str) -> str:
+def _svg(draw: Callable[[Axes], None], *, name: str, axes_inches: tuple[float, float], legend_columns: int) -> str:
+    """Draw into axes of this size, with the legend below: its entries in rows of `legend_columns`."""
     # A fixed salt and no date: the same numbers give the same bytes.
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 10}):
-        figure = Figure(figsize=inches)
+        figure = Figure()
         figure.patch.set_visible(False)
-        draw(figure)
+        axes = figure.add_subplot()
+        draw(axes)
+        _frame(axes)
+        handles, labels = axes.get_legend_handles_labels()
+        below_inches = _BELOW_INCHES + _LEGEND_ROW_INCHES * -(-len(handles) // legend_columns)
+        width, height = axes_inches[0] + _LEFT_INCHES + _RIGHT_INCHES, axes_inches[1] + below_inches + _ABOVE_INCHES
+        figure.set_size_inches(width, height)
+        axes.set_position(
+            (_LEFT_INCHES / width, below_inches / height, axes_inches[0] / width, axes_inches[1] / height)
+        )
+        if handles:
+            figure.legend(
+                handles,
+                labels,
+                loc="lower center",
+                borderaxespad=0.0,
+                ncols=legend_columns,
+                frameon=False,
+                labelcolor=_INK,
+                fontsize=9,
+                handlelength=2.8,
+            )
         buffer = io.StringIO()
-        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata=nothing)
+        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     return _for_page(buffer.getvalue(), name)
 
 

@@ -35,5 +35,7 @@ def judge(programs: Sequence[ProgramResult], tolerance: Tolerance) -> Verdict:
         worst_view=worst.view,
         worst_rmse=worst.total.rmse,
         worst_maximum=worst.total.maximum,
+        worst_data_rmse=worst.data.rmse,
+        worst_drawing_rmse=worst.drawing.rmse,
         share=share_of(worst.total, tolerance),
     )

@@ -12,36 +12,43 @@ from volprep_formats.package.transfer_function import TransferFunction
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 1e-6}
 """Root mean square errors below this are the target's rounding; in float32, that of some hundred samples."""
 
+_EXPECTED = 2.0
+"""Midpoint samples with exponential opacity."""
+_AGREEMENT = 0.25
+"""Slopes of one view of a scan scatter by 0.2 even where they are settled."""
+_LEAST_ORDER = 0.5
+"""A slope below this is no order but a floor."""
+
 
 def convergence(
     steps_mm: Sequence[float],
     quadrature_rmse: Sequence[float],
     target: Target | None,
     function: TransferFunction,
-    opacity_cutoff: float | None,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
     jumps = any(lower.value == upper.value for lower, upper in pairwise(function.points))
     limits = []
     if jumps:
-        limits.append("The transfer function has a jump, and a step sees it late or early: order 1.")
-    if opacity_cutoff is not None:
         limits.append(
-            f"Rays that stop at opacity {opacity_cutoff:g} leave up to {1 - opacity_cutoff:.2g} of the light behind, "
-            "whatever the step: a floor under the quadrature error."
+            "The transfer function has a jump, in the lookup table a steep ramp: steps that do not resolve it see it "
+            "late or early, with order 1."
         )
-    expected = 1.0 if jumps else 2.0
     if target is None:
-        limits.append("This driver has no float target: 8 bits hide the quadrature error.")
-        return Convergence(expected=expected, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
-    fit = fit_order(steps_mm, quadrature_rmse, _NOISE[target])
-    if fit.order is None:
+        limits.append("The quadrature error was not measured: it needs a float target.")
+        return Convergence(expected=_EXPECTED, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
+    fit = fit_order(steps_mm, quadrature_rmse, _NOISE[target], _AGREEMENT)
+    order = fit.order
+    if order is None:
         limits.append("No three refinements agree on a slope.")
+    elif order < _LEAST_ORDER:
+        limits.append("The finest steps no longer change the error: it is at the floor of float32 and texture filter.")
+        order = None
     return Convergence(
-        expected=expected,
+        expected=_EXPECTED,
         slopes=_slopes(steps_mm, quadrature_rmse),
-        observed=fit.order,
-        fitted_steps_mm=tuple(steps_mm[fit.first : fit.last + 1]) if fit.order is not None else (),
+        observed=order,
+        fitted_steps_mm=tuple(steps_mm[fit.first : fit.last + 1]) if order is not None else (),
         limits=tuple(limits),
     )
 

@@ -1,8 +1,9 @@
 """Error against run time: one oblique view, drawn with several steps at every level.
 
 The view is oblique because rays along an axis meet the voxels in step, which can make a step look better or worse than
-it is. The quadrature error is that of a float target against the oracle with the lookup table as transfer function:
-neither data, nor table, nor the 8 bits of the target are in it, so that its order can be seen.
+it is. The quadrature error is that of a float target, rays running to their end, against the oracle with the lookup
+table as transfer function: neither data, nor table, nor early termination, nor the 8 bits of the target are in it, so
+that its order can be seen.
 """
 
 from dataclasses import dataclass
@@ -16,9 +17,11 @@ from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.subject import errors
+from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Program
+from volprep_formats.package.reader import Package
 
 SWEEP_VIEW = "anterior-left"
 """Oblique to all axes of a patient."""
@@ -35,10 +38,13 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class _Precise:
-    """Pictures of all steps at the finest level in a float target, against the oracle with the lookup table."""
+    """Pictures of the finest level in a float target."""
 
     target: Target
-    pictures: list[Picture]
+    uncut: list[Picture]
+    """For each step: rays run to their end."""
+    nominal: Picture
+    """The nominal step, as the package draws it."""
 
 
 class _Sweeper:
@@ -54,10 +60,6 @@ class _Sweeper:
         self._box_from_clip = subject.views[SWEEP_VIEW]
         self._chords = chords_mm(self._box_from_clip, subject.shape_hw, subject.scan.grid)
 
-    def renderer(self, level: int, target: Target = "rgba8") -> Renderer:
-        """Open a renderer of one level."""
-        return Renderer(self._subject.package, level=level, transfer=self._program.transfer, target=target)
-
     def draw(self, renderer: Renderer, ratio: float) -> Picture:
         """Draw with a multiple of the nominal step."""
         with self._clock.part("drawing"):
@@ -65,26 +67,34 @@ class _Sweeper:
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
-        for target in ("rgba32f", "rgba16f"):
-            try:
-                with self.renderer(level, target) as renderer:
-                    pictures = []
-                    for ratio in ratios:
-                        pictures.append(self.draw(renderer, ratio))
-                        self._progress.advance()
-                    return _Precise(target, pictures)
-            except VolprepError as error:
-                if error.code != _NO_SUCH_TARGET:
-                    raise
+        package = uncut(self._subject.package, self._program, self._subject.render)
+        targets: tuple[Target, ...] = ("rgba32f", "rgba16f")
+        if package is not None:
+            for target in targets:
+                try:
+                    return self._precise(package, level, ratios, target)
+                except VolprepError as error:
+                    if error.code != _NO_SUCH_TARGET:
+                        raise
         self._progress.advance(len(ratios))
         return None
+
+    def _precise(self, package: Package, level: int, ratios: tuple[float, ...], target: Target) -> _Precise:
+        pictures = []
+        with Renderer(package, level=level, transfer=self._program.transfer, target=target) as renderer:
+            for ratio in ratios:
+                pictures.append(self.draw(renderer, ratio))
+                self._progress.advance()
+        with Renderer(self._subject.package, level=level, transfer=self._program.transfer, target=target) as renderer:
+            nominal = self.draw(renderer, 1.0)
+        return _Precise(target, pictures, nominal)
 
     def points(
         self, level: int, on_data: NDArray[np.float64], ratios: tuple[float, ...]
     ) -> list[tuple[SweepPoint, Picture]]:
         """Draw and time one level with every step."""
         found = []
-        with self.renderer(level) as renderer:
+        with Renderer(self._subject.package, level=level, transfer=self._program.transfer) as renderer:
             for ratio in ratios:
                 picture = self.draw(renderer, ratio)
                 found.append((self._point(renderer, picture, on_data, level, ratio), picture))
@@ -140,7 +150,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
-            for point, picture in zip(points, precise.pictures, strict=True)
+            for point, picture in zip(points, precise.uncut, strict=True)
         ]
     floors = [sweeper.floor(finest, viewed.on_data.rgba)]
     nominal = ratios.index(1.0)
@@ -148,14 +158,14 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         data=floors[0].data,
         table=errors(on_table, viewed.on_data.rgba),
         quadrature=points[nominal].quadrature,
-        target=errors(measured[nominal][1], precise.pictures[nominal]) if precise else None,
+        termination=errors(precise.nominal, precise.uncut[nominal]) if precise else None,
+        target=errors(measured[nominal][1], precise.nominal) if precise else None,
     )
     order = convergence(
         [point.step_mm for point in points],
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
         subject.function(program.transfer),
-        subject.render.opacity_cutoff,
     )
     for level in coarser:
         with clock.part("oracle"):
