@@ -490,9 +490,10 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP6011": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: RMSE "
-        "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}",
-        "The report shows where the error comes from: {report}. A smaller render.step_voxels, 16 bits, a profile that "
-        "holds a finer level, or a larger tolerance helps.",
+        "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}; RMSE {data:.2g} comes "
+        "from the data, {drawing:.2g} from drawing",
+        "See {report}. Against an error of the data: a profile that holds a finer level, quantize.bits = 16. Against "
+        "one of drawing: a smaller render.step_voxels, a larger render.opacity_cutoff. Or allow more in [tolerance].",
     ),
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,
@@ -510,7 +511,9 @@ CATALOGUE: dict[str, Diagnostic] = {
         "Name another folder with --report, or move what is there.",
     ),
     "VP6021": Diagnostic(
-        ExitStatus.OUTPUT, "{path}: cannot write the report: {error}", "Make room, or name another folder with --report."
+        ExitStatus.OUTPUT,
+        "{path}: cannot write the report: {error}",
+        "Make room, or name another folder with --report.",
     ),
     # VP7xxx machine
     "VP7001": Diagnostic(

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from types import TracebackType
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Fetch:
         self.driver = self._gl.driver
         self._scale = np.array(manifest.levels[0].texture_from_box_per_mm_xyz, dtype=np.float32)
 
-    def __enter__(self) -> "Fetch":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):

@@ -78,7 +78,7 @@ def tiny_package(
     return Package.open(folder, allow_draft=True)
 
 
-def _plan(
+def _plan(  # noqa: PLR0917 - all that a test chose
     levels: list[NDArray[np.generic]],
     grid: Grid,
     transfer_function: TransferFunction,
@@ -122,9 +122,7 @@ def _plan(
     )
 
 
-def _volume(
-    index: int, codes: NDArray[np.generic], profile: DeviceProfile, channels: Literal[1, 4]
-) -> VolumePlan:
+def _volume(index: int, codes: NDArray[np.generic], profile: DeviceProfile, channels: Literal[1, 4]) -> VolumePlan:
     name = f"volume-{index}"
     file = f"{name}.ktx2"
     if profile.max_3d_texture_size > 0:

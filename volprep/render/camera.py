@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 
 _HEAD: Vector = (0.0, 0.0, 1.0)
@@ -95,6 +96,34 @@ def standard_views(
         )
         for name, forward, up in _VIEWS
     }
+
+
+def view_from(
+    grid: Grid, eye_mm_xyz: Vector, projection: Literal["orthographic", "perspective"] = "orthographic"
+) -> Camera:
+    """Look from a point of the world at the middle of the volume, with the field and the angle of the standard views.
+
+    The head is up, the front where one looks along the body. Raises VP5020 for an eye in the middle of the volume.
+    """
+    extent_xyz = np.array(grid.extent_mm_zyx[::-1])
+    centre = grid.corner_mm_xyz + np.array(grid.direction) @ (extent_xyz / 2)
+    diagonal = float(np.linalg.norm(extent_xyz))
+    forward = centre - np.array(eye_mm_xyz)
+    distance = float(np.linalg.norm(forward))
+    if not 1e-6 * diagonal < distance < float("inf"):
+        raise VolprepError("VP5020", what=f"an eye at {eye_mm_xyz}")
+    along_body = float(np.linalg.norm(np.cross(forward, _HEAD))) < 1e-3 * distance
+    # Rays end at twice the focus, so that it may not come closer when the eye does.
+    focus = max(distance, diagonal)
+    orthographic = projection == "orthographic"
+    return Camera(
+        eye_mm_xyz=_vector(centre - forward * (diagonal / distance)) if orthographic else eye_mm_xyz,
+        forward=_vector(forward),
+        up=_FRONT if along_body else _HEAD,
+        height_mm=diagonal if orthographic else focus * 0.6,
+        focus_mm=diagonal if orthographic else focus,
+        projection=projection,
+    )
 
 
 def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:

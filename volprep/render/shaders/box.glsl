@@ -1,4 +1,4 @@
-// Fractions of the ray at which it enters and leaves the volume, whose true size is BOX_MM. It misses if enter >= leave.
+// Fractions of the ray at which it enters and leaves the volume, whose true size is BOX_MM: no interval if it misses.
 const vec3 BOX_MM = $BOX_MM;
 vec2 clip_to_box(vec3 origin, vec3 ray) {
   // Along an axis that the ray does not move on, division by zero is undefined in GLSL ES; a slope of 1e-7 moves the

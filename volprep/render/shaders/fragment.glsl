@@ -9,8 +9,8 @@ uniform float u_step_mm;
 
 //#part box
 
-// The integral of colour * extinction * exp(-optical depth) along the pixel's ray: equal segments of at most u_step_mm,
-// one sample in the middle of each. Gives premultiplied linear light; alpha is the opacity.
+// The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
+// most, with one sample in the middle of each. Gives premultiplied linear light; alpha is the opacity.
 void main() {
   vec3 origin = v_near.xyz / v_near.w;
   vec3 ray = v_far.xyz / v_far.w - origin;

@@ -3,6 +3,6 @@ const float LAST_SLICE = $LAST_SLICE;
 float stored_value(vec3 at) {
   float slice = clamp(at.z - 0.5, 0.0, LAST_SLICE);
   float lower = floor(slice);
-  float upper = min(lower + 1.0, LAST_SLICE);
-  return mix(tile_texel(lower, at.xy).r, tile_texel(upper, at.xy).r, slice - lower);
+  // At the last slice the one above it has weight 0.
+  return mix(tile_texel(lower, at.xy).r, tile_texel(lower + 1.0, at.xy).r, slice - lower);
 }

@@ -1,0 +1,69 @@
+"""volprep render: one picture of a package."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
+View = Annotated[
+    str,
+    typer.Option(help="Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, ..."),
+]
+Eye = Annotated[
+    str | None,
+    typer.Option(help="Look from this point at the middle instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"),
+]
+Size = Annotated[str, typer.Option(help="Width and height in pixels.", metavar="WxH")]
+Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.")]
+Transfer = Annotated[str | None, typer.Option(help="Transfer function; the first if not given.", metavar="NAME")]
+Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="What is behind the volume.")]
+Step = Annotated[float | None, typer.Option(help="Distance of the samples; the package's if not given.", metavar="MM")]
+
+
+def render(
+    package: Package,
+    output: Output,
+    *,
+    view: View = "anterior",
+    eye: Eye = None,
+    size: Size = "512x512",
+    level: Level = None,
+    transfer: Transfer = None,
+    background: Background = "black",
+    step: Step = None,
+) -> None:
+    """Draw a package with OpenGL ES, off screen, by the shaders that it ships and within the limits of its profile."""
+    # Before the renderer loads: a wrong command line needs no driver.
+    eye_mm_xyz = None if eye is None else _eye(eye)
+    width, height = _size(size)
+    from volprep.render.shot import Shot, take  # noqa: PLC0415 - keeps volprep --help fast
+
+    shot = Shot(
+        view=view,
+        eye_mm_xyz=eye_mm_xyz,
+        shape_hw=(height, width),
+        background=background,
+        level=level,
+        transfer=transfer,
+        step_mm=step,
+    )
+    taken = take(package, shot, output)
+    print(f"{output}: {width}×{height}, level {taken.level}, program {taken.program}, {taken.driver}")
+
+
+def _eye(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(number) for number in text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not three numbers, as in 100,-200,50", param_hint="--eye") from None
+    return x, y, z
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(number) for number in text.split("x"))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480", param_hint="--size") from None
+    return width, height

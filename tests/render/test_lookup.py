@@ -1,0 +1,98 @@
+"""Lookup tables against the transfer function itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tiny_packages import function
+
+from volprep.transfer.lookup import evaluate, lookup_texels
+
+RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
+fractions = st.floats(0.0, 1.0)
+
+
+@st.composite
+def functions(draw):
+    count = draw(st.integers(1, 6))
+    values = sorted(draw(st.lists(st.integers(-300, 300), min_size=count, max_size=count, unique=True)))
+    return function(
+        *(
+            (float(value), (draw(fractions), draw(fractions), draw(fractions)), draw(st.floats(0.0, 100.0)))
+            for value in values
+        )
+    )
+
+
+@given(functions())
+def test_without_jumps_it_is_linear_interpolation_clamped_outside(transfer_function):
+    values = np.linspace(-310.0, 310.0, 977)
+    colour, extinction = evaluate(transfer_function, values)
+    at = [point.value for point in transfer_function.points]
+    want = np.interp(values, at, [point.extinction_per_mm for point in transfer_function.points])
+    np.testing.assert_allclose(extinction, want, rtol=1e-12, atol=1e-12)
+    for channel in range(3):
+        want = np.interp(values, at, [point.colour[channel] for point in transfer_function.points])
+        np.testing.assert_allclose(colour[:, channel], want, rtol=1e-12, atol=1e-12)
+
+
+def test_a_jump_is_the_mean_at_its_value_and_sharp_beside_it():
+    black, white = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    jump = function((0.0, black, 0.0), (5.0, black, 1.0), (5.0, white, 3.0), (10.0, white, 3.0))
+    colour, extinction = evaluate(jump, np.array([np.nextafter(5.0, 0), 5.0, np.nextafter(5.0, 10)]))
+    np.testing.assert_allclose(extinction, [1.0, 2.0, 3.0], rtol=1e-12)
+    np.testing.assert_allclose(colour[:, 0], [0.0, 0.5, 1.0], rtol=1e-12, atol=1e-12)
+
+
+def test_a_jump_at_the_first_or_last_value_is_one_too():
+    black = (0.0, 0.0, 0.0)
+    jump = function((0.0, black, 0.0), (0.0, black, 4.0), (1.0, black, 4.0), (1.0, black, 2.0))
+    _, extinction = evaluate(jump, np.array([-1.0, 0.0, 0.5, 1.0, 2.0]))
+    np.testing.assert_allclose(extinction, [0.0, 2.0, 4.0, 3.0, 2.0])
+
+
+@given(functions(), st.sampled_from([2, 3, 256, 1000]))
+def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
+    window = (-300.0, 300.0)
+    colour, extinction = evaluate(transfer_function, np.linspace(*window, entries))
+    table = lookup_texels(transfer_function, window, entries, "RGBA8")
+    texels = table.texels[0, 0].astype(np.float64) / 255
+    assert table.max_extinction_per_mm == extinction.max()
+    assert np.abs(texels[:, :3] - colour).max() <= 0.5 / 255 + 1e-12
+    # A root r that is off by e gives an extinction that is off by (2 r e + e²) of the largest.
+    error = np.abs(table.max_extinction_per_mm * texels[:, 3] ** 2 - extinction)
+    allowed = table.max_extinction_per_mm * (2 * texels[:, 3] + 0.5 / 255) * (0.5 / 255)
+    assert (error <= allowed + 1e-12).all()
+
+
+@given(functions())
+def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function):
+    window = (-300.0, 300.0)
+    colour, extinction = evaluate(transfer_function, np.linspace(*window, 256))
+    table = lookup_texels(transfer_function, window, 256, "RGBA16F")
+    texels = table.texels[0, 0].astype(np.float64)
+    assert table.max_extinction_per_mm is None
+    assert np.abs(texels - np.column_stack([colour, extinction])).max() <= 2.0**-11 * max(1.0, extinction.max())
+
+
+def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
+    fog_and_bone = function((0.0, (1.0, 1.0, 1.0), 0.001), (1.0, (1.0, 1.0, 1.0), 20.0))
+    table = lookup_texels(fog_and_bone, (0.0, 1.0), 256, "RGBA8")
+    fog = 20.0 * (table.texels[0, 0, 0, 3] / 255) ** 2
+    assert fog == pytest.approx(0.001, rel=0.4)
+
+
+def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():
+    nothing = function((0.0, (0.5, 0.5, 0.5), 0.0))
+    assert not lookup_texels(nothing, (0.0, 1.0), 4, "RGBA8").texels[..., 3].any()
+    assert not lookup_texels(nothing, (0.0, 1.0), 4, "RGBA16F").texels[..., 3].any()
+
+
+def test_extinction_beyond_half_floats_is_clamped_to_the_largest():
+    table = lookup_texels(function((0.0, (1.0, 1.0, 1.0), 1e9)), (0.0, 1.0), 2, "RGBA16F")
+    assert (table.texels[..., 3] == 65504).all()
+
+
+def test_the_first_and_last_entry_are_the_ends_of_the_window():
+    table = lookup_texels(RAMP, (-10.0, 30.0), 5, "RGBA16F")
+    np.testing.assert_allclose(table.texels[0, 0, :, 3].astype(float), [0.0, 0.5, 1.0, 1.5, 2.0])

@@ -1,0 +1,78 @@
+"""One picture of a package, from the choice of a camera to the file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from volprep.render.camera import Camera, standard_views, view_from
+from volprep.render.picture import Background, encoded
+from volprep.render.renderer import Renderer
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Vector
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.png import write_png
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What to draw, and how."""
+
+    view: str
+    """Name of a standard view; counts where there is no eye."""
+    eye_mm_xyz: Vector | None
+    """Where to look from, in the patient's space (LPS)."""
+    shape_hw: tuple[int, int]
+    """Height and width in pixels."""
+    background: Background
+    """What is behind the volume."""
+    level: int | None
+    """Level to draw; the finest if absent."""
+    transfer: str | None
+    """Transfer function to draw with; the first if absent."""
+    step_mm: float | None
+    """Distance of the samples; the package's own if absent."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What was drawn."""
+
+    level: int
+    """Level."""
+    program: str
+    """Program."""
+    driver: str
+    """Driver."""
+
+
+def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
+    """Draw a package to a PNG file.
+
+    Raises what `Package.open` and `Renderer` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the file
+    cannot be written.
+    """
+    if picture_path.suffix.lower() != ".png":
+        raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
+    package = Package.open(package_path)
+    grid = package.manifest.source.info.grid
+    height, width = shot.shape_hw
+    camera = _camera(package.manifest, shot)
+    with Renderer(package, level=shot.level, transfer=shot.transfer) as renderer:
+        picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
+        taken = Taken(renderer.level.index, renderer.program.name, str(renderer.driver))
+    try:
+        write_png(picture_path, encoded(picture, shot.background))
+    except OSError as error:
+        raise VolprepError("VP5021", path=picture_path, error=error) from error
+    return taken
+
+
+def _camera(manifest: Manifest, shot: Shot) -> Camera:
+    grid = manifest.source.info.grid
+    projection = manifest.render.projection if manifest.render else "orthographic"
+    if shot.eye_mm_xyz is not None:
+        return view_from(grid, shot.eye_mm_xyz, projection)
+    views = standard_views(grid, projection)
+    if shot.view not in views:
+        raise VolprepError("VP5022", name=shot.view, known=", ".join(views))
+    return views[shot.view]
