@@ -190,7 +190,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def report() -> Report:
     """A report that passes."""
     return report_of((0.004, 0.006, 0.005))

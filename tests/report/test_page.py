@@ -1,0 +1,159 @@
+"""The page of a report: what it shows, that it needs nothing from outside, and that it can be read by a machine."""
+
+import re
+from html.parser import HTMLParser
+from itertools import pairwise
+
+import pytest
+
+from volprep.report.data import Report
+from volprep.report.page import page
+from volprep_formats.package.manifest import PlanItem
+
+VOID = {"meta", "link", "img", "br", "input", "hr"}
+
+
+class Elements(HTMLParser):
+    """Start tags with their attributes, and the text; fails where tags do not nest."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.starts: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self._open: list[str] = []
+        self.feed(html)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag, attributes) -> None:
+        self.starts.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag, attributes) -> None:
+        self.starts.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag) -> None:
+        assert self._open.pop() == tag, f"</{tag}> at {self.getpos()}"
+        self.text += " "
+
+    def handle_data(self, data) -> None:
+        if self._open[-1:] not in (["style"], ["title"]):
+            self.text += data
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.starts if name == tag]
+
+
+@pytest.fixture(scope="module")
+def html(report: Report) -> str:
+    return page(report)
+
+
+@pytest.fixture(scope="module")
+def elements(html: str) -> Elements:
+    return Elements(html)
+
+
+def words(elements: Elements) -> str:
+    return re.sub(r"\s+", " ", elements.text)
+
+
+def test_it_asks_nothing_from_outside_its_folder_and_runs_no_script(html: str, elements: Elements) -> None:
+    addresses = [
+        value
+        for _, attributes in elements.starts
+        for name, value in attributes.items()
+        if name in {"src", "href", "srcset", "data", "action", "xlink:href"}
+    ]
+    assert addresses
+    for address in addresses:
+        assert not re.match(r"(?i)[a-z]+:|//", address) or address == "data:,", address
+    assert not elements.all("script")
+    assert "@import" not in html
+    assert not re.search(r"url\(\s*[\"']?(?!#)", html)
+
+
+def test_every_picture_has_a_text_and_a_size(elements: Elements) -> None:
+    pictures = elements.all("img")
+    assert len(pictures) == 1 + 3 * 3 + 3 * 2
+    for attributes in pictures:
+        assert attributes["alt"]
+        assert (attributes["width"], attributes["height"]) == ("256", "256")
+
+
+def test_it_shows_the_pictures_that_the_report_names(report: Report, elements: Elements) -> None:
+    named = {name for view in report.programs[0].views for _, name in view.pictures}
+    assert {attributes["src"] for attributes in elements.all("img")} == named
+
+
+def test_ids_are_unique_and_links_within_the_page_lead_somewhere(elements: Elements) -> None:
+    ids = [attributes["id"] for _, attributes in elements.starts if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    for attributes in elements.all("a"):
+        if attributes["href"].startswith("#"):
+            assert attributes["href"][1:] in ids
+
+
+def test_headings_do_not_skip_a_level(elements: Elements) -> None:
+    levels = [int(name[1]) for name, _ in elements.starts if re.fullmatch(r"h[1-6]", name)]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+
+
+def test_every_table_has_a_caption_and_headings_with_a_scope(elements: Elements) -> None:
+    assert len(elements.all("table")) == len(elements.all("caption"))
+    assert all("scope" in attributes for attributes in elements.all("th"))
+
+
+def test_the_verdict_comes_before_the_views(elements: Elements) -> None:
+    text = words(elements)
+    assert 0 < text.index("Within tolerance in all 3 views") < text.index("3 views Left the truth")
+    assert "Worst view: superior, at 30 %" in text
+
+
+def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -> None:
+    verdict = report.verdict.model_copy(update={"passed": False, "failed": 2})
+    text = words(Elements(page(report.model_copy(update={"verdict": verdict}))))
+    assert "Beyond tolerance in 2 of 3 views" in text
+
+
+def test_what_was_left_out_stands_there_with_its_reason_and_its_cost(elements: Elements) -> None:
+    text = words(elements)
+    assert "Left out" in text
+    assert "normals the scene has no lighting 276 kB" in text
+
+
+def test_every_step_and_every_level_is_in_the_table(report: Report, elements: Elements) -> None:
+    text = words(elements)
+    for point in report.programs[0].sweep.points:
+        assert f"{point.draw_ms:.1f}" in text or f"{point.draw_ms:.0f}" in text
+    assert "8-bit target" in text
+    assert "early ray termination – – " in text
+
+
+def test_names_and_reasons_cannot_bring_markup_in(report: Report) -> None:
+    hostile = "<script>alert(1)</script>"
+    item = PlanItem(name=hostile, kept=False, reason=hostile)
+    manifest = report.package.manifest
+    info = manifest.source.info.model_copy(update={"remarks": (hostile,), "unit": hostile})
+    manifest = manifest.model_copy(
+        update={"plan": (item,), "name": hostile, "source": manifest.source.model_copy(update={"info": info})}
+    )
+    hostile_report = report.model_copy(update={"package": report.package.model_copy(update={"manifest": manifest})})
+    assert not Elements(page(hostile_report)).all("script")
+
+
+def test_the_same_report_gives_the_same_bytes(report: Report, html: str) -> None:
+    assert page(report) == html
+
+
+def test_plots_take_their_colours_from_the_page(html: str) -> None:
+    plots = re.findall(r"<svg .*?</svg>", html, flags=re.DOTALL)
+    drawn = [plot for plot in plots if 'viewBox="0 0 24 24"' not in plot]
+    # Two forms of each: error against time, error against step, transfer function.
+    assert len(drawn) == 6
+    for plot in drawn[:4]:
+        assert not re.search(r"#[0-9a-f]{6}\b", plot), "a colour of its own"
+        assert "var(--series-1)" in plot
