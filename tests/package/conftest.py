@@ -1,6 +1,7 @@
 """A small sealed package, made through `Draft` as the stages make it: odd sizes, unequal spacing, a flipped axis."""
 
 import hashlib
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -205,16 +206,23 @@ def build(folder: Path, *, mosaic: bool = False, seed: int = 0) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def templates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Packages to copy: building one waits for the disk several times."""
+    room = tmp_path_factory.mktemp("templates")
+    return {"3d": build(room / "3d"), "mosaic": build(room / "mosaic", mosaic=True)}
+
+
 @pytest.fixture
-def sealed(tmp_path: Path) -> Path:
+def sealed(tmp_path: Path, templates: dict[str, Path]) -> Path:
     """A sealed package with two 3D levels."""
-    return build(tmp_path / "shells.volpkg")
+    return Path(shutil.copytree(templates["3d"], tmp_path / "shells.volpkg"))
 
 
 @pytest.fixture
-def sealed_mosaic(tmp_path: Path) -> Path:
+def sealed_mosaic(tmp_path: Path, templates: dict[str, Path]) -> Path:
     """A sealed package with one mosaic."""
-    return build(tmp_path / "tiles.volpkg", mosaic=True)
+    return Path(shutil.copytree(templates["mosaic"], tmp_path / "tiles.volpkg"))
 
 
 @pytest.fixture

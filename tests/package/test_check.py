@@ -270,7 +270,7 @@ def test_numbers_near_the_end_of_the_range_are_findings_and_no_failure(sealed: P
         for grid in (manifest["source"]["info"]["grid"], manifest["levels"][0]["grid"]):
             grid["shape_zyx"] = [2**31 - 1] * 3
             grid["spacing_mm_zyx"] = [1e308, 5e-324, 1.0]
-            grid["origin_mm_xyz"] = [1.7e308] * 3
+            grid["origin_mm_xyz"] = [-1.7e308] * 3
 
     edit(sealed, change)
     assert {code for code, _ in found(sealed)} == {"VP4011"}

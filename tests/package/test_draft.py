@@ -186,6 +186,17 @@ def test_a_map_takes_its_room_on_the_disk_at_once(new_draft: Draft) -> None:
     assert new_draft._staged("work/level0.raw").stat().st_blocks * 512 >= 1_000_000
 
 
+def test_a_stage_does_not_write_through_a_link(tmp_path: Path, draft: Draft) -> None:
+    outside = tmp_path / "outside"
+    (draft.folder / "work").rename(outside)
+    (draft.folder / "work").symlink_to(outside)
+    before = content(outside)
+    draft.write("work/new.raw", "work", b"")
+    with pytest.raises(VolprepError, match=r"VP4007 .*work/.*: a symbolic link"):
+        draft.commit(stage("other"))
+    assert content(outside) == before
+
+
 OTHER_PROCESS = """
 import sys
 from pathlib import Path

@@ -3,11 +3,21 @@
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
 CRASH = Path(__file__).with_name("crash.py")
+
+
+@pytest.fixture
+def room() -> Iterator[Path]:
+    """Folder in memory where there is one: a kill does not lose what the system holds, and a disk takes its time."""
+    memory = Path("/dev/shm")  # noqa: S108 -- the folder in it is new and private
+    with TemporaryDirectory(dir=memory if memory.is_dir() else None) as name:
+        yield Path(name)
 
 
 def crash(work: str, room: Path) -> list[dict[str, object]]:
@@ -18,8 +28,8 @@ def crash(work: str, room: Path) -> list[dict[str, object]]:
     return runs
 
 
-def test_a_stage_killed_before_any_file_operation_leaves_the_draft_before_or_after_it(tmp_path: Path) -> None:
-    runs = crash("rerun_stage", tmp_path)
+def test_a_stage_killed_before_any_file_operation_leaves_the_draft_before_or_after_it(room: Path) -> None:
+    runs = crash("rerun_stage", room)
     states = [run["state"] for run in runs]
     assert not [run for run in runs if run["findings"]]
     assert len(states) > 20
@@ -27,28 +37,28 @@ def test_a_stage_killed_before_any_file_operation_leaves_the_draft_before_or_aft
     assert set(states) == {"before", "after"}
 
 
-def test_a_killed_seal_ends_as_the_same_sealed_package(tmp_path: Path) -> None:
-    runs = crash("seal", tmp_path)
+def test_a_killed_seal_ends_as_the_same_sealed_package(room: Path) -> None:
+    runs = crash("seal", room)
     assert all(run["same"] for run in runs)
     assert {run["state"] for run in runs} == {"draft", "VP4006"}
 
 
-def test_a_killed_create_can_be_done_again(tmp_path: Path) -> None:
-    runs = crash("create", tmp_path)
+def test_a_killed_create_can_be_done_again(room: Path) -> None:
+    runs = crash("create", room)
     assert len(runs) > 5
     assert {run["state"] for run in runs} == {"draft"}
 
 
-def test_a_killed_publish_leaves_the_older_or_the_newer_package_and_the_next_one_clears_up(tmp_path: Path) -> None:
-    runs = crash("publish_over", tmp_path)
+def test_a_killed_publish_leaves_the_older_or_the_newer_package_and_the_next_one_clears_up(room: Path) -> None:
+    runs = crash("publish_over", room)
     states = [run["state"] for run in runs]
     assert set(states) == {"old", "new"}
     assert states == sorted(states, reverse=True)
     assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)
 
 
-def test_without_exchange_a_killed_publish_leaves_one_package_or_none(tmp_path: Path) -> None:
-    runs = crash("publish_without_exchange", tmp_path)
+def test_without_exchange_a_killed_publish_leaves_one_package_or_none(room: Path) -> None:
+    runs = crash("publish_without_exchange", room)
     states = [run["state"] for run in runs]
     assert set(states) == {"old", "none", "new"}
     assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)

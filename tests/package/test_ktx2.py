@@ -198,6 +198,17 @@ def test_primaries_and_premultiplication_are_for_the_manifest_to_say(offset: int
     assert decode(patched(offset, "B", value), "t").shape_zyx == (3, 2, 5)
 
 
+def test_texels_that_begin_in_the_key_value_data_are_refused() -> None:
+    with pytest.raises(VolprepError, match=r"VP4030 .*30 bytes of texels at 204"):
+        decode(patched(80, "<Q", 204)[:234], "t")
+
+
+def test_key_value_data_without_a_key_are_refused() -> None:
+    data = file().replace(b"KTXorientation\0rdi\0", b"KTXorientation rdi ")
+    with pytest.raises(VolprepError, match=r"VP4030 .*has no key"):
+        decode(data, "t")
+
+
 def test_key_value_data_may_be_absent() -> None:
     data = bytearray(file())
     values_at, texels = 148, data[208:]

@@ -11,6 +11,7 @@ from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package import publish as publishing
 from volprep_formats.package.check import check
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import StageRecord
 from volprep_formats.package.publish import check_target, publish, remove_package
 
 Build = Callable[..., Path]
@@ -110,6 +111,15 @@ def test_what_is_missing_from_a_package_does_not_keep_it_from_being_removed(seal
     (sealed / "textures" / "bone.ktx2").unlink()
     remove_package(sealed)
     assert not sealed.exists()
+
+
+def test_what_a_killed_removal_left_of_nested_folders_is_removed(tmp_path: Path, new_draft: Draft) -> None:
+    new_draft.write("work/a/b/c", "work", b"")
+    new_draft.commit(StageRecord(name="import", key="0" * 64))
+    (new_draft.folder / "work/a/b/c").unlink()
+    (new_draft.folder / "work/a/b").rmdir()
+    remove_package(new_draft.folder)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_link_in_a_package_is_not_followed_when_it_is_removed(tmp_path: Path, sealed: Path) -> None:
