@@ -54,16 +54,22 @@ app.command()(shaders)
 app.command()(seal)
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version  # noqa: PLC0415 - keeps volprep --help fast
+
+        print(f"volprep {version('volprep')}")
+        raise typer.Exit
+
+
 @app.callback()
 def volprep(
-    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
+    ] = False,
 ) -> None:
     """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web."""
-    if version:
-        from importlib.metadata import version as version_of  # noqa: PLC0415 - keeps volprep --help fast
-
-        print(f"volprep {version_of('volprep')}")
-        raise typer.Exit
 
 
 def main() -> None:
@@ -71,7 +77,7 @@ def main() -> None:
     # A reader that has seen enough, as head has, ends us without a word.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
-        app()
+        app(prog_name="volprep")
     except VolprepError as error:
         _fail(error)
     except Exception as error:

@@ -1,0 +1,267 @@
+"""The command line as data: command, exit status, what it says. No command may show a traceback."""
+
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from command_line import COMMAND, volprep
+from phantom_scene import SCENE, phantom, write_phantom_scene
+
+from volprep_cli.main import main
+from volprep_formats.diagnostics import ExitStatus
+
+HEAVY = {"numpy", "pydantic", "rich", "pydicom", "nibabel", "OpenGL", "OpenImageIO", "skimage", "matplotlib", "pyvista"}
+GOOD = SCENE.format(profile="gles3")
+TINY_PROFILE = """
+name = "watch"
+api = "es3.0"
+max_texture_size = 64
+max_3d_texture_size = 4
+texture_units = 2
+texture_formats = ["R8", "RGBA8"]
+index_bits = 16
+max_texture_bytes = 1000
+"""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory) -> Path:
+    """A folder with a good scene, bad ones, a package, a draft, and things that are in the way."""
+    folder = tmp_path_factory.mktemp("place")
+    write_phantom_scene(folder)
+    variants = {
+        "misspelt": GOOD.replace("opacity", "").replace("[pyramid]", "[pyramyd]"),
+        "no-source": GOOD.replace("phantom.raw", "nowhere.raw"),
+        "wrong-size": GOOD.replace("[21, 34, 45]", "[21, 34, 46]"),
+        "not-finite": GOOD.replace("phantom.raw", "not-finite.raw").replace("uint16", "float32"),
+        "empty-folder": '[source]\npath = "empty"\n' + GOOD[GOOD.index("[[transfer]]") :],
+    }
+    variants["empty-folder"] = 'name = "e"\n' + variants["empty-folder"]
+    for name, text in variants.items():
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    voxels = phantom().astype("<f4")
+    voxels[7, 8, 9] = float("nan")
+    voxels.tofile(folder / "not-finite.raw")
+    (folder / "watch.profile.toml").write_text(TINY_PROFILE, encoding="utf-8")
+    (folder / "empty").mkdir()
+    (folder / "a-file").write_text("x", encoding="utf-8")
+    (folder / "thesis").mkdir()
+    (folder / "thesis" / "chapter1.txt").write_text("x", encoding="utf-8")
+    assert volprep("build", "phantom.toml", "-o", "good.volpkg", cwd=folder).returncode == 0
+    assert volprep("import", "phantom.toml", "-o", "draft.volpkg", cwd=folder).returncode == 0
+    damaged = folder / "damaged.volpkg"
+    subprocess.run(["cp", "-r", folder / "good.volpkg", damaged], check=True)
+    with (damaged / "textures/volume-0.ktx2").open("r+b") as file:
+        file.seek(1000)
+        file.write(b"\xff\xff\xff")
+    return folder
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line, its exit status, and patterns that its output matches."""
+
+    command: str
+    status: int
+    stdout: str = ""
+    stderr: str = ""
+
+
+CASES = [
+    Case("--help", 0, stdout=r"build .*\n.*plan .*"),
+    Case("--version", 0, stdout=r"^volprep \d+\.\d+\.\d+$"),
+    Case("", 2, stderr=r"Usage: volprep"),
+    Case("biuld x", 2, stderr=r"No such command 'biuld'"),
+    Case("build", 2, stderr=r"Missing argument 'SCENE'"),
+    Case("quantize draft.volpkg --bits 12", 2, stderr=r"--bits is 12, and can be 8 or 16"),
+    Case("import phantom.raw --source phantom.raw -o x.volpkg", 2, stderr=r"there is none here"),
+    # the source
+    Case("build no-source.toml -o x.volpkg", 3, stderr=r"VP1001 .*nowhere.raw: no such file"),
+    Case("build phantom.toml --source elsewhere.raw -o x.volpkg", 3, stderr=r"VP1001 .*elsewhere.raw"),
+    Case("plan no-source.toml", 3, stderr=r"VP1001 .*nowhere.raw: no such file"),
+    Case("build wrong-size.toml -o x.volpkg", 3, stderr=r"VP1011 .*phantom.raw: .*65688 bytes, but the file has 64260"),
+    Case("build not-finite.toml -o x.volpkg", 3, stderr=r"VP1090 the source has 1 voxels .* slice 7"),
+    Case("build empty-folder.toml -o x.volpkg", 3, stderr=r"VP1030 .*empty: no DICOM images"),
+    Case("import phantom.raw -o x.volpkg", 3, stderr=r"VP1002 .*phantom.raw: no reader knows"),
+    # scene and profile
+    Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the scene: No such file"),
+    Case("build phantom.raw -o x.volpkg", 4, stderr=r"VP3002 phantom.raw: not a TOML file"),
+    Case("build misspelt.toml -o x.volpkg", 4, stderr=r"VP3003 misspelt.toml: pyramyd: Extra inputs"),
+    Case("build phantom.toml --profile gles9 -o x.volpkg", 4, stderr=r"VP3010 there is no profile gles9.*gles2-2048"),
+    Case("build phantom.toml --profile no.toml -o x.volpkg", 4, stderr=r"VP3011 .*no.toml: cannot read the profile"),
+    Case("build phantom.toml --profile misspelt.toml -o x.volpkg", 4, stderr=r"VP3012 .*misspelt.toml: .*Extra inputs"),
+    Case("build phantom.toml --profile watch.profile.toml -o x.volpkg", 4, stderr=r"VP3022 profile watch .* at most 4"),
+    Case("plan phantom.toml --profile watch.profile.toml", 4, stderr=r"VP3022 profile watch"),
+    Case("mosaic draft.volpkg", 4, stderr=r"VP3023 .*profile gles3 has no stage mosaic"),
+    # packages
+    Case("inspect nowhere.volpkg", 5, stderr=r"VP4001 nowhere.volpkg: no such package"),
+    Case("quantize good.volpkg", 5, stderr=r"VP4006 good.volpkg"),
+    Case("texture draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage texture needs stage quantize"),
+    Case("seal draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage seal needs stage quantize"),
+    Case("validate damaged.volpkg --quick", 5, stderr=r"VP4009|VP6"),
+    Case("validate good.volpkg --quick", 0),
+    # output
+    Case("build phantom.toml -o a-file/x.volpkg", 6, stderr=r"VP4020 .*a-file/x.volpkg"),
+    Case("build phantom.toml -o /proc/x.volpkg", 6, stderr=r"VP4020 /proc/x.volpkg"),
+    Case("build phantom.toml -o thesis", 6, stderr=r"VP4021 .*thesis"),
+    Case("build phantom.toml -o a-file", 6, stderr=r"VP4021 .*a-file"),
+    Case("import phantom.toml -o thesis", 6, stderr=r"VP4023 thesis"),
+    # results
+    Case("plan phantom.toml", 0, stdout=r"(?s)level 0 +kept.*normals +left out .*no lighting.*stages: import, "),
+    Case("inspect good.volpkg", 0, stdout=r"good.volpkg: sealed package"),
+]
+
+
+@pytest.fixture
+def in_process(monkeypatch, capsys):
+    """Run the entry point here: status, stdout and stderr. A process for each command would take 0.5 s to load."""
+    pipe_handler = signal.getsignal(signal.SIGPIPE)
+
+    def run(folder: Path, command: str) -> tuple[int, str, str]:
+        monkeypatch.chdir(folder)
+        monkeypatch.setattr(sys, "argv", ["volprep", *command.split()])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return int(ended.value.code or 0), *capsys.readouterr()
+
+    yield run
+    signal.signal(signal.SIGPIPE, pipe_handler)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.command or "nothing")
+def test_a_command_ends_with_its_status_and_says_why(place, case, in_process) -> None:
+    status, stdout, stderr = in_process(place, case.command)
+    assert status == case.status, stdout + stderr
+    assert re.search(case.stdout, stdout), stdout
+    assert re.search(case.stderr, stderr), stderr
+    assert "Traceback" not in stderr
+    if case.status > ExitStatus.USAGE:
+        # One message, after what progress said.
+        assert len(re.findall(r"^volprep: VP\d{4} ", stderr, re.MULTILINE)) == 1
+        assert stderr.splitlines()[-1].startswith("volprep: VP")
+    assert not (place / "x.volpkg").exists()
+    assert not list(place.glob(".*"))
+
+
+@pytest.mark.parametrize(
+    "command", ["plan phantom.toml --json", "build phantom.toml -o again.volpkg --json", "inspect good.volpkg --json"]
+)
+def test_a_result_is_json_where_it_is_asked_for(place, command, in_process) -> None:
+    status, stdout, _ = in_process(place, command)
+    assert status == 0
+    assert isinstance(json.loads(stdout), dict)
+
+
+def test_an_error_is_json_where_it_is_asked_for(place, in_process) -> None:
+    _, stdout, _ = in_process(place, "build no-source.toml -o x.volpkg --json")
+    error = json.loads(stdout)["error"]
+    assert error["code"] == "VP1001"
+    assert "nowhere.raw" in error["summary"]
+    assert error["remedy"]
+
+
+def test_plan_names_the_files_that_build_makes(place, in_process) -> None:
+    _, stdout, _ = in_process(place, "plan phantom.toml --json")
+    named = {path for item in json.loads(stdout)["items"] for path in item.get("files", [])}
+    package = place / "good.volpkg"
+    made = {path.relative_to(package).as_posix() for path in package.rglob("*") if path.is_file()}
+    assert named == made - {"manifest.json"}
+
+
+def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> None:
+    draft = tmp_path / "d.volpkg"
+    for command in ("import phantom.toml -o {}", "quantize {} --bits 16 --window 100 800", "pyramid {} --coarsest 40"):
+        assert in_process(place, command.format(draft))[0] == 0
+    manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["quantization"]["bits"] == 16
+    assert manifest["quantization"]["window"] == [100.0, 800.0]
+    assert [level["factors_zyx"] for level in manifest["levels"]] == [[1, 1, 1], [1, 2, 2]]
+
+
+def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    # A limit on the size of files stops a write in the middle, as a full disk does.
+    run = subprocess.run(
+        [*COMMAND, "build", scene, "-o", tmp_path / "x.volpkg"],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == ExitStatus.OUTPUT, run.stderr
+    assert re.search(r"VP4020 .*level0.raw.*File too large", run.stderr)
+    assert "Traceback" not in run.stderr
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_help_is_fast_and_loads_nothing_heavy() -> None:
+    code = f"""
+import atexit, sys
+atexit.register(lambda: print("LOADED", *sorted({HEAVY!r} & set(sys.modules)), file=sys.stderr))
+{COMMAND[-1]}
+"""
+    run = subprocess.run([sys.executable, "-c", code, "--help"], capture_output=True, text=True, check=True)
+    assert run.stderr.splitlines()[-1] == "LOADED"
+    # Processor time, the best of several: other work on this machine does not count.
+    taken = []
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        volprep("--help")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        taken.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    assert min(taken) < 0.3
+
+
+def test_help_tells_every_exit_status() -> None:
+    text = " ".join(volprep("--help").stdout.split())
+    told = {int(number) for number in re.findall(r"(?:statuses: |; )(\d+) ", text)}
+    assert told == {*ExitStatus, 130}
+
+
+def test_a_defect_is_one_message_without_a_traceback(place) -> None:
+    broken = [COMMAND[0], "-c", "import sys; sys.modules['volprep.build'] = None; " + COMMAND[2]]
+    command = [*broken, "plan", place / "phantom.toml"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == ExitStatus.INTERNAL
+    assert re.fullmatch(r"volprep: VP9001 internal error: ModuleNotFoundError: .*\n", run.stderr)
+    asked = {**os.environ, "VOLPREP_TRACEBACK": "1"}
+    run = subprocess.run(command, capture_output=True, text=True, check=False, env=asked)
+    assert "Traceback" in run.stderr
+
+
+def test_a_reader_that_closes_early_ends_the_command_without_a_word(place) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "inspect", place / "good.volpkg", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    assert process.wait() == -signal.SIGPIPE
+
+
+def test_ctrl_c_ends_a_build_without_a_traceback(tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    # A source that keeps the reader waiting: a pipe that nobody writes to.
+    (tmp_path / "phantom.raw").unlink()
+    os.mkfifo(tmp_path / "phantom.raw")
+    process = subprocess.Popen([*COMMAND, "build", scene, "-o", tmp_path / "x.volpkg"], stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 30
+    while not (tmp_path / ".x.volpkg.partial").exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert b"Traceback" not in told
+    assert not (tmp_path / "x.volpkg").exists()
