@@ -109,3 +109,29 @@ def test_spacing_of_one_to_a_hundred_works(oracle, spacing):
             volume, points, oracle.ray(origin, direction, length), spacing_mm_xyz=spacing, tolerance=1e-8
         )
         assert_agrees(answer, oracle.slow_light(volume, points, (origin, direction, length), spacing), 1e-8)
+
+
+@pytest.mark.parametrize("shape", [(19, 33, 26), (1, 40, 9), (17, 17, 17)])
+@pytest.mark.parametrize("inverted", [False, True], ids=["empty below", "empty above"])
+def test_what_is_left_out_because_it_is_empty_changes_nothing(oracle, shape, inverted):
+    # A few voxels that shine, some of them at the border, among many that do not: most rays jump over empty blocks.
+    rng = np.random.default_rng(9)
+    volume = np.zeros(shape, np.float32)
+    for _ in range(6):
+        volume[tuple(rng.integers(0, shape))] = 100
+    volume[-1, -1, -1] = volume[0, -1, 0] = 100
+    points = [oracle.point(20, 0.0, (1, 0, 0)), oracle.point(90, 0.9, (0, 1, 0)), oracle.point(90, 3.0, (0, 0, 1))]
+    if inverted:
+        volume = 100 - volume
+        points = [oracle.point(100 - p.value, p.extinction_per_mm, p.colour) for p in reversed(points)]
+    spacing = np.array([0.7, 1.0, 1.3])
+    seen = 0
+    for target in np.argwhere(volume == (0 if inverted else 100))[:, ::-1]:
+        through = (target + 0.5 + rng.uniform(-0.6, 0.6, 3)) * spacing
+        direction = rng.normal(size=3) * (rng.random(3) < 0.8) + (1e-3, 0, 0)
+        origin = through - 60 * direction / np.linalg.norm(direction)
+        answer = oracle.draw(volume, points, oracle.ray(origin, direction, 120), spacing_mm_xyz=spacing, tolerance=1e-9)
+        truth = oracle.slow_light(volume, points, (origin, direction, 120), spacing)
+        assert_agrees(answer, truth, 1e-9)
+        seen += truth[3] > 0.01
+    assert seen >= 3

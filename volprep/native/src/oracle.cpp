@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "volprep/block_minmax.hpp"
 #include "volprep/oracle/walk.hpp"
 #include "volprep/threads.hpp"
 
@@ -41,6 +43,22 @@ Ray pixel_ray(const OraclePicture& picture, int64_t row, int64_t column) {
     return ray;
 }
 
+template <typename Voxel>
+std::vector<uint8_t> find_empty_blocks(const Voxel* voxels, const OracleVolume& volume,
+                                       const oracle::Transfer& transfer, int threads) {
+    const std::size_t count = static_cast<std::size_t>(minmax_shape(volume.shape, oracle::kBlockCells).voxels());
+    std::vector<Voxel> least(count);
+    std::vector<Voxel> most(count);
+    block_minmax(voxels, volume.shape, oracle::kBlockCells, least.data(), most.data(), threads);
+    std::vector<uint8_t> empty(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double end_a = volume.slope * static_cast<double>(least[i]) + volume.intercept;
+        const double end_b = volume.slope * static_cast<double>(most[i]) + volume.intercept;
+        empty[i] = transfer.empty_between(std::min(end_a, end_b), std::max(end_a, end_b));
+    }
+    return empty;
+}
+
 }  // namespace
 
 template <typename Voxel>
@@ -48,7 +66,10 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
                    const OraclePicture& picture, int threads) noexcept {
     const oracle::Transfer prepared =
         oracle::prepare_transfer(transfer.count, transfer.values, transfer.colours, transfer.extinctions_per_mm);
-    oracle::Field<Voxel> field{voxels, volume.shape, volume.slope, volume.intercept, {}, {}};
+    const std::vector<uint8_t> empty_blocks = find_empty_blocks(voxels, volume, prepared, threads);
+    oracle::Field<Voxel> field{
+        voxels, volume.shape, volume.slope,        volume.intercept,
+        {},     {},           empty_blocks.data(), minmax_shape(volume.shape, oracle::kBlockCells)};
     std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
     std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
     const int64_t pixels = picture.height * picture.width;
