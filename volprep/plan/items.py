@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.plan.levels import TEXEL_BYTES, Misfit, texture_bytes
+from volprep.plan.levels import Misfit, texture_bytes
 from volprep.plan.probe import PictureError
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.values import SHARE, ValueChoice
+from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep_formats.package.manifest import MosaicLayout, PlanItem
 from volprep_formats.source import SourceInfo
@@ -159,7 +160,7 @@ def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
             kept=True,
             reason=f"{lookup.entries} entries: the sample of rays changes by {_error(grounds.values.error)}",
             files=(lookup.file,),
-            size_bytes=lookup.entries * TEXEL_BYTES[lookup.format],
+            size_bytes=lookup.entries * BYTES_PER_TEXEL[lookup.format],
         )
 
 

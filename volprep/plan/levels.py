@@ -6,14 +6,13 @@ from typing import Literal
 
 from volprep.mosaic import fit_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
+from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import MosaicLayout
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
-TEXEL_BYTES: dict[TextureFormat, int] = {"LUMINANCE8": 1, "R8": 1, "RGBA8": 4, "R16F": 2, "RGBA16F": 8}
-"""Size of a texel of each format."""
 _ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",)}
 _CHANNELS: tuple[Literal[1, 4], ...] = (1, 4)
 _FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
@@ -70,7 +69,7 @@ def fit_level(level: LevelPlan, bits: int, profile: DeviceProfile, other_bytes: 
 
 def texture_bytes(volume: VolumePlan) -> int:
     """Size of a texture on the device."""
-    return math.prod(volume.shape_zyx) * TEXEL_BYTES[volume.format]
+    return math.prod(volume.shape_zyx) * BYTES_PER_TEXEL[volume.format]
 
 
 def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> VolumePlan | Misfit:

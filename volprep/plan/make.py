@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from volprep.plan.items import Grounds, describe
-from volprep.plan.levels import TEXEL_BYTES, Misfit, candidate_levels, fit_level
+from volprep.plan.levels import Misfit, candidate_levels, fit_level
 from volprep.plan.probe import Table
 from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, VolumePlan
 from volprep.plan.values import choose_values
+from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep_formats.diagnostics import VolprepError
@@ -28,7 +29,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     values = choose_values(scene, profile, info, measured, functions)
     lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
     candidates = candidate_levels(info.grid, scene.pyramid.coarsest_longest_axis)
-    table_bytes = values.entries * TEXEL_BYTES[lookups[0].format]
+    table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
     fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
