@@ -31,7 +31,8 @@ def inspect(package: PackageFolder, as_json: Json = False) -> None:
     print(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
     for title, headings, rows in _tables(manifest):
         if rows:
-            print(title)
+            if title:
+                print(title)
             print_table(headings, rows)
             print()
 
@@ -41,7 +42,7 @@ def _size(manifest: "Manifest") -> int:
 
 
 def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]:
-    yield "GENERAL", ("", ""), _general(manifest)
+    yield "", ("GENERAL", ""), _general(manifest)
     yield (
         "LEVELS",
         ("level", "voxels z×y×x", "spacing mm", "of level 0", "filter"),

@@ -24,7 +24,7 @@ def run(*arguments: str) -> str:
 def test_a_person_sees_every_table(sealed: Path) -> None:
     text = run(str(sealed))
     assert text.startswith(f"{sealed}: sealed package, 1.2 kB in 6 files\n")
-    titles = [line for line in text.splitlines() if line and line == line.upper() and not line.startswith(" ")]
+    titles = [line.rstrip() for line in text.splitlines() if line and line == line.upper() and not line.startswith(" ")]
     assert titles == ["GENERAL", "LEVELS", "TEXTURES", "TRANSFER FUNCTIONS", "PROGRAMS", "PLAN", "FILES"]
     lines = [" ".join(line.split()) for line in text.splitlines()]
     assert "source raw, 5×7×9 voxels z×y×x, uint8" in lines
