@@ -1,0 +1,80 @@
+"""volprep render, as a person would use it."""
+
+import numpy as np
+import OpenImageIO
+import pytest
+from command_line import volprep
+from tiny_packages import ES2, function, tiny_package
+
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import StageRecord
+
+RED = function((0.0, (1.0, 0.0, 0.0), 5.0), name="red")
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """Sealed package of an opaque red box, 4 × 6 × 12 mm along the body."""
+    folder = tmp_path_factory.mktemp("red") / "red.volpkg"
+    tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), RED, ES2)
+    Draft.open(folder).commit(StageRecord(name="seal", key="0" * 64), state="sealed")
+    return folder
+
+
+def picture(path):
+    return OpenImageIO.ImageBuf(str(path)).get_pixels(OpenImageIO.UINT8)
+
+
+@pytest.mark.parametrize(
+    ("background", "corner"), [("black", [0, 0, 0]), ("white", [255, 255, 255]), ("transparent", [0, 0, 0, 0])]
+)
+def test_a_picture_has_the_size_and_background_that_were_asked_for(package, tmp_path, background, corner):
+    done = volprep("render", package, "-o", tmp_path / "p.png", "--size", "61x31", "--background", background)
+    assert done.returncode == 0, done.stderr
+    drawn = picture(tmp_path / "p.png")
+    assert drawn.shape == (31, 61, len(corner))
+    assert drawn[0, 0].tolist() == corner
+    assert drawn[15, 30, :3].tolist() == [255, 0, 0]
+    assert "61×31, level 0, program ray-caster" in done.stdout
+
+
+def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
+    wishes = {"front": ("--view", "anterior"), "side": ("--view", "left"), "eye": ("--eye", "300,2.5,5.5")}
+    widths = {}
+    for name, wish in wishes.items():
+        path = tmp_path / f"{name}.png"
+        done = volprep("render", package, "-o", path, "--size", "64x64", *wish)
+        assert done.returncode == 0, done.stderr
+        widths[name] = int((picture(path)[32, :, 0] > 0).sum())
+    # 4 and 6 mm of 14 mm, in 64 pixels; the eye stands on the left.
+    assert widths == {"front": 18, "side": 28, "eye": 28}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (("--view", "above"), 2, "VP5022 there is no view above"),
+        (("--eye", "1,2"), 2, "is not three numbers"),
+        (("--eye", "1.5,2.5,5.5"), 7, "VP5020"),
+        (("--size", "big"), 2, "is not a size"),
+        (("--size", "0x10"), 7, "VP5009"),
+        (("--level", "3"), 5, "VP5018"),
+        (("--step", "0.001"), 7, "VP5019"),
+        (("--background", "pink"), 2, "pink"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_an_impossible_wish_is_one_message_and_leaves_no_picture(package, tmp_path, arguments, status, message):
+    done = volprep("render", package, "-o", tmp_path / "p.png", *arguments, COLUMNS="200")
+    assert done.returncode == status
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "p.png").exists()
+
+
+@pytest.mark.parametrize("target", ["nowhere/p.png", "p.jpg", "p"])
+def test_a_picture_that_cannot_be_written_is_one_message(package, tmp_path, target):
+    done = volprep("render", package, "-o", tmp_path / target)
+    assert done.returncode == 6
+    assert "VP5021" in done.stderr
+    assert not (tmp_path / target).exists()
