@@ -39,7 +39,7 @@ lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
 
 bench: $(NATIVE) $(BENCH)
-	.venv/bin/python -m volprep_bench
+	.venv/bin/python -m tests.benchmarks
 
 system:
 	@tools/system_packages.sh
