@@ -1,5 +1,6 @@
 """volprep validate: whether a package may ship, and how wrong its pictures are."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,7 +55,12 @@ def validate(
     else:
         _print(result, folder)
     if not result.verdict.passed:
-        raise _beyond_tolerance(result, package, folder)
+        error = _beyond_tolerance(result, package, folder)
+        if not as_json:
+            raise error
+        # The report says it all; a second JSON document behind it would break whoever parses it.
+        print(f"volprep: {error}", file=sys.stderr)
+        raise typer.Exit(error.status)
 
 
 def _check(package: Path, *, as_json: bool) -> None:

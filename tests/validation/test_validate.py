@@ -1,0 +1,280 @@
+"""volprep validate, from the package to the report, on a small phantom with two transfer functions."""
+
+import json
+import shutil
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import OpenImageIO
+import pytest
+from command_line import volprep
+from phantom_scene import phantom, write_phantom_scene
+
+from volprep.build import build
+from volprep.origin import origin_path
+from volprep.render.camera import standard_views
+from volprep.report.data import Report
+from volprep.request import load_request
+from volprep.validation.run import default_report_path, validate
+from volprep.validation.scan import find_scan, read_scan
+from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SCHEMA = Path(__file__).parents[2] / "formats" / "schemas" / "report.schema.json"
+SIZE = 40
+
+
+class Counted:
+    """Progress that remembers how much was announced and how much was done."""
+
+    def __init__(self) -> None:
+        self.tasks: list[list[object]] = []
+
+    def start(self, task: str, total: int) -> None:
+        self.tasks.append([task, total, 0])
+
+    def advance(self, units: int = 1) -> None:
+        self.tasks[-1][2] += units
+
+
+@pytest.fixture(scope="module")
+def progress() -> Counted:
+    return Counted()
+
+
+@pytest.fixture(scope="module")
+def folder(built_package, tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("report") / "phantom.report"
+
+
+@pytest.fixture(scope="module")
+def report(built_package, folder, progress) -> Report:
+    """The report of the phantom's package, for each profile."""
+    return validate(built_package, folder, progress, picture_size=SIZE)
+
+
+@pytest.fixture
+def package(built_package, tmp_path) -> Path:
+    """A copy of the package, with its origin beside it, to be broken."""
+    shutil.copytree(built_package, tmp_path / "phantom.volpkg")
+    shutil.copy(origin_path(built_package), tmp_path)
+    return tmp_path / "phantom.volpkg"
+
+
+def test_the_phantom_is_within_the_tolerance_in_all_views_of_both_transfer_functions(report) -> None:
+    assert report.verdict.passed
+    assert report.verdict.views == 18
+    assert [program.transfer for program in report.programs] == ["shell", "core"]
+    views = list(standard_views(report.package.manifest.levels[0].grid))
+    for program in report.programs:
+        assert [view.view for view in program.views] == views
+
+
+def test_the_data_are_valid_by_the_schema(report, folder) -> None:
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    data = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(schema).validate(data)
+    assert Report.model_validate(data) == report
+
+
+def test_every_picture_is_there_and_none_without_a_name(report, folder) -> None:
+    named = {name for program in report.programs for view in program.views for _, name in view.pictures}
+    assert {f"pictures/{path.name}" for path in (folder / "pictures").iterdir()} == named
+    assert len(named) == 2 * 9 * 5
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    for name in named:
+        assert f'src="{name}"' in page
+
+
+def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
+    for program in report.programs:
+        for view in program.views:
+            # The triangle inequality holds for both norms.
+            assert view.total.rmse <= view.data.rmse + view.drawing.rmse + 1e-12
+            assert view.total.maximum <= view.data.maximum + view.drawing.maximum + 1e-12
+            assert 0 < view.truth_bound <= report.oracle_tolerance
+        parts = program.sweep.breakdown
+        drawing = next(view for view in program.views if view.view == program.sweep.view).drawing
+        others = [part.rmse for part in (parts.table, parts.quadrature, parts.termination, parts.target) if part]
+        assert len(others) == 4
+        assert drawing.rmse <= sum(others) + 1e-12
+
+
+def test_the_sweep_has_six_steps_at_the_finest_level_and_covers_every_level(report) -> None:
+    for program in report.programs:
+        levels = [level.index for level in report.package.manifest.levels]
+        assert [floor.level for floor in program.sweep.floors] == levels
+        steps = [point.step_ratio for point in program.sweep.points if point.level == 0]
+        assert steps == [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
+        for point in program.sweep.points:
+            assert point.step_mm == pytest.approx(point.step_ratio * report.step_mm)
+            assert point.draw_ms > 0
+        counts = [point.samples_mean for point in program.sweep.points if point.level == 0]
+        assert counts == sorted(counts)
+        assert counts[-1] / counts[0] == pytest.approx(32, rel=0.05)
+
+
+def test_a_coarser_level_is_further_from_the_truth(report) -> None:
+    for program in report.programs:
+        floors = [floor.data.rmse for floor in program.sweep.floors]
+        assert floors == sorted(floors)
+
+
+def test_the_quadrature_error_of_the_smooth_transfer_function_is_of_second_order(report) -> None:
+    sweep = report.programs[0].sweep
+    assert sweep.float_target == "rgba32f"
+    finest = [point.quadrature for point in sweep.points if point.level == 0][-1]
+    assert finest is not None
+    assert finest.rmse < 1e-5
+    if report.package.manifest.profile.name == "gles3":
+        assert sweep.convergence.observed == pytest.approx(2.0, abs=0.25)
+    # The 8-bit table of the other profile has a kink at each entry: its slopes lie between 1 and 2.
+    assert np.mean(sweep.convergence.slopes) > 1.5
+
+
+def test_progress_is_told_to_the_end(report, progress) -> None:
+    assert len(progress.tasks) >= 5
+    assert [task for task in progress.tasks if task[1] != task[2]] == []
+
+
+def test_the_report_names_what_it_validated_and_on_what(report, built_package) -> None:
+    assert report.package.file_name == "phantom.volpkg"
+    files = [path for path in built_package.rglob("*") if path.is_file()]
+    assert report.package.size_bytes == sum(path.stat().st_size for path in files)
+    assert report.driver.version.startswith("OpenGL ES")
+    assert report.cost.source_bytes == phantom().nbytes
+    assert set(report.cost.seconds) == {"all", "checking", "comparing", "drawing", "oracle", "reading", "timing"}
+    assert report.cost.seconds["all"] > sum(report.cost.seconds.values()) / 3
+
+
+def test_two_runs_differ_in_times_only_and_json_is_the_report_itself(report, package, tmp_path) -> None:
+    done = volprep("validate", package, "--size", str(SIZE), "--json", "--report", tmp_path / "elsewhere")
+    assert done.returncode == ExitStatus.OK, done.stderr
+    again = Report.model_validate_json(done.stdout)
+    assert again == Report.model_validate_json((tmp_path / "elsewhere" / "report.json").read_bytes())
+    assert not (tmp_path / "phantom.report").exists()
+    assert timeless(again) == timeless(report)
+
+
+def timeless(report: Report) -> dict:
+    data = report.model_dump(exclude={"cost"})
+    for program in data["programs"]:
+        for point in program["sweep"]["points"]:
+            del point["draw_ms"]
+    return data
+
+
+def test_the_report_lies_beside_the_package_unless_told_otherwise(tmp_path) -> None:
+    assert default_report_path(tmp_path / "brain.volpkg") == tmp_path.resolve() / "brain.report"
+
+
+@pytest.fixture(scope="module")
+def beyond(tmp_path_factory) -> Path:
+    """A package of one transfer function and one level that its scene's tolerance does not let pass."""
+    folder = tmp_path_factory.mktemp("beyond")
+    scene = write_phantom_scene(folder)
+    text = scene.read_text()
+    text = text[: text.rindex("[[transfer]]")].replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 64")
+    scene.write_text(text + "[quantize]\nbits = 8\n[tolerance]\nrmse = 0.0001\nmaximum = 1.0\n")
+    package = folder / "phantom.volpkg"
+    build(load_request(scene), package, Silent())
+    return package
+
+
+def test_a_tolerance_that_is_not_kept_ends_with_status_1_and_the_worst_view(beyond, tmp_path) -> None:
+    done = volprep("validate", beyond, "--size", "16", "--report", tmp_path / "report")
+    assert done.returncode == ExitStatus.TOLERANCE, done.stderr
+    assert "VP6011" in done.stderr
+    report = Report.model_validate_json((tmp_path / "report" / "report.json").read_bytes())
+    assert (report.verdict.passed, report.verdict.failed) == (False, 9)
+    assert f"the worst is {report.verdict.worst_view} of program {report.verdict.worst_program}" in done.stderr
+    assert f"RMSE {report.verdict.worst_rmse:.4g} of 0.0001" in done.stderr
+    assert done.stdout.count("beyond") == 9
+    assert "Traceback" not in done.stderr
+
+
+def test_json_stays_one_document_when_the_tolerance_is_not_kept(beyond, tmp_path) -> None:
+    done = volprep("validate", beyond, "--size", "16", "--json", "--report", tmp_path / "report")
+    assert done.returncode == ExitStatus.TOLERANCE
+    assert not Report.model_validate_json(done.stdout).verdict.passed
+    assert "VP6011" in done.stderr
+
+
+def test_quick_tells_a_whole_package_without_its_scan(package) -> None:
+    origin_path(package).unlink()
+    done = volprep("validate", package, "--quick")
+    assert (done.returncode, done.stderr) == (ExitStatus.OK, "")
+    assert "whole" in done.stdout
+
+
+@pytest.mark.parametrize("quick", [["--quick"], []])
+def test_one_flipped_bit_in_a_texture_is_found(package, quick) -> None:
+    (texture, *_) = [package / each.file for each in Package.open(package).manifest.textures if each.role == "volume"]
+    data = bytearray(texture.read_bytes())
+    data[-7] ^= 1
+    texture.write_bytes(data)
+    done = volprep("validate", package, *quick)
+    assert done.returncode == ExitStatus.PACKAGE
+    assert "VP6010" in done.stderr
+    assert "VP4009" in done.stderr
+    assert texture.name in done.stderr
+    assert not (package.parent / "phantom.report").exists()
+
+
+def test_a_folder_that_is_no_package_is_said_to_be_none(tmp_path) -> None:
+    with pytest.raises(VolprepError, match="VP4001"):
+        validate(tmp_path / "nothing.volpkg", tmp_path / "report", Silent())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_scan_is_refused(package, tmp_path) -> None:
+    other = phantom()
+    other[3, 5, 7] += 1
+    other.tofile(tmp_path / "other.raw")
+    with pytest.raises(VolprepError, match="VP6013") as caught:
+        validate(package, tmp_path / "report", Silent(), source=tmp_path / "other.raw")
+    assert caught.value.status == ExitStatus.SOURCE
+    assert not (tmp_path / "report").exists()
+
+
+def test_the_same_voxels_at_another_spacing_are_another_scan(package, tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    scene.write_text(scene.read_text().replace("2.5, 0.75, 1.0", "2.5, 1.0, 0.75"))
+    with pytest.raises(VolprepError, match="VP6013"):
+        validate(package, tmp_path / "report", Silent(), source=scene)
+
+
+def test_without_an_origin_the_scan_must_be_named(package, tmp_path) -> None:
+    origin_path(package).unlink()
+    with pytest.raises(VolprepError, match="VP6012"):
+        validate(package, tmp_path / "report", Silent())
+
+
+def test_a_scene_tells_the_scan_and_the_size_of_the_pictures(package, tmp_path) -> None:
+    origin_path(package).unlink()
+    (tmp_path / "moved").mkdir()
+    scene = write_phantom_scene(tmp_path / "moved")
+    scene.write_text(scene.read_text() + "\n[render]\npicture_size = 24\n")
+    found = find_scan(package, scene)
+    assert found.picture_size == 24
+    scan = read_scan(Package.open(package).manifest, found.spec, Silent())
+    np.testing.assert_array_equal(scan.stored, phantom())
+
+
+def test_a_moved_scan_is_read_as_the_origin_says(package, tmp_path) -> None:
+    phantom().tofile(tmp_path / "moved.raw")
+    found = find_scan(package, tmp_path / "moved.raw")
+    np.testing.assert_array_equal(read_scan(Package.open(package).manifest, found.spec, Silent()).stored, phantom())
+
+
+def test_a_picture_of_the_report_is_the_truth_it_says(report, folder) -> None:
+    view = report.programs[0].views[0]
+    truth, drawn = (
+        OpenImageIO.ImageBuf(str(folder / name)).get_pixels("uint8").astype(int)
+        for name in (view.pictures.truth_black, view.pictures.drawn_black)
+    )
+    assert truth.shape == (SIZE, SIZE, 3)
+    assert truth.max() > 40
+    assert 20 * np.log10(255 / np.sqrt(np.mean((truth - drawn) ** 2.0))) > 30
