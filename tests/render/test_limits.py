@@ -40,7 +40,7 @@ def es3(tmp_path):
 
 
 def drawn(package, **settings):
-    grid = package.manifest.levels[0].grid
+    grid = package.manifest.source.info.grid
     with Renderer(package, **settings) as renderer:
         return renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (9, 9))
 
@@ -149,6 +149,21 @@ def test_a_uniform_that_is_not_active_is_refused(package):
     assert refusal(Changed(package, programs=(named,))).code == "VP5017"
 
 
+def test_a_uniform_of_another_type_is_refused(es2, es3):
+    fragment = es3.manifest.programs[0].fragment
+    text = es3.read_bytes(fragment).replace(b"uniform vec3 u_texture_from_box", b"uniform vec4 u_texture_from_box")
+    text = text.replace(b"u_texture_from_box;\n}", b"u_texture_from_box.xyz;\n}")
+    assert refusal(Changed(es3, files={fragment: text})).code == "VP5017"
+    fragment = es2.manifest.programs[0].fragment
+    text = es2.read_bytes(fragment).replace(b"sampler2D u_transfer", b"samplerCube u_transfer")
+    text = text.replace(b"texture2D(u_transfer, vec2(", b"textureCube(u_transfer, vec3(0.0, ")
+    assert refusal(Changed(es2, files={fragment: text})).code == "VP5017"
+
+
+def test_a_level_that_the_manifest_does_not_list_is_refused(package):
+    assert refusal(Changed(package, levels=()), level=0).code == "VP5018"
+
+
 @pytest.mark.parametrize("wish", [{"level": 1}, {"transfer": "bone"}], ids=str)
 def test_what_the_package_cannot_draw_is_refused_with_what_it_can(package, wish):
     error = refusal(package, **wish)
@@ -174,6 +189,8 @@ def test_a_step_for_which_the_loop_is_too_short_is_refused(es2, es3):
             renderer.render(np.eye(4), (8, 8), 0.5 / 8.01)
     with Renderer(es3) as renderer:
         renderer.render(np.eye(4), (8, 8), 0.5 / 8.01)
+        with pytest.raises(VolprepError, match="VP5019"):
+            renderer.render(np.eye(4), (8, 8), 1e-9)
 
 
 @pytest.mark.parametrize("shape_hw", [(0, 8), (8, 0), (-1, 8), (8, 10**6)], ids=str)

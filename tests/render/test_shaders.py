@@ -93,9 +93,9 @@ def test_the_loop_of_es_2_is_long_enough_for_the_longest_ray_at_the_finest_step(
     assert float(bound[1]) >= np.linalg.norm([50.0, 4.0, 3.0]) / program.step_mm_min
 
 
-def test_es_3_has_no_finest_step(tmp_path):
+def test_the_loop_of_es_3_ends_where_float32_ends_to_count(tmp_path):
     package = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES3)
-    assert package.manifest.programs[0].step_mm_min is None
+    assert package.manifest.programs[0].step_mm_min == pytest.approx(np.linalg.norm([5, 4, 3]) / 2**23)
 
 
 def test_a_constant_that_no_part_uses_is_an_error():

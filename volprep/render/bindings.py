@@ -8,7 +8,7 @@ import os
 
 from volprep_formats.diagnostics import VolprepError
 
-USER_PLATFORM = "EGL_PLATFORM" in os.environ or "EGL_DISPLAY" in os.environ
+USER_PLATFORM = "EGL_PLATFORM" in os.environ
 """Whether the user chose an EGL platform; then no other is tried."""
 
 os.environ["PYOPENGL_PLATFORM"] = "egl"

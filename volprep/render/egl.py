@@ -65,8 +65,12 @@ class Context:
         if "EGL_KHR_surfaceless_context" not in _extensions(self._display):
             size = (EGL.EGLint * 5)(EGL.EGL_WIDTH, 1, EGL.EGL_HEIGHT, 1, EGL.EGL_NONE)
             self._surface = EGL.eglCreatePbufferSurface(self._display, config, size)
-        self.make_current()
-        self.driver = _driver()
+        try:
+            self.make_current()
+            self.driver = _driver()
+        except BaseException:
+            self.close()
+            raise
 
     def make_current(self) -> None:
         """Let GL calls of this thread go to this context."""

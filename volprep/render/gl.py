@@ -20,9 +20,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Texture
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
-UniformType = Literal["float", "vec3", "mat4", "sampler2D", "sampler3D"]
 
-_UNIFORM_TYPES: dict[int, UniformType] = {
+_UNIFORM_TYPES: dict[int, str] = {
     GLES3.GL_FLOAT: "float",
     GLES3.GL_FLOAT_VEC3: "vec3",
     GLES3.GL_FLOAT_MAT4: "mat4",
@@ -53,8 +52,8 @@ class LinkedProgram:
     """A program, and what is active in it after linking."""
 
     handle: int
-    uniforms: dict[str, UniformType]
-    """Every active uniform, samplers too, by name."""
+    uniforms: dict[str, str]
+    """GLSL type of every active uniform, samplers too, by name; "other" for a type that no package has."""
 
     def location(self, name: str) -> int:
         """Location of an active uniform."""
@@ -284,11 +283,11 @@ def _filter(target: int, mode: int) -> None:
         GLES3.glTexParameteri(target, name, value)
 
 
-def _active_uniforms(program: int) -> dict[str, UniformType]:
-    uniforms: dict[str, UniformType] = {}
+def _active_uniforms(program: int) -> dict[str, str]:
+    uniforms: dict[str, str] = {}
     for index in range(GLES3.glGetProgramiv(program, GLES3.GL_ACTIVE_UNIFORMS)):
         name, _, kind = GLES3.glGetActiveUniform(program, index)
-        uniforms[_text(name)] = _UNIFORM_TYPES[int(kind)]
+        uniforms[_text(name)] = _UNIFORM_TYPES.get(int(kind), "other")
     return uniforms
 
 

@@ -6,17 +6,42 @@ from collections.abc import Sequence
 from volprep.render.gl_formats import BYTES_PER_TEXEL, texture_format
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Program, Texture
-from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
 _ES3_HEAD = "#version 300 es"
 
 
-def check_texture(texture: Texture, profile: DeviceProfile) -> None:
-    """Raise VP5010 for a texture that is too large, VP5011 for its format, VP5012 for 3D where there is none."""
+def check_program(program: Program, textures: Sequence[Texture], profile: DeviceProfile) -> None:
+    """Check the textures that `program` reads, one for each of its samplers, and all of them together.
+
+    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5013 if there
+    are more than units, VP5014 if they take too much memory together.
+    """
+    formats = [_checked_format(texture, profile) for texture in textures]
+    if len(textures) > profile.texture_units:
+        raise VolprepError(
+            "VP5013", name=program.name, count=len(textures), limit=profile.texture_units, profile=profile.name
+        )
+    size = sum(
+        math.prod(texture.shape_zyx) * BYTES_PER_TEXEL[name] for texture, name in zip(textures, formats, strict=True)
+    )
+    if size > profile.max_texture_bytes:
+        raise VolprepError(
+            "VP5014", name=program.name, size=size, limit=profile.max_texture_bytes, profile=profile.name
+        )
+
+
+def check_shader(path: str, text: str, profile: DeviceProfile) -> None:
+    """Raise VP5015 for a shader in a language that the profile's API does not have: drivers often accept it."""
+    if profile.api == "es2.0" and text.lstrip().startswith(_ES3_HEAD):
+        raise VolprepError("VP5015", path=path, api=profile.api[2:], profile=profile.name)
+
+
+def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:
     name = texture_format(texture.gl, profile.api)
     if texture.gl.target == "TEXTURE_3D" and profile.max_3d_texture_size == 0:
         raise VolprepError("VP5012", name=texture.name, profile=profile.name)
-    if name not in profile.texture_formats:
+    if name is None or name not in profile.texture_formats:
         raise VolprepError(
             "VP5011",
             name=texture.name,
@@ -32,31 +57,4 @@ def check_texture(texture: Texture, profile: DeviceProfile) -> None:
         if size > limit:
             fields = {"axis": axis, "size": size, "limit_name": limit_name, "limit": limit, "profile": profile.name}
             raise VolprepError("VP5010", name=texture.name, **fields)
-
-
-def check_program(program: Program, textures: Sequence[Texture], profile: DeviceProfile) -> None:
-    """Raise VP5013 if `program` reads more textures than there are units, VP5014 if they take too much memory."""
-    if len(textures) > profile.texture_units:
-        raise VolprepError(
-            "VP5013", name=program.name, count=len(textures), limit=profile.texture_units, profile=profile.name
-        )
-    size = sum(texture_bytes(texture, profile) for texture in textures)
-    if size > profile.max_texture_bytes:
-        raise VolprepError(
-            "VP5014", name=program.name, size=size, limit=profile.max_texture_bytes, profile=profile.name
-        )
-
-
-def check_shader(path: str, text: str, profile: DeviceProfile) -> None:
-    """Raise VP5015 for a shader in a language that the profile's API does not have: drivers often accept it."""
-    if profile.api == "es2.0" and text.lstrip().startswith(_ES3_HEAD):
-        raise VolprepError("VP5015", path=path, api=profile.api[2:], profile=profile.name)
-
-
-def texture_bytes(texture: Texture, profile: DeviceProfile) -> int:
-    """Memory that a texture takes on the GPU, without what a driver may add. Raises VP5011 for an unknown format."""
-    name = texture_format(texture.gl, profile.api)
-    if name is None:
-        check_texture(texture, profile)
-        raise AssertionError
-    return math.prod(texture.shape_zyx) * BYTES_PER_TEXEL[name]
+    return name

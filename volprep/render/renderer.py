@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from volprep.render.egl import Context, Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.gl_formats import KTX2_FORMAT, texture_format
-from volprep.render.limits import check_program, check_shader, check_texture
+from volprep.render.limits import check_program, check_shader
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Level, Program, Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
+_SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 
 class Renderer:
@@ -44,12 +45,8 @@ class Renderer:
         self._target_format = target
         manifest = package.manifest
         self._program = _find_program(package, level, transfer)
-        self._level = next(
-            each for each in manifest.levels if each.index == (min(self._program.levels) if level is None else level)
-        )
+        self._level = _find_level(package, self._program, level)
         self._textures = _find_textures(package, self._program, self._level.index)
-        for texture in self._textures:
-            check_texture(texture, manifest.profile)
         check_program(self._program, self._textures, manifest.profile)
         self._stack = ExitStack()
 
@@ -63,7 +60,7 @@ class Renderer:
             self._gl = Gl(context)
             stack.callback(self._gl.close)
             self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders()))
-            _check_uniforms(self._program, self._linked)
+            _check_uniforms(self._program, self._textures, self._linked)
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -194,6 +191,15 @@ def _find_program(package: Package, level: int | None, transfer: str | None) -> 
     raise VolprepError("VP5018", package=package.path, **fields)
 
 
+def _find_level(package: Package, program: Program, level: int | None) -> Level:
+    index = min(program.levels, default=None) if level is None else level
+    found = next((each for each in package.manifest.levels if each.index == index), None)
+    if found is None:
+        fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
+        raise VolprepError("VP5018", package=package.path, **fields)
+    return found
+
+
 def _find_textures(package: Package, program: Program, level: int) -> list[Texture]:
     """Textures in the order of the program's samplers."""
     found = []
@@ -211,15 +217,14 @@ def _find_textures(package: Package, program: Program, level: int) -> list[Textu
     return found
 
 
-def _check_uniforms(program: Program, linked: LinkedProgram) -> None:
-    """Raise VP5017 unless the manifest names exactly what is active in the program."""
-    named = {uniform.name: uniform.type for uniform in program.uniforms}
-    samplers = {sampler.name for sampler in program.samplers}
-    found = {name: kind for name, kind in linked.uniforms.items() if name not in samplers}
-    if found != named or not samplers <= linked.uniforms.keys():
-        raise VolprepError(
-            "VP5017",
-            name=program.name,
-            named=", ".join(sorted(named.keys() | samplers)),
-            found=", ".join(sorted(linked.uniforms)),
-        )
+def _check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
+    """Raise VP5017 unless the manifest names exactly what is active in the program, with its types."""
+    named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
+    for sampler, texture in zip(program.samplers, textures, strict=True):
+        named[sampler.name] = _SAMPLERS[texture.gl.target]
+    if linked.uniforms != named:
+        raise VolprepError("VP5017", name=program.name, named=_listed(named), found=_listed(linked.uniforms))
+
+
+def _listed(uniforms: dict[str, str]) -> str:
+    return ", ".join(f"{kind} {name}" for name, kind in sorted(uniforms.items()))

@@ -14,8 +14,8 @@ from volprep_formats.package.profile import LookupFormat
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
-_FLOAT_INTEGERS = 2**23
-"""float32 counts halves exactly up to here."""
+_MOST_STEPS = 2**23
+"""float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class RayCaster:
     """Every uniform that is no sampler."""
     samplers: tuple[Sampler, ...]
     """Every sampler, in the order of texture units."""
-    step_mm_min: float | None
-    """Finest step for which the loop is long enough; none where the loop has no constant bound."""
+    step_mm_min: float
+    """Finest step for which the loop is long enough for the longest ray."""
 
 
 def ray_caster(
@@ -79,10 +79,10 @@ def ray_caster(
     if render.opacity_cutoff is not None:
         parts["termination"] = "terminate"
         constants["LEAST_TRANSMITTANCE"] = literal(1.0 - render.opacity_cutoff)
-    step_mm_min = None
+    longest_mm = math.hypot(*extent_mm_xyz)
+    step_mm_min = longest_mm / _MOST_STEPS
     if sampling.dialect == "es100":
-        longest_mm = math.hypot(*extent_mm_xyz)
-        step_mm_min = max(render.step_mm / _FINER, longest_mm / _FLOAT_INTEGERS)
+        step_mm_min = max(step_mm_min, render.step_mm / _FINER)
         # One more, because float32 may find a ray a rounding longer than the diagonal.
         constants["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
     return RayCaster(
