@@ -37,6 +37,13 @@ def refusal(path: Path) -> VolprepError:
     return error.value
 
 
+def refusal_at_open(path: Path) -> VolprepError:
+    """What is known from headers and sizes stops a run before its first slice."""
+    with pytest.raises(VolprepError) as error:
+        open_source(SourceSpec(path=str(path)), Path(), Silent())
+    return error.value
+
+
 def save_stack(folder: Path, third=None, syntax=ExplicitVRLittleEndian, **third_attributes) -> Path:
     """Five slices, the third of which is `third`, or has `third_attributes`. Gives the third file."""
     images = stack(5)
@@ -67,7 +74,7 @@ def test_a_folder_without_images_is_refused_with_the_number_of_its_files(tmp_pat
 def test_a_file_whose_pixel_data_is_cut_off_is_refused_by_name(tmp_path, missing_bytes) -> None:
     file = save_stack(tmp_path)
     file.write_bytes(file.read_bytes()[:-missing_bytes])
-    error = refusal(tmp_path)
+    error = refusal_at_open(tmp_path)
     assert error.code == "VP1031"
     assert str(file) in str(error)
     assert f"only {24 - missing_bytes} bytes" in str(error)
@@ -111,13 +118,15 @@ def test_every_prefix_of_a_file_is_refused(tmp_path, syntax) -> None:
     whole = file.read_bytes()
     original = read(file)
     header_bytes = 700
-    for size in [*range(min(header_bytes, len(whole))), *range(header_bytes, len(whole), 41), len(whole) - 1]:
+    step = 7 if syntax in COMPRESSED else 1  # their headers are like the others
+    sizes = [*range(0, min(header_bytes, len(whole)), step), *range(header_bytes, len(whole), 41), len(whole) - 1]
+    for size in sizes:
         file.write_bytes(whole[:size])
         if size == len(whole) - 1 and syntax == DeflatedExplicitVRLittleEndian:
             assert np.array_equal(read(file), original), "only the byte that makes the length even is missing"
         else:
             # Without the whole prefix it is not known as DICOM.
-            assert refusal(file).code in ({"VP1002"} if size < 132 else {"VP1031", "VP1032"}), size
+            assert refusal_at_open(file).code in ({"VP1002"} if size < 132 else {"VP1031", "VP1032"}), size
 
 
 def test_every_tenth_prefix_of_a_slice_within_a_series_is_refused(tmp_path) -> None:
@@ -125,7 +134,7 @@ def test_every_tenth_prefix_of_a_slice_within_a_series_is_refused(tmp_path) -> N
     whole = file.read_bytes()
     for size in range(0, len(whole), 10):
         file.write_bytes(whole[:size])
-        assert refusal(tmp_path).code in ({"VP2014"} if size < 132 else {"VP1031", "VP1032"}), size
+        assert refusal_at_open(tmp_path).code in ({"VP2014"} if size < 132 else {"VP1031", "VP1032"}), size
 
 
 @pytest.mark.parametrize("syntax", [*NATIVE, *COMPRESSED])
@@ -134,7 +143,7 @@ def test_damaged_bytes_end_in_a_coded_error_or_a_volume(tmp_path, syntax) -> Non
     whole = np.frombuffer(file.read_bytes(), np.uint8)
     chance = np.random.default_rng(11)
     refused = 0
-    for _ in range(200):
+    for _ in range(120):
         mutated = whole.copy()
         at = chance.integers(132, len(whole), chance.integers(1, 6))
         mutated[at] = chance.integers(0, 256, len(at))
@@ -143,7 +152,7 @@ def test_damaged_bytes_end_in_a_coded_error_or_a_volume(tmp_path, syntax) -> Non
             assert read(file).dtype in {np.dtype(t) for t in ("u1", "i2", "u2", "f4")}
         except VolprepError:
             refused += 1
-    assert refused > 20
+    assert refused > 10
 
 
 GEOMETRY = ("ImageOrientationPatient", "ImagePositionPatient", "PixelSpacing", "Rows", "Columns")

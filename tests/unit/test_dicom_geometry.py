@@ -68,6 +68,22 @@ def test_positions_with_two_decimals_are_taken_as_even_and_remarked(tmp_path) ->
     assert any("from their even places" in remark for remark in info.remarks)
 
 
+@pytest.mark.parametrize(
+    ("pitch_mm", "off_mm", "is_even"),
+    [(5, 0.09, True), (5, 0.11, False), (0.15, 0.009, True), (0.15, 0.011, False), (0.05, 0.006, False)],
+)
+def test_a_slice_may_be_off_by_a_fiftieth_or_by_rounding_but_never_by_a_tenth(
+    tmp_path, pitch_mm, off_mm, is_even
+) -> None:
+    positions = np.arange(6.0) * pitch_mm
+    positions[2] += off_mm
+    images = at(*((0, 0, z) for z in positions))
+    if is_even:
+        read_info(images, tmp_path)
+    else:
+        assert refusal(images, tmp_path).code == "VP2015"
+
+
 def test_a_jump_in_the_pitch_is_refused_with_both_distances(tmp_path) -> None:
     error = refusal(at(*((0, 0, z) for z in (0, 1, 2, 3, 4.25, 5.5))), tmp_path)
     assert error.code == "VP2015"

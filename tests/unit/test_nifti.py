@@ -228,6 +228,15 @@ def test_every_cut_is_refused(tmp_path, name) -> None:
         assert error.value.code in {"VP1002", "VP1005", "VP1020", "VP1021", "VP1023"}
 
 
+def test_a_checksum_that_is_cut_off_or_wrong_is_refused(tmp_path) -> None:
+    # Larger than any buffer, so that the last voxel is there before the checksum is looked at.
+    file = save(tmp_path / "v.nii.gz", np.random.default_rng(0).integers(0, 255, (64, 64, 64)).astype(np.uint8))
+    whole = file.read_bytes()
+    for damaged in (whole[:-4], whole[:-8] + bytes(4) + whole[-4:]):
+        file.write_bytes(damaged)
+        assert refusal(file).code == "VP1005"
+
+
 def test_half_of_a_pair_is_refused(tmp_path) -> None:
     nibabel.save(nibabel.Nifti1Pair(noise(), np.eye(4)), tmp_path / "v.img")
     error = refusal(tmp_path / "v.hdr")

@@ -59,7 +59,11 @@ def test_a_missing_path_is_refused(tmp_path) -> None:
     assert str(tmp_path / "none") in str(error)
 
 
-@pytest.mark.parametrize("data", [b"", b"just text", b"\x1f\x8b broken gzip", gzip.compress(b"x" * 400)])
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"just text", b"\x1f\x8b broken gzip", gzip.compress(b"x" * 400, mtime=0)],
+    ids=["empty", "text", "broken", "packed"],
+)
 def test_a_file_of_no_known_format_is_refused_with_those_that_are(tmp_path, data) -> None:
     (tmp_path / "data").write_bytes(data)
     error = refusal(tmp_path, path="data")

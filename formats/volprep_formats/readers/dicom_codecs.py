@@ -1,22 +1,29 @@
-"""Which transfer syntaxes of DICOM can be decoded on this machine. Source: DICOM PS3.6, annex A; pydicom's decoders."""
+"""Which compressed transfer syntaxes of DICOM are read, each by which decoder, and which of these this machine has.
+
+Each has one decoder. pydicom would go on to the next where one refuses, and libjpeg accepts JPEG-LS data that CharLS
+finds to be damaged; and two decoders of lossy data need not round alike. Source: DICOM PS3.6, annex A.
+"""
 
 from dataclasses import dataclass
 
 SYNTAXES = (
-    ("1.2.840.10008.1.2.4.50", "JPEG baseline"),
-    ("1.2.840.10008.1.2.4.51", "JPEG extended"),
-    ("1.2.840.10008.1.2.4.57", "JPEG lossless"),
-    ("1.2.840.10008.1.2.4.70", "JPEG lossless, first order"),
-    ("1.2.840.10008.1.2.4.80", "JPEG-LS lossless"),
-    ("1.2.840.10008.1.2.4.81", "JPEG-LS near-lossless"),
-    ("1.2.840.10008.1.2.4.90", "JPEG 2000 lossless"),
-    ("1.2.840.10008.1.2.4.91", "JPEG 2000"),
-    ("1.2.840.10008.1.2.4.201", "HTJ2K lossless"),
-    ("1.2.840.10008.1.2.4.202", "HTJ2K lossless RPCL"),
-    ("1.2.840.10008.1.2.4.203", "HTJ2K"),
-    ("1.2.840.10008.1.2.5", "RLE lossless"),
+    ("1.2.840.10008.1.2.4.50", "JPEG baseline", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.51", "JPEG extended", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.57", "JPEG lossless", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.70", "JPEG lossless, first order", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.80", "JPEG-LS lossless", "pyjpegls"),
+    ("1.2.840.10008.1.2.4.81", "JPEG-LS near-lossless", "pyjpegls"),
+    ("1.2.840.10008.1.2.4.90", "JPEG 2000 lossless", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.91", "JPEG 2000", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.201", "HTJ2K lossless", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.202", "HTJ2K lossless RPCL", "pylibjpeg"),
+    ("1.2.840.10008.1.2.4.203", "HTJ2K", "pylibjpeg"),
+    ("1.2.840.10008.1.2.5", "RLE lossless", "pydicom"),
 )
-"""UID and short name of the compressed transfer syntaxes of still images. Native and deflated ones need no decoder."""
+"""UID, short name and decoder of the compressed transfer syntaxes of still images. Others need no decoder."""
+
+DECODERS = {uid: decoder for uid, _, decoder in SYNTAXES}
+"""The decoder of each, by the name that pydicom gives it."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +33,9 @@ class Codec:
     name: str
     """Short name of the transfer syntax."""
     decoders: tuple[str, ...]
-    """Names of the installed decoders; empty when it cannot be decoded."""
+    """Name of its decoder; empty when it is not installed."""
     missing: tuple[str, ...]
-    """Decoders that could be installed, with what each requires."""
+    """Its decoder with what that requires; empty when it is installed."""
 
 
 def codecs() -> tuple[Codec, ...]:
@@ -36,7 +43,10 @@ def codecs() -> tuple[Codec, ...]:
     from pydicom.pixels.decoders.base import get_decoder  # noqa: PLC0415 -- heavy
     from pydicom.uid import UID  # noqa: PLC0415 -- heavy
 
-    decoders = [(name, get_decoder(UID(uid))) for uid, name in SYNTAXES]
-    return tuple(
-        Codec(name, tuple(decoder.available_plugins), tuple(decoder.missing_dependencies)) for name, decoder in decoders
-    )
+    found = []
+    for uid, name, wanted in SYNTAXES:
+        decoder = get_decoder(UID(uid))
+        installed = wanted in decoder.available_plugins
+        missing = () if installed else tuple(d for d in decoder.missing_dependencies if d.startswith(wanted))
+        found.append(Codec(name, (wanted,) if installed else (), missing))
+    return tuple(found)

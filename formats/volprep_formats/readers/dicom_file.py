@@ -183,6 +183,6 @@ def _encapsulated_end(stream: BinaryIO, size: int) -> int:
         group, element, length = struct.unpack("<HHL", header)
         if (group, element) == _DELIMITER:
             return stream.tell()
-        if (group, element) != _ITEM or length > size - stream.tell():
+        if (group, element) != _ITEM:
             return size + 1
         stream.seek(length, io.SEEK_CUR)

@@ -185,6 +185,7 @@ class _Fields:
             return None
         if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _LIMIT for n in numbers):
             wanted = "a number" if count == 1 else f"{count} numbers"
+            wanted += " of at most a million"
             self.refuse("VP1037", keyword=keyword, wanted=wanted)
             return None
         return numbers

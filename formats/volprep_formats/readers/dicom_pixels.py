@@ -11,29 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydicom.encaps import get_frame
 from pydicom.pixels.decoders.base import get_decoder
-from pydicom.uid import (
-    HTJ2K,
-    UID,
-    HTJ2KLossless,
-    HTJ2KLosslessRPCL,
-    JPEG2000TransferSyntaxes,
-    JPEGLSTransferSyntaxes,
-    JPEGTransferSyntaxes,
-    RLELossless,
-)
+from pydicom.uid import UID, JPEGLSTransferSyntaxes, JPEGTransferSyntaxes
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_codecs import DECODERS
 from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set
 from volprep_formats.readers.dicom_header import EncodedPixels
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
-_PLUGINS = {
-    RLELossless: "pydicom",
-    **dict.fromkeys(JPEGTransferSyntaxes, "pylibjpeg"),
-    **dict.fromkeys(JPEGLSTransferSyntaxes, "pyjpegls"),
-    **dict.fromkeys((*JPEG2000TransferSyntaxes, HTJ2K, HTJ2KLossless, HTJ2KLosslessRPCL), "pylibjpeg"),
-}
-"""The one decoder for each syntax. pydicom would go on to the next when one refuses, and some accept damaged data."""
 _ENDING_WITH_EOI = frozenset((*JPEGTransferSyntaxes, *JPEGLSTransferSyntaxes))
 _NATIVE = frozenset(("1.2.840.10008.1.2", "1.2.840.10008.1.2.1", _BIG_ENDIAN, DEFLATED))
 
@@ -137,7 +122,7 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
         msg = "the picture is cut off"  # libjpeg fills up what is missing and says nothing
         raise ValueError(msg)
     decoder = get_decoder(syntax)
-    values, _ = decoder.as_array(data, index=0, raw=True, decoding_plugin=_PLUGINS[syntax], **options)
+    values, _ = decoder.as_array(data, index=0, raw=True, decoding_plugin=DECODERS[syntax], **options)
     if values.shape != (pixels.rows, pixels.columns):
         msg = "another shape than the header says"
         raise ValueError(msg)
@@ -146,7 +131,7 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
 
 def _check_decoder(pixels: EncodedPixels) -> None:
     syntax = UID(pixels.transfer_syntax)
-    plugin = _PLUGINS.get(syntax)
+    plugin = DECODERS.get(syntax)
     if plugin is None:
         name = syntax.name if syntax.is_transfer_syntax else "that its header names"
         raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
