@@ -60,6 +60,7 @@ def test_text_is_ascii_and_complete(package):
         assert text.isascii()
         assert "$" not in text
         assert "//#" not in text
+        assert "//:" not in text
         assert text.startswith("#version 100\n" if package.manifest.profile.api == "es2.0" else "#version 300 es\n")
         assert all(len(line) <= 120 for line in text.splitlines())
 

@@ -1,11 +1,12 @@
 """Shaders from parts: the files in shaders/ are put together and specialised for one package, nothing is switched off.
 
 A line `//#part slot` in a part gives way to the file that the slot names, indented as the line is, or to nothing where
-the slot names none. `$WORD` gives way to a constant or to a keyword of the dialect.
+the slot names none. `$WORD` gives way to a constant or to a keyword of the dialect. Lines that begin with `//:` tell
+who works on the parts what goes in and out; they do not ship.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 from typing import Literal
@@ -17,6 +18,7 @@ from volprep_formats.diagnostics import VolprepError
 Dialect = Literal["es100", "es300"]
 
 _FOLDER = Path(__file__).parent / "shaders"
+_HEAD = re.compile(r"^//:.*\n", re.MULTILINE)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
 _HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n"}
 _KEYWORDS: dict[Dialect, dict[str, str]] = {
@@ -58,16 +60,13 @@ def literal(*values: float) -> str:
 
 
 def _filled(part: str, slots: Mapping[str, str | None]) -> str:
-    text = (_FOLDER / f"{part}.glsl").read_text(encoding="utf-8")
+    text = _HEAD.sub("", (_FOLDER / f"{part}.glsl").read_text(encoding="utf-8"))
 
     def fill(match: re.Match[str]) -> str:
         name = slots[match[2]]
         if name is None:
             return ""
-        return "".join(f"{match[1]}{line}" if line.strip() else line for line in _lines(_filled(name, slots)))
+        lines = _filled(name, slots).splitlines(keepends=True)
+        return "".join(f"{match[1]}{line}" if line.strip() else line for line in lines)
 
     return _SLOT.sub(fill, text)
-
-
-def _lines(text: str) -> Sequence[str]:
-    return text.splitlines(keepends=True)

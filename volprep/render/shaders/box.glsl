@@ -1,3 +1,4 @@
+//: Slab test (Kay and Kajiya 1986). In: a ray, origin + t * ray with t from 0 to 1, in box millimetres, highp.
 // Fractions of the ray at which it enters and leaves the volume, whose true size is BOX_MM: no interval if it misses.
 const vec3 BOX_MM = $BOX_MM;
 vec2 clip_to_box(vec3 origin, vec3 ray) {

@@ -1,3 +1,4 @@
+//: In: u_transfer, RGBA16F, one row, LINEAR, CLAMP_TO_EDGE; entry j of N is at the stored value j / (N - 1).
 // The transfer function over normalised stored values: rgb linear colour, a extinction per millimetre.
 uniform highp sampler2D u_transfer;
 vec4 classify(float stored) {

@@ -1,3 +1,4 @@
+//: In: u_transfer, RGBA8, one row, LINEAR, CLAMP_TO_EDGE; entry j of N is at the stored value j / (N - 1).
 // The transfer function over normalised stored values: rgb linear colour, a the square root of extinction / maximum.
 uniform highp sampler2D u_transfer;
 const float MAX_EXTINCTION_PER_MM = $MAX_EXTINCTION_PER_MM;

@@ -1,3 +1,8 @@
+//: Fragment shader of all ray casters, both dialects, highp throughout.
+//: In: v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to 1.
+//: Slots: dialect; sampling gives position(millimetres) and stored_value(position); classification gives
+//: classify(stored value) = (linear colour, extinction per millimetre); box gives clip_to_box; loop opens a block with
+//: i = 0.5, 1.5, ... below count; termination may leave it.
 //#part dialect
 $VARYING_IN vec4 v_near;
 $VARYING_IN vec4 v_far;

@@ -1,3 +1,5 @@
+//: GLSL ES 1.00. In: u_volume, LUMINANCE or RGBA, 8 bits, 2D, LINEAR, CLAMP_TO_EDGE, at most 4096 texels wide: float32
+//: places a texel's centre to 2^-11 of a texel there. Constants: the layout of one mosaic.
 // The volume as a mosaic: normalised stored values, 0 to 1, in tiles of one slice and channel each. Positions are in
 // voxels; the centre of voxel k is at k + 0.5.
 uniform highp sampler2D u_volume;

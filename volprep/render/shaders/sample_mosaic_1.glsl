@@ -1,3 +1,4 @@
+//: A mosaic with one slice in a tile (LUMINANCE): two fetches for each sample.
 //#part tile
 const float LAST_SLICE = $LAST_SLICE;
 float stored_value(vec3 at) {
