@@ -34,7 +34,7 @@ def ray(origin, direction, length):
 
 
 def draw(volume, points, camera, **options):
-    """The native oracle. Spacing 1 mm, the whole volume as the box, one pixel, unless told otherwise."""
+    """The native oracle. Spacing 1 mm, the whole volume as the box, one pixel, one thread, unless told otherwise."""
     spacing = tuple(options.get("spacing_mm_xyz", (1.0, 1.0, 1.0)))
     extent = options.get("extent_mm_xyz", np.array(volume.shape[::-1]) * spacing)
     shape_hw = options.get("shape_hw", (1, 1))
@@ -52,7 +52,7 @@ def draw(volume, points, camera, **options):
         camera,
         options.get("tolerance", 1e-6),
         *answer,
-        options.get("threads", 0),
+        options.get("threads", 1),
     )
     return answer
 
