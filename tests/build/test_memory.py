@@ -1,0 +1,87 @@
+"""Memory does not grow with the depth of a volume."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from volprep import slabs
+from volprep.pipeline import STAGES
+from volprep.plan import make_plan
+from volprep.profiles import load_profile
+from volprep.scene import Scene
+from volprep.stages.import_volume import import_volume
+from volprep.statistics import measure
+from volprep_formats.grid import Grid
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord, Statistics
+from volprep_formats.progress import Silent
+from volprep_formats.source import SourceInfo
+
+SLICE_SHAPE = (180, 301)
+
+
+class Waves:
+    """A source of any depth that holds one slab at a time."""
+
+    def __init__(self, depth: int) -> None:
+        self.info = SourceInfo(format="raw", grid=Grid.of((depth, *SLICE_SHAPE), (1.0, 1.0, 1.0)), stored_type="uint16")
+
+    def read_slab(self, z0, z1):
+        z, y, x = np.ogrid[z0:z1, : SLICE_SHAPE[0], : SLICE_SHAPE[1]]
+        return (z * 7 + y * 5 + x * 3).astype(np.uint16) % 4000
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        pass
+
+
+def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
+    """Largest memory of each stage but seal, in bytes."""
+    source = Waves(depth)
+    profile = load_profile(profile_name, folder)
+    transfer = {
+        "name": "a",
+        "points": [
+            {"value": 100, "colour": "#ff0000", "extinction_per_mm": 0},
+            {"value": 3000, "colour": "#ffffff", "extinction_per_mm": 1},
+        ],
+    }
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer]})
+    plan = make_plan(scene, profile, source.info, measure(source, Silent()))
+    draft = Draft.create(
+        folder / str(depth),
+        Manifest(
+            state="draft",
+            name="s",
+            generator="test",
+            profile=profile,
+            source=SourceRecord(info=source.info, sha256="0" * 64),
+            statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
+        ),
+    )
+    peaks = {}
+    tracemalloc.start()
+    import_volume(draft, source, Silent())
+    peaks["import"] = tracemalloc.get_traced_memory()[1]
+    draft.commit(StageRecord(name="import", key="0" * 64))
+    for stage in STAGES[:-1]:
+        if stage.name in plan.stages:
+            tracemalloc.reset_peak()
+            changes = stage.run(draft, plan, Silent())
+            peaks[stage.name] = tracemalloc.get_traced_memory()[1]
+            draft.commit(StageRecord(name=stage.name, key="0" * 64), render=plan.render, **changes)
+    tracemalloc.stop()
+    return peaks
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile) -> None:
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 1_000_000)
+    shallow = stage_peaks(tmp_path, 64, profile)
+    deep = stage_peaks(tmp_path, 320, profile)
+    added_bytes = (320 - 64) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
+    for stage in deep.keys() & shallow.keys():
+        assert deep[stage] - shallow[stage] < 0.05 * added_bytes, stage

@@ -1,0 +1,75 @@
+"""The main job on real scans, as a user runs it."""
+
+import gzip
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import COMMAND, volprep
+
+from volprep_formats.package.reader import Package
+from volprep_formats.textures import ktx2
+
+SAMPLES = Path(__file__).parents[2] / "sample_specs"
+ALLOWED_MEMORY_BYTES = 1_500_000_000
+
+
+def codes(package: Package, level: int) -> np.ndarray:
+    image = ktx2.decode(package.read_bytes(f"textures/volume-{level}.ktx2"), "level")
+    return np.frombuffer(image.data, np.uint8).reshape(image.shape_zyx)
+
+
+def test_a_head_as_dicom_series_within_its_memory(scans, tmp_path) -> None:
+    series = scans / "mr_t1_studyforrest" / "dicoms"
+    command = [*COMMAND, "build", SAMPLES / "mr-head.toml", "--source", series, "-o", tmp_path / "head.volpkg"]
+    with (tmp_path / "told").open("wb") as told:
+        process = subprocess.Popen(command, stderr=told)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0, (tmp_path / "told").read_text(encoding="utf-8")
+    assert usage.ru_maxrss * 1024 < ALLOWED_MEMORY_BYTES
+
+    package = Package.open(tmp_path / "head.volpkg")
+    manifest = package.manifest
+    assert (manifest.statistics.minimum, manifest.statistics.maximum) == (0.0, 278.0)
+    assert [level.grid.shape_zyx for level in manifest.levels] == [
+        (384, 384, 274),
+        (192, 192, 137),
+        (96, 96, 69),
+        (48, 48, 35),
+    ]
+    # The transfer function tells nothing apart above 120: a step of one code keeps what is below exactly.
+    assert manifest.quantization is not None
+    assert (manifest.quantization.window, manifest.quantization.rmse) == ((0.0, 255.0), 0.0)
+    # A package of a patient names nobody.
+    text = (tmp_path / "head.volpkg" / "manifest.json").read_text(encoding="utf-8")
+    assert not re.search("patient|study|series|birth|sex|accession|institution", text, re.IGNORECASE)
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(scans, tmp_path, profile) -> None:
+    (source,) = (scans / "engine_pair" / "data").glob("*.raw.gz")
+    target = tmp_path / "engine.volpkg"
+    run = volprep("build", SAMPLES / "engine-raw.toml", "--source", source, "--profile", profile, "-o", target)
+    assert run.returncode == 0, run.stderr
+    package = Package.open(target)
+    assert package.manifest.levels[0].factors_zyx == (1, 1, 1)
+    assert package.manifest.quantization is not None
+    assert package.manifest.quantization.max_error == 0.0
+    if profile == "gles3":
+        with gzip.open(source) as file:
+            assert codes(package, 0).tobytes() == file.read()
+
+
+def test_validate_quick_and_inspect_agree_with_what_build_says(scans, tmp_path) -> None:
+    (source,) = (scans / "engine_pair" / "data").glob("*.raw.gz")
+    target = tmp_path / "engine.volpkg"
+    built = json.loads(volprep("build", SAMPLES / "engine-raw.toml", "--source", source, "-o", target, "--json").stdout)
+    assert volprep("validate", target, "--quick").returncode == 0
+    inspected = json.loads(volprep("inspect", target, "--json").stdout)
+    assert inspected["size_bytes"] == built["size_bytes"]
+    assert len(inspected["manifest"]["files"]) == built["files"]
