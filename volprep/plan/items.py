@@ -81,9 +81,9 @@ def _error(error: PictureError) -> str:
 
 def _why_wide(grounds: Grounds) -> str:
     narrow = grounds.values.narrow_error
-    if narrow is None:
-        return "the scene asks for 16 bits"
-    return f"8 bits would change the sample of rays by {_error(narrow)}"
+    if narrow is not None:
+        return f"8 bits would change the sample of rays by {_error(narrow)}"
+    return "the scene asks for 16 bits" if grounds.scene.quantize.bits == 16 else "the profile has no narrower format"
 
 
 def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
