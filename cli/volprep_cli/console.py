@@ -84,9 +84,10 @@ def print_json(value: object) -> None:
 def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print rows under headings; on a terminal long cells are folded to its width."""
     from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
-    from rich.table import Table  # noqa: PLC0415
+    from rich.table import Column, Table  # noqa: PLC0415
 
-    table = Table(*headings, box=None, pad_edge=False, header_style="bold")
+    columns = [Column(heading, overflow="fold") for heading in headings]
+    table = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
         table.add_row(*row)
     # Piped text is for grep: a row stays one line.
