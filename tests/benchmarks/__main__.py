@@ -1,0 +1,66 @@
+"""`make bench`: prints what every room's benchmarks found, and writes it to bench.json.
+
+Each room has a file bench_*.py here. Kernels give contests (contest.py) and appear in the table of rows below. What is
+measured in another unit, such as the memory of a build, gets a section of its own in bench.json.
+"""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from volprep import _native
+
+from .bench_kernels import contests
+from .contest import Row, hold
+
+RESULT = Path("bench.json")
+TABLE_WIDTH = 130
+"""Columns of the table: a narrower terminal wraps its lines, which is better than half of their words."""
+
+
+def main() -> None:
+    """Hold all contests, print the table, write the file."""
+    console = Console()
+    console.width = max(console.width, TABLE_WIDTH)
+    outcomes = []
+    for contest in contests():
+        console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
+        outcomes.append(hold(contest))
+    machine = {
+        "threads": _native.max_threads(),
+        "read_gb_per_s": max(outcome.read_gb_per_s for outcome in outcomes),
+        "copy_gb_per_s": max(outcome.copy_gb_per_s for outcome in outcomes),
+    }
+    rows = [row for outcome in outcomes for row in outcome.rows]
+    console.print(_table(rows))
+    console.print(
+        "Memory on {threads} threads: read {read_gb_per_s:.1f}, copy {copy_gb_per_s:.1f} GB/s.".format(**machine)
+    )
+    RESULT.write_text(json.dumps({"machine": machine, "rows": [asdict(row) for row in rows]}, indent=2) + "\n")
+    console.print(f"Written to {RESULT.resolve()}.")
+
+
+def _table(rows: list[Row]) -> Table:
+    table = Table("work", "voxels", "ours ms", "GB/s", "peer", "peer ms", "ratio", "of bandwidth")
+    for column in table.columns:
+        column.no_wrap = True
+    for column in (2, 3, 5, 6, 7):
+        table.columns[column].justify = "right"
+    for row in rows:
+        table.add_row(
+            row.work,
+            row.source.split()[0],
+            f"{row.ours_ms:.1f}",
+            f"{row.input_gb_per_s:.1f}",
+            row.peer,
+            f"{row.peer_ms:.1f}",
+            f"{row.ratio:.1f} ×",
+            f"{row.share_of_bandwidth:.0%}",
+        )
+    return table
+
+
+main()
