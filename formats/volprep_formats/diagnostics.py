@@ -59,6 +59,21 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: its compressed data cannot be unpacked: {error}",
         "The file is damaged or incomplete; get it again from where it came.",
     ),
+    "VP1006": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header names the data file {name!r}, which {problem}",
+        "Put both files, as they were written, into one folder.",
+    ),
+    "VP1007": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the data are written as text, and {text!r} in them is no number of type {dtype}",
+        "The file is damaged or its header is wrong; get it again from where it came.",
+    ),
+    "VP1008": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header declares {expected} bytes of voxels, but the data hold, or can unpack to, {actual}",
+        "The file is incomplete or its header is wrong; get it again from where it came.",
+    ),
     "VP1010": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: a file without a header says nothing about its shape",
@@ -181,6 +196,26 @@ CATALOGUE: dict[str, Diagnostic] = {
         "the source has {count} voxels that are NaN or infinite, the first in slice {z}",
         "Replace them in the source: no colour belongs to them.",
     ),
+    "VP1100": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound NRRD file: {error}",
+        "Get the file again from where it came, or mend its header.",
+    ),
+    "VP1101": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: axis {axis} of the NRRD file (kind {kind}) has {size} values for each voxel; one is needed",
+        "Extract one component, or one volume, into a file of its own.",
+    ),
+    "VP1102": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: NRRD files with {what} cannot be read",
+        "Write the volume into one file of numbers, raw, gzipped, bzipped or as text.",
+    ),
+    "VP1103": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {what} of the NRRD file cannot be turned into positions in the patient",
+        "Write the file with space left-posterior-superior, space directions and space origin, in millimetres.",
+    ),
     # VP2xxx geometry
     "VP2001": Diagnostic(
         ExitStatus.SOURCE,
@@ -243,12 +278,12 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP2020": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the affine of the NIfTI file is sheared: its axes are off right angles by {angle:.3f}°",
+        "{path}: the volume is sheared: its axes are off right angles by {angle:.3f}°",
         "Resample the volume to a grid with right angles first.",
     ),
     "VP2021": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the {which} of the NIfTI file is not a usable affine",
+        "{path}: the {which} of the file gives the voxels no usable place or size",
         "Repair the header, or resample the volume.",
     ),
     # VP3xxx scene, profile, plan
@@ -383,7 +418,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP5003": Diagnostic(
         ExitStatus.MACHINE,
         "the driver {driver} gives no context of OpenGL ES {api}: {error}",
-        "Use a driver that has it; EGL_PLATFORM=surfaceless with Mesa's llvmpipe has 2.0 to 3.2, and 1.1 where Mesa was built with it.",
+        "Use a driver that has it. Mesa's llvmpipe (EGL_PLATFORM=surfaceless) has 2.0 to 3.2, and often 1.1.",
     ),
     "VP5004": Diagnostic(
         ExitStatus.INTERNAL,
