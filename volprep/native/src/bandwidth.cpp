@@ -18,7 +18,7 @@ uint64_t memory_read(const uint64_t* src, int64_t words, int threads) noexcept {
 
 void memory_copy(const uint8_t* src, int64_t bytes, uint8_t* dst, int threads) noexcept {
     const int64_t parts = resolve_threads(threads);
-#pragma omp parallel for num_threads(static_cast <int>(parts)) schedule(static)
+#pragma omp parallel for num_threads(static_cast<int>(parts)) schedule(static)
     for (int64_t part = 0; part < parts; ++part) {
         const int64_t begin = bytes * part / parts;
         const int64_t end = bytes * (part + 1) / parts;

@@ -36,8 +36,7 @@ void bin_values(const float* src, int64_t voxels, double low, double high, int64
         for (int64_t begin = 0; begin < voxels; begin += tally_chunk) {
             const int64_t count = std::min(tally_chunk, voxels - begin);
             find_bins(src + begin, count, low, high, static_cast<int32_t>(bins), found);
-            tally(
-                found, count, bins + 1, [](int32_t bin) { return bin; }, own);
+            tally(found, count, bins + 1, [](int32_t bin) { return bin; }, own);
         }
 #pragma omp for schedule(static)
         for (int64_t bin = 0; bin < bins; ++bin) {

@@ -7,9 +7,9 @@
 // Volume Rendering and Ray Splitting", EuroVis 2021; the quadrature and its bound are our own derivation.
 //
 // The bound covers: quadrature; light behind the place where the ray was stopped; and rounding, to first order, with a
-// ray that starts at the float64 origin and direction of its pixel. It is larger than the tolerance only where float64 is
-// too coarse for the question: a tolerance below about 1e-10, a ray inside a plateau that lies exactly on a jump of the
-// transfer function, or extinctions above 1e6 per mm.
+// ray that starts at the float64 origin and direction of its pixel. It is larger than the tolerance only where float64
+// is too coarse for the question: a tolerance below about 1e-10, a ray inside a plateau that lies exactly on a jump of
+// the transfer function, or extinctions above 1e6 per mm.
 #pragma once
 
 #include <cstdint>
