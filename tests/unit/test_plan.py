@@ -142,12 +142,19 @@ class TestLevels:
         ],
     )
     def test_axes_are_halved_until_the_longest_is_short_enough(self, shape, spacing, coarsest, expected) -> None:
-        levels = candidate_levels(Grid.of(shape, spacing), coarsest)
+        levels = candidate_levels(Grid.of(shape, spacing), coarsest, GLES3)
         assert [level.factors_zyx for level in levels] == expected
         assert all(
             level.shape_zyx == tuple(-(-n // f) for n, f in zip(shape, level.factors_zyx, strict=True))
             for level in levels
         )
+
+    def test_for_a_mosaic_one_axis_at_a_time_is_halved(self) -> None:
+        levels = candidate_levels(Grid.of((384, 384, 274), (0.67, 0.67, 0.7)), 192, GLES2)
+        assert [level.factors_zyx for level in levels] == [(1, 1, 1), (2, 1, 1), (2, 2, 1), (2, 2, 2)]
+        # Slices far apart stay as they are until the voxels are cubes.
+        levels = candidate_levels(Grid.of((30, 256, 256), (4, 1, 1)), 64, GLES2)
+        assert [level.factors_zyx for level in levels] == [(1, 1, 1), (1, 2, 1), (1, 2, 2), (1, 4, 2), (1, 4, 4)]
 
     def test_3d_textures_hold_every_level(self) -> None:
         decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}))
@@ -177,12 +184,9 @@ class TestLevels:
     def test_without_3d_textures_one_mosaic_of_the_finest_level_that_fits(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})
         decided = plan(noise((33, 20, 31)), scene(pyramid={"coarsest_longest_axis": 9}), small)
-        # Level 0: 6 tiles of 20×31 with 4 channels hold 24 of 33 slices. Level 1: 17 of 10×16 need one channel.
+        # 6 tiles of 20×31 with 4 channels hold 24 slices: not the 33 of level 0, but the 17 of level 1.
+        assert [level.factors_zyx for level in decided.levels] == [(2, 1, 1)]
         assert [level.index for level in decided.levels] == [1]
-        (volume,) = decided.volumes
-        assert volume.format == "LUMINANCE8"
-        assert volume.mosaic is not None
-        assert volume.mosaic.channels == 1
         assert decided.stages == ("import", "quantize", "pyramid", "transfer", "mosaic", "shaders", "seal")
         assert "33 slices of 20×31 voxels, but" in item(decided, "level 0").reason
         assert "room for 24" in item(decided, "level 0").reason
@@ -196,6 +200,12 @@ class TestLevels:
         assert volume.format == "RGBA8"
         assert item(decided, "four channels").kept
         assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 20"
+
+        decided = plan(noise((6, 20, 31)), profile=small)
+        (volume,) = decided.volumes
+        assert volume.format == "LUMINANCE8"
+        assert not item(decided, "four channels").kept
+        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 6"
 
     def test_a_volume_of_one_level_needs_no_pyramid(self) -> None:
         assert "pyramid" not in plan(noise()).stages

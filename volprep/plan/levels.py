@@ -26,11 +26,12 @@ class Misfit:
     """Why, with the numbers."""
 
 
-def candidate_levels(grid: Grid, coarsest_longest_axis: int) -> list[LevelPlan]:
+def candidate_levels(grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
     Each halves those axes of the one before whose spacing is nearly the smallest, so that voxels come closer to
-    cubes; odd sizes round up.
+    cubes; odd sizes round up. Where levels are mosaics only the longest of these axes is halved: the package holds
+    one level, and the finest that fits loses less when the steps between levels are small.
     """
     factors = (1, 1, 1)
     levels: list[LevelPlan] = []
@@ -42,14 +43,19 @@ def candidate_levels(grid: Grid, coarsest_longest_axis: int) -> list[LevelPlan]:
         )
         if max(z, y, x) <= coarsest_longest_axis:
             return levels
-        factors = _halved(grid, factors, (z, y, x))
+        factors = _halved(grid, factors, (z, y, x), one_axis=profile.max_3d_texture_size == 0)
 
 
-def _halved(grid: Grid, factors: tuple[int, int, int], shape: tuple[int, int, int]) -> tuple[int, int, int]:
+def _halved(
+    grid: Grid, factors: tuple[int, int, int], shape: tuple[int, int, int], *, one_axis: bool
+) -> tuple[int, int, int]:
     spacing = [f * h for f, h in zip(factors, grid.spacing_mm_zyx, strict=True)]
     # An axis of one voxel cannot get coarser.
     limit = min(h for h, n in zip(spacing, shape, strict=True) if n > 1) * _NEARLY_EQUAL
-    z, y, x = (f * 2 if n > 1 and h <= limit else f for f, h, n in zip(factors, spacing, shape, strict=True))
+    axes = [axis for axis in range(3) if shape[axis] > 1 and spacing[axis] <= limit]
+    if one_axis:
+        axes = [max(axes, key=lambda axis: shape[axis])]
+    z, y, x = (f * 2 if axis in axes else f for axis, f in enumerate(factors))
     return z, y, x
 
 

@@ -28,7 +28,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
     values = choose_values(scene, profile, info, measured, functions)
     lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
-    candidates = candidate_levels(info.grid, scene.pyramid.coarsest_longest_axis)
+    candidates = candidate_levels(info.grid, scene.pyramid.coarsest_longest_axis, profile)
     table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
     fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
