@@ -37,6 +37,7 @@ READERS = (
         "volprep_formats.readers.nifti",
         lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
     ),
+    Reader("nrrd", "volprep_formats.readers.nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
 )
 """All source formats, in the order in which they are tried."""
 

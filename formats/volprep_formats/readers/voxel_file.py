@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.unpacking import ForwardStream, Stream
 
 MAX_DEFLATE_RATIO = 1032
 """No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
@@ -26,10 +27,18 @@ def is_gzip(path: Path) -> bool:
 
 
 class VoxelFile:
-    """`shape_zyx` voxels of `dtype` from `offset_bytes` on. Whoever makes one has checked the size of a plain file."""
+    """`shape_zyx` voxels of `dtype` from `offset_bytes` on. Whoever makes one has checked the size of a plain file.
+
+    They lie in `stream`, or if there is none in the file itself, unzipped when it begins as gzip does.
+    """
 
     def __init__(
-        self, path: Path, dtype: np.dtype[np.generic], shape_zyx: tuple[int, int, int], offset_bytes: int
+        self,
+        path: Path,
+        dtype: np.dtype[np.generic],
+        shape_zyx: tuple[int, int, int],
+        offset_bytes: int,
+        stream: Stream | None = None,
     ) -> None:
         self.path = path
         self.dtype = dtype
@@ -38,8 +47,13 @@ class VoxelFile:
         self.slice_bytes = shape_zyx[1] * shape_zyx[2] * dtype.itemsize
         self.end_bytes = offset_bytes + shape_zyx[0] * self.slice_bytes
         """Position after the last voxel; in a gzipped file, of the unpacked data."""
-        self.is_gzip = is_gzip(path)
-        self._file = gzip.GzipFile(path) if self.is_gzip else path.open("rb", buffering=0)
+        self.is_gzip = stream is None and is_gzip(path)
+        self.is_packed = self.is_gzip or isinstance(stream, ForwardStream)
+        self._file: Stream
+        if stream is not None:
+            self._file = stream
+        else:
+            self._file = gzip.GzipFile(path) if self.is_gzip else path.open("rb", buffering=0)
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Voxels of slices z0 to z1 - 1 as [z, y, x], in native byte order.
@@ -56,10 +70,11 @@ class VoxelFile:
                 if not count:
                     raise EOFError
                 view = view[count:]
-        except (zlib.error, gzip.BadGzipFile) as error:
+        except zlib.error as error:
             raise VolprepError("VP1005", path=self.path, error=error) from error
-        except OSError as error:
-            raise VolprepError("VP1003", path=self.path, error=error.strerror or error) from error
+        except OSError as error:  # from the system, it has a number; from gzip or bz2, it has none
+            code = "VP1003" if error.errno is not None else "VP1005"
+            raise VolprepError(code, path=self.path, error=error.strerror or error) from error
         return slab.astype(self.dtype.newbyteorder("="), copy=False)
 
     def at_end(self) -> bool:
@@ -70,8 +85,8 @@ class VoxelFile:
             raise VolprepError("VP1005", path=self.path, error=error or "it ends too early") from error
 
     def unpacked_bytes(self, limit: int) -> int:
-        """Size of the data, unpacked if gzipped; counting stops beyond `limit`."""
-        if not self.is_gzip:
+        """Size of the data, unpacked if packed; counting stops beyond `limit`."""
+        if not self.is_packed:
             return self.path.stat().st_size
         try:
             self._file.seek(0)

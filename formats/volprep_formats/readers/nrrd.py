@@ -1,0 +1,284 @@
+"""NRRD volumes (.nrrd, and .nhdr with a data file), from their space to LPS millimetres.
+
+Source: "Definition of NRRD File Format" (http://teem.sourceforge.net/nrrd/format.html). The header is parsed here and
+not by pynrrd, which takes lines of any length, drops what is not ASCII, and hands on whatever numbers it finds; what
+is left to do is a few lines. Key/value pairs, content and labels are not kept: they may name the patient.
+"""
+
+import re
+from math import prod
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Progress
+from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.detached import data_file
+from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.unpacking import (
+    MAX_BZIP2_RATIO,
+    ForwardStream,
+    Stream,
+    numbers_from_text,
+    unbzipped,
+    unzipped,
+)
+from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
+from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.source import SourceInfo, SourceSpec
+
+_MOST_HEADER_BYTES = 2**20
+_MOST_AXES = 16
+_LONGEST_AXIS = 2**31 - 1
+_ALIASES = {"datafile": "data file", "lineskip": "line skip", "byteskip": "byte skip"}
+_TYPES = {
+    **dict.fromkeys(("signed char", "int8", "int8_t"), "i1"),
+    **dict.fromkeys(("uchar", "unsigned char", "uint8", "uint8_t"), "u1"),
+    **dict.fromkeys(("short", "short int", "signed short", "signed short int", "int16", "int16_t"), "i2"),
+    **dict.fromkeys(("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"), "u2"),
+    **dict.fromkeys(("int", "signed int", "int32", "int32_t"), "i4"),
+    **dict.fromkeys(("uint", "unsigned int", "uint32", "uint32_t"), "u4"),
+    **dict.fromkeys(("longlong", "long long", "long long int", "signed long long", "signed long long int"), "i8"),
+    **dict.fromkeys(("int64", "int64_t"), "i8"),
+    **dict.fromkeys(("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"), "u8"),
+    "float": "f4",
+    "double": "f8",
+}
+_ENCODINGS = {
+    "raw": "raw",
+    **dict.fromkeys(("txt", "text", "ascii"), "ascii"),
+    **dict.fromkeys(("gz", "gzip"), "gzip"),
+    **dict.fromkeys(("bz2", "bzip2"), "bzip2"),
+}
+_LPS_SIGNS = {
+    **dict.fromkeys(("left-posterior-superior", "lps"), (1.0, 1.0, 1.0)),
+    **dict.fromkeys(("right-anterior-superior", "ras"), (-1.0, -1.0, 1.0)),
+    **dict.fromkeys(("left-anterior-superior", "las"), (1.0, -1.0, 1.0)),
+}
+_MM_PER_UNIT = {
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", ""), 1.0),
+    **dict.fromkeys(("um", "µm", "μm", "micron", "microns", "micrometer", "micrometers"), 1e-3),
+    **dict.fromkeys(("nm", "nanometer", "nanometers"), 1e-6),
+    **dict.fromkeys(("cm", "centimeter", "centimeters"), 10.0),
+    **dict.fromkeys(("m", "meter", "meters", "metre"), 1000.0),
+}
+_SPATIAL_KINDS = frozenset(("domain", "space", "none", "???"))
+_VECTOR = re.compile(r"none|\([^()]*\)")
+_UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are taken"
+
+Fields = dict[str, str]
+
+
+class _Axes(NamedTuple):
+    """What the header says about each axis, fastest first."""
+
+    sizes: list[int]
+    spatial: list[int]
+    vectors: list[str]
+    """Space directions as text, or nothing."""
+
+
+def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers.
+
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP2020 (sheared) or VP2021 (unusable directions).
+    """
+    fields, end_bytes = _header(path)
+    axes = _axes(path, fields)
+    nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
+    grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
+    voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
+    try:
+        stored_type, type_remarks = find_stored_type(voxels, progress)
+    except VolprepError:
+        voxels.close()
+        raise
+    if "old min" in fields or "old max" in fields:
+        remarks.append("the values were quantised before they were written (old min, old max); codes are read")
+    info = SourceInfo(format="nrrd", grid=grid, stored_type=stored_type, remarks=(*remarks, *type_remarks))
+    return VoxelSource(info, voxels)
+
+
+def _header(path: Path) -> tuple[Fields, int]:
+    """Fields by their lower-case names, and where the header ends."""
+    with path.open("rb") as file:
+        head = file.read(_MOST_HEADER_BYTES)
+    if re.match(rb"NRRD000[1-5]\r?\n", head) is None:
+        raise VolprepError("VP1100", path=path, error="it does not begin with NRRD0001 to NRRD0005")
+    blank = re.search(rb"\n\r?\n", head)
+    if blank is None and len(head) == _MOST_HEADER_BYTES:
+        raise VolprepError("VP1100", path=path, error="its header has no end")
+    fields: Fields = {}
+    lines = head[: blank.start() if blank else len(head)].decode("utf-8", "replace").split("\n")[1:]
+    for line in (each.rstrip() for each in lines):
+        name, colon, value = line.partition(":")
+        if line.startswith("#") or value.startswith("=") or not line:
+            continue
+        name = _ALIASES.get(name.strip().lower(), name.strip().lower())
+        if not colon or name in fields:
+            raise VolprepError("VP1100", path=path, error=f"line {line[:60]!r} is no field, or comes twice")
+        fields[name] = value.strip()
+        if name == "data file" and value.split()[0:1] == ["LIST"]:
+            raise VolprepError("VP1102", path=path, what="a data file: LIST")
+    if blank is None and "data file" not in fields:
+        raise VolprepError("VP1100", path=path, error="no empty line ends its header")
+    return fields, blank.end() if blank else len(head)
+
+
+def _axes(path: Path, fields: Fields) -> _Axes:
+    """Find the three axes of space; all others have one value or the file is refused."""
+    dimension = _integers(path, fields, "dimension", 1, _MOST_AXES)[0]
+    sizes = _integers(path, fields, "sizes", 1, _LONGEST_AXIS)
+    vectors = _VECTOR.findall(fields.get("space directions", ""))
+    kinds = fields.get("kinds", "").lower().split()
+    for name, values in (("sizes", sizes), ("space directions", vectors), ("kinds", kinds)):
+        if name in fields and len(values) != dimension:
+            raise VolprepError("VP1100", path=path, error=f"{name} has not one entry for each of {dimension} axes")
+    spatial = []
+    for axis, size in enumerate(sizes):
+        kind = kinds[axis] if kinds else "domain"
+        if kind in _SPATIAL_KINDS and (not vectors or vectors[axis] != "none"):
+            spatial.append(axis)
+        elif size != 1:
+            raise VolprepError("VP1101", path=path, axis=axis + 1, kind=kind, size=size)
+    # Axes of one value that no field explains, of a file with four or more, come last.
+    while len(spatial) > 3 and sizes[spatial[-1]] == 1:
+        spatial.pop()
+    if len(spatial) != 3:
+        raise VolprepError("VP1100", path=path, error=f"{len(spatial)} of its axes are in space, not 3")
+    return _Axes(sizes, spatial, vectors)
+
+
+def _grid(path: Path, fields: Fields, axes: _Axes, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
+    """Grid in LPS millimetres from the space directions, else from the spacings."""
+    signs, remarks = _space(path, fields)
+    if not axes.vectors:
+        columns = np.diag(_spacings(path, fields, axes, remarks))
+        return grid_from_affine(path, "field spacings", shape_zyx, columns, np.zeros(3)), remarks
+    to_mm = np.array(signs) * _units(path, fields, "space units", [0, 1, 2])
+    columns = np.array([_vector(path, "space directions", axes.vectors[axis]) for axis in axes.spatial]).T
+    origin = np.zeros(3)
+    if fields.get("space origin", "none") == "none":
+        remarks.append("the file does not say where the volume lies; its first voxel is put at 0")
+    else:
+        origin = _vector(path, "space origin", fields["space origin"])
+    with np.errstate(over="ignore", invalid="ignore"):
+        columns, origin = to_mm[:, None] * columns, to_mm * origin
+    return grid_from_affine(path, "space directions or space origin", shape_zyx, columns, origin), remarks
+
+
+def _space(path: Path, fields: Fields) -> tuple[tuple[float, float, float], list[str]]:
+    """Signs that turn the axes of the file's space into LPS."""
+    name = fields.get("space", "").lower()
+    if name in _LPS_SIGNS:
+        signs = _LPS_SIGNS[name]
+        if "space directions" in fields:
+            return signs, []
+        return signs, [_UNPLACED]
+    # A left-handed space that is not tied to the patient may or may not be a mirror image: nobody can tell.
+    if name not in {"", "3d-right-handed", "3dr", "scanner-xyz"} or (not name and _space_dimension(path, fields) != 3):
+        what = f"space {fields['space'][:60]!r}" if name else f"space dimension {fields['space dimension'][:20]}"
+        raise VolprepError("VP1103", path=path, what=what)
+    return (1.0, 1.0, 1.0), [_UNPLACED]
+
+
+def _space_dimension(path: Path, fields: Fields) -> int:
+    return _integers(path, fields, "space dimension", 1, _MOST_AXES)[0] if "space dimension" in fields else 3
+
+
+def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> NDArray[np.float64]:
+    """Steps in millimetres along the three axes of a file without directions."""
+    if "spacings" not in fields:
+        if "axis mins" in fields or "axismins" in fields:
+            raise VolprepError("VP1103", path=path, what="axis mins and maxs without spacings")
+        remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
+        return np.ones(3)
+    steps = _numbers(path, "spacings", fields["spacings"].split(), len(axes.sizes))[axes.spatial]
+    return steps * _units(path, fields, "units", axes.spatial)
+
+
+def _units(path: Path, fields: Fields, name: str, places: list[int]) -> NDArray[np.float64]:
+    """Millimetres per unit, for each of three entries of a field of quoted units; millimetres where there is none."""
+    if name not in fields:
+        return np.ones(3)
+    units = re.findall(r'"([^"]*)"', fields[name])
+    known = [_MM_PER_UNIT.get(units[place].strip()) if place < len(units) else None for place in places]
+    if None in known:
+        raise VolprepError("VP1103", path=path, what=f"{name} {fields[name][:60]}")
+    return np.array(known, dtype=np.float64)
+
+
+def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int]) -> VoxelFile:
+    """Voxels in this file, or in the one that it names; their size is checked against the file's."""
+    encoding = _ENCODINGS.get(fields.get("encoding", "").lower())
+    code = _TYPES.get(fields.get("type", "").lower())
+    for name, value in (("encoding", encoding), ("type", code)):
+        if value is None:
+            raise VolprepError("VP1102", path=path, what=f"{name} {fields.get(name, '(none)')[:40]!r}")
+    dtype = np.dtype(code)
+    if dtype.itemsize > 1 and encoding != "ascii":
+        order = fields.get("endian", "").lower()
+        if order not in {"little", "big"}:
+            raise VolprepError("VP1100", path=path, error="its byte order (endian) is not given as little or big")
+        dtype = dtype.newbyteorder("<" if order == "little" else ">")
+    file, start = path, end_bytes
+    if "data file" in fields:
+        if re.search(r"%\d*d", fields["data file"]):
+            raise VolprepError("VP1102", path=path, what="a numbered data file")
+        file, start = data_file(path, fields["data file"]), 0
+    start = _skip_lines(file, start, _integers(path, fields, "line skip", 0, 2**31)[0] if "line skip" in fields else 0)
+    skip = _integers(path, fields, "byte skip", -1, 2**63)[0] if "byte skip" in fields else 0
+    voxel_bytes = prod(shape_zyx) * dtype.itemsize
+    if encoding == "raw":
+        size = file.stat().st_size
+        start = size - voxel_bytes if skip == -1 else start + skip
+        check_declared(file, voxel_bytes, max(start, 0), size, size)
+        return VoxelFile(file, dtype, shape_zyx, start, file.open("rb", buffering=0))
+    if skip == -1 or (skip and encoding == "ascii"):
+        raise VolprepError("VP1102", path=path, what=f"byte skip {skip} with encoding {encoding}")
+    stream, most = _packed(file, start, str(encoding), dtype)
+    check_declared(file, voxel_bytes, skip, 0, most)
+    return VoxelFile(file, dtype, shape_zyx, skip, stream)
+
+
+def _packed(file: Path, start: int, encoding: str, dtype: np.dtype[np.generic]) -> tuple[Stream, int]:
+    """Stream of the data, and the most bytes that can come out of it."""
+    packed_bytes = max(file.stat().st_size - start, 0)
+    if encoding == "gzip":
+        return ForwardStream(lambda: unzipped(file, start)), packed_bytes * MAX_DEFLATE_RATIO
+    if encoding == "bzip2":
+        return ForwardStream(lambda: unbzipped(file, start)), packed_bytes * MAX_BZIP2_RATIO
+    numbers = (packed_bytes + 1) // 2  # a digit and a blank for each
+    return ForwardStream(lambda: numbers_from_text(file, start, dtype)), numbers * dtype.itemsize
+
+
+def _skip_lines(file: Path, start: int, lines: int) -> int:
+    """Position after `lines` further lines; the end of the file when there are fewer."""
+    with file.open("rb") as opened:
+        opened.seek(start)
+        while lines and (piece := opened.readline(_MOST_HEADER_BYTES)):
+            lines -= piece.endswith(b"\n")
+        return opened.tell()
+
+
+def _integers(path: Path, fields: Fields, name: str, least: int, most: int) -> list[int]:
+    """Whole numbers of a field, at least one."""
+    numbers = parse_integers(fields.get(name, "").split(), least, most)
+    if numbers is None:
+        raise VolprepError("VP1100", path=path, error=f"{name} is {fields.get(name, 'missing')[:40]!r}")
+    return numbers
+
+
+def _vector(path: Path, name: str, text: str) -> NDArray[np.float64]:
+    return _numbers(path, name, [word.strip() for word in text.strip("() ").split(",")], 3)
+
+
+def _numbers(path: Path, name: str, words: list[str], count: int) -> NDArray[np.float64]:
+    numbers = parse_floats(words)
+    if numbers is None or len(numbers) != count:
+        raise VolprepError("VP1100", path=path, error=f"{name} has {' '.join(words)[:60]!r}, not {count} numbers")
+    return np.array(numbers)

@@ -1,0 +1,171 @@
+"""Streams of unpacked bytes: gzip, bzip2, zlib, and numbers written as text.
+
+None of them has an index, so a stream is read forward; going back begins it anew. Memory stays bounded, whatever the
+packed data claims to hold: nothing is unpacked before it is asked for.
+"""
+
+import bz2
+import gzip
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from volprep_formats.diagnostics import VolprepError
+
+MAX_BZIP2_RATIO = 2**21
+"""More than any bzip2 stream unpacks to: a run of 259 bytes takes five, and a block of 900,000 of those about 40."""
+
+_CHUNK_BYTES = 2**18
+_LONGEST_NUMBER = 1000
+
+
+class Stream(Protocol):
+    """What voxels are read from."""
+
+    def seek(self, offset: int, /) -> object:
+        """Go to `offset` bytes from the beginning."""
+        ...
+
+    def readinto(self, buffer: memoryview, /) -> int | None:
+        """Fill `buffer` or a part of it; the number of bytes is 0 at the end."""
+        ...
+
+    def read(self, size: int, /) -> bytes:
+        """Up to `size` bytes, none at the end."""
+        ...
+
+    def close(self) -> None:
+        """Close what is open."""
+        ...
+
+
+class ForwardStream:
+    """Bytes that an iterator gives in pieces. `begin` makes one that starts at the beginning."""
+
+    def __init__(self, begin: Callable[[], Iterator[bytes]]) -> None:
+        self._begin = begin
+        self._rewind()
+
+    def seek(self, offset: int, /) -> None:
+        """Go to `offset`, or to the end if that comes earlier."""
+        if offset < self._position:
+            self.close()
+            self._rewind()
+        while self._position < offset and self._fill():
+            self._take(min(offset - self._position, len(self._piece)))
+
+    def readinto(self, buffer: memoryview, /) -> int:
+        """Fill `buffer` or a part of it; the number of bytes is 0 at the end."""
+        self._fill()
+        part = self._take(min(len(buffer), len(self._piece)))
+        buffer[: len(part)] = part
+        return len(part)
+
+    def read(self, size: int, /) -> bytes:
+        """Up to `size` bytes, none at the end."""
+        self._fill()
+        return bytes(self._take(min(size, len(self._piece))))
+
+    def close(self) -> None:
+        """Close the file below."""
+        if (close := getattr(self._pieces, "close", None)) is not None:
+            close()
+
+    def _rewind(self) -> None:
+        self._pieces = self._begin()
+        self._piece = memoryview(b"")
+        self._position = 0
+
+    def _fill(self) -> bool:
+        while not self._piece:
+            piece = next(self._pieces, None)
+            if piece is None:
+                return False
+            self._piece = memoryview(piece)
+        return True
+
+    def _take(self, size: int) -> memoryview:
+        part, self._piece = self._piece[:size], self._piece[size:]
+        self._position += size
+        return part
+
+
+def unzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
+    """Contents of the gzip members that follow from byte `start_bytes` of the file."""
+    with path.open("rb") as file:
+        file.seek(start_bytes)
+        with gzip.GzipFile(fileobj=file) as unpacked:
+            while piece := unpacked.read(_CHUNK_BYTES):
+                yield piece
+
+
+def unbzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
+    """Contents of the bzip2 streams that follow from byte `start_bytes` of the file."""
+    with path.open("rb") as file:
+        file.seek(start_bytes)
+        with bz2.BZ2File(file) as unpacked:
+            while piece := unpacked.read(_CHUNK_BYTES):
+                yield piece
+
+
+def inflated(path: Path, start_bytes: int) -> Iterator[bytes]:
+    """Contents of the zlib stream at byte `start_bytes` of the file. What follows it is taken as contents, too."""
+    with path.open("rb") as file:
+        file.seek(start_bytes)
+        decoder = zlib.decompressobj()
+        packed = b""
+        while not decoder.eof:
+            packed = packed or file.read(_CHUNK_BYTES)
+            piece = decoder.decompress(packed, _CHUNK_BYTES)
+            if not packed and not piece:
+                raise EOFError
+            packed = decoder.unconsumed_tail
+            yield piece
+        # Bytes after the end show as data beyond the declared size, which whoever reads the volume refuses.
+        yield decoder.unused_data or file.read(1)
+
+
+def numbers_from_text(path: Path, start_bytes: int, dtype: np.dtype[np.generic]) -> Iterator[bytes]:
+    """Numbers of type `dtype`, written as text with blanks or commas between them, to the end of the file.
+
+    Raises VolprepError VP1007 when something is no number of that type.
+    """
+    with path.open("rb") as file:
+        file.seek(start_bytes)
+        rest = b""
+        while chunk := file.read(_CHUNK_BYTES):
+            text = (rest + chunk).replace(b",", b" ")
+            cut = max(text.rfind(blank) for blank in (b" ", b"\n", b"\t", b"\r")) + 1
+            text, rest = text[:cut], text[cut:]
+            yield _numbers(path, text.split(), dtype)
+            if len(rest) > _LONGEST_NUMBER:
+                break
+        yield _numbers(path, [rest] if rest else [], dtype)
+
+
+def _numbers(path: Path, words: list[bytes], dtype: np.dtype[np.generic]) -> bytes:
+    for word in words:
+        if b"_" in word or len(word) > _LONGEST_NUMBER:  # int and float take underscores
+            raise _not_a_number(path, word, dtype)
+    kind: Callable[[bytes], float] = int if dtype.kind in "iu" else float
+    with np.errstate(over="ignore"):  # doubles beyond floats become infinite, as their text says
+        try:
+            return np.array([kind(word) for word in words], dtype=dtype).tobytes()
+        except (ValueError, OverflowError) as error:
+            raise _not_a_number(path, _first_bad(words, kind, dtype), dtype) from error
+
+
+def _first_bad(words: list[bytes], kind: Callable[[bytes], float], dtype: np.dtype[np.generic]) -> bytes:
+    for word in words:
+        try:
+            np.array(kind(word), dtype=dtype)
+        except (ValueError, OverflowError):
+            return word
+    return b""
+
+
+def _not_a_number(path: Path, word: bytes, dtype: np.dtype[np.generic]) -> VolprepError:
+    return VolprepError("VP1007", path=path, text=word[:20].decode("ascii", "replace"), dtype=dtype.name)

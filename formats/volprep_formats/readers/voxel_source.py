@@ -1,0 +1,98 @@
+"""A source over voxels that lie one after the other, whatever header describes them."""
+
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.readers.voxel_file import VoxelFile
+from volprep_formats.source import SourceInfo, StoredType
+
+_KEPT: dict[str, StoredType] = {"uint8": "uint8", "int8": "int16", "int16": "int16", "uint16": "uint16"}
+_FLOAT32_EXACT = 2**24
+
+
+class VoxelSource:
+    """One volume, read slab by slab. After its last slice nothing may follow in a packed stream."""
+
+    def __init__(self, info: SourceInfo, voxels: VoxelFile) -> None:
+        self._info = info
+        self._voxels = voxels
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x].
+
+        Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
+        """
+        slab = read_voxels(self._voxels, z0, z1)
+        if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed and not self._voxels.at_end():
+            raise size_error(self._voxels, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            return slab.astype(self._info.stored_type, copy=False)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close the file."""
+        self._voxels.close()
+
+
+def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, most: int) -> None:
+    """Refuse a header whose voxels end before `least` or beyond `most`, which is what the file can hold.
+
+    Call it before anything of that size is allocated. Raises VolprepError VP1008.
+    """
+    if not least <= offset_bytes + voxel_bytes <= most:
+        actual = max((most if offset_bytes + voxel_bytes > most else least) - offset_bytes, 0)
+        raise VolprepError("VP1008", path=path, expected=voxel_bytes, actual=actual)
+
+
+def read_voxels(voxels: VoxelFile, z0: int, z1: int) -> NDArray[np.generic]:
+    """Slices in the type of the file. Raises VolprepError VP1008 when it ends too early, and what the file raises."""
+    try:
+        return voxels.read_slab(z0, z1)
+    except EOFError as error:
+        raise size_error(voxels, voxels.unpacked_bytes(voxels.end_bytes)) from error
+
+
+def size_error(voxels: VoxelFile, actual: int) -> VolprepError:
+    """Error for data that have `actual` bytes in all."""
+    return VolprepError(
+        "VP1008",
+        path=voxels.path,
+        expected=voxels.end_bytes - voxels.offset_bytes,
+        actual=max(actual - voxels.offset_bytes, 0),
+    )
+
+
+def find_stored_type(voxels: VoxelFile, progress: Progress) -> tuple[StoredType, list[str]]:
+    """Smallest type that holds the voxels, and what is lost in it; wide integers are looked through for their range."""
+    name = voxels.dtype.name
+    if name in _KEPT:
+        return _KEPT[name], []
+    if name == "float64":
+        return "float32", ["64-bit floating-point voxels are read as 32-bit ones"]
+    if name == "float32":
+        return "float32", []
+    depth = voxels.shape_zyx[0]
+    progress.start(f"finding the range of {name} voxels", depth)
+    low, high = 0, 0
+    for z in range(depth):
+        values = read_voxels(voxels, z, z + 1)
+        low, high = min(low, int(values.min())), max(high, int(values.max()))
+        progress.advance()
+    for kind in ("uint8", "int16", "uint16"):
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return kind, []
+    exact = max(-low, high) <= _FLOAT32_EXACT
+    return "float32", [] if exact else [f"{name} voxels up to {max(-low, high)} are rounded to 32-bit floating point"]
