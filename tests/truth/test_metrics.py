@@ -28,10 +28,10 @@ def test_rmse_and_maximum_count_all_pixels_and_four_premultiplied_channels():
     truth = np.zeros((20, 30, 4))
     picture = truth.copy()
     picture[3, 4] = (0.1, 0.0, 0.0, 0.3)
-    picture[5, 6] = (0.0, 0.0, -0.2, 0.0)
+    picture[5, 6] = (0.0, 0.0, -0.4, 0.0)
     error = picture_error(picture, truth)
-    assert error.maximum == pytest.approx(0.3)
-    assert error.rmse == pytest.approx(np.sqrt((0.01 + 0.09 + 0.04) / (20 * 30 * 4)))
+    assert error.maximum == pytest.approx(0.4)
+    assert error.rmse == pytest.approx(np.sqrt((0.01 + 0.09 + 0.16) / (20 * 30 * 4)))
 
 
 def test_psnr_counts_the_foreground_of_either_picture_in_srgb():

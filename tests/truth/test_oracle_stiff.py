@@ -174,3 +174,19 @@ def test_rounding_of_a_camera_far_away_is_in_the_bound(oracle, scale):
         assert differences[-1] <= near.bound[0, 0] + far.bound[0, 0]
     # Far more than what the rounding of colours alone could do.
     assert max(differences) > 1e-13
+
+
+def test_a_grazing_change_of_colour_has_its_place_in_the_bound(oracle):
+    # Red turns blue at y = 4. The ray rises by 2^-13 of its length, so 2e-12 mm across it are 2e-8 mm along it.
+    volume = np.broadcast_to(np.arange(8, dtype=np.float32)[:, None] + 0.5, (4, 8, 8)).copy()
+    points = [oracle.point(4, 0.5, (1, 0, 0)), oracle.point(4, 0.5, (0, 0, 1))]
+    direction = np.array([1.0, 2.0**-13, 0.0])
+    direction /= np.linalg.norm(direction)
+    differences = []
+    for middle in np.arange(2.125, 6.0, 0.125):
+        inside = np.array([middle, 4.0, 2.0])
+        near = oracle.draw(volume, points, oracle.ray(inside - 8 * direction, direction, 16), tolerance=1e-13)
+        far = oracle.draw(volume, points, oracle.ray(inside - 2**14 * direction, direction, 2**15), tolerance=1e-13)
+        differences.append(np.abs(near.rgba - far.rgba).max())
+        assert differences[-1] <= near.bound[0, 0] + far.bound[0, 0] <= 1e-5
+    assert max(differences) > 1e-10

@@ -35,7 +35,9 @@ def test_the_marschner_lobb_signal_fills_its_range():
     assert volume.max() <= 1.0
 
 
-@pytest.mark.parametrize("extinctions", [(0.0, 0.0), (0.3, 0.3), (0.0, 2.0), (2.0, 0.0), (40.0, 90.0), (90.0, 40.0)])
+@pytest.mark.parametrize(
+    "extinctions", [(0.0, 0.0), (0.3, 0.3), (0.0, 2.0), (2.0, 0.0), (0.9, 0.3), (40.0, 90.0), (90.0, 40.0)]
+)
 def test_the_light_of_a_linear_layer_is_its_integral(extinctions):
     length = 3.0
     near, far = (0.9, 0.2, 0.0), (0.1, 0.4, 1.0)
