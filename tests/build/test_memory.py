@@ -83,5 +83,7 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     shallow = stage_peaks(tmp_path, 64, profile)
     deep = stage_peaks(tmp_path, 320, profile)
     added_bytes = (320 - 64) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
-    for stage in deep.keys() & shallow.keys():
+    for stage in (deep.keys() & shallow.keys()) - {"mosaic"}:
         assert deep[stage] - shallow[stage] < 0.05 * added_bytes, stage
+    # A mosaic is written row of tiles by row of tiles, and the device class limits how large a row can be.
+    assert deep.get("mosaic", 0) < 3 * 2048 * SLICE_SHAPE[0] * 4
