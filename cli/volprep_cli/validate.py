@@ -76,7 +76,7 @@ def _check(package: Path, *, as_json: bool) -> None:
 def _print(report: "Report", folder: Path) -> None:
     for program in report.programs:
         print(f"{program.program}, transfer function {program.transfer}, level {program.level}")
-        _print_views(program)
+        _print_views(program, report.oracle_tolerance)
         print(f"\nerror against run time, view {program.sweep.view}")
         _print_sweep(program)
     allowed = report.tolerance
@@ -84,16 +84,16 @@ def _print(report: "Report", folder: Path) -> None:
     print(f"report: {folder / 'index.html'}")
 
 
-def _print_views(program: "ProgramResult") -> None:
-    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+def _print_views(program: "ProgramResult", bound: float) -> None:
+    from volprep.report.text import error  # noqa: PLC0415 - keeps volprep --help fast
 
     rows = [
         (
             view.view,
-            number(view.total.rmse),
-            number(view.total.maximum),
-            number(view.data.rmse),
-            number(view.drawing.rmse),
+            error(view.total.rmse, bound),
+            error(view.total.maximum, bound),
+            error(view.data.rmse, bound),
+            error(view.drawing.rmse, bound),
             f"{min(view.total.ssim_black, view.total.ssim_white):.4f}",
             "within" if view.passed else "beyond",
         )

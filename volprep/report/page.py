@@ -9,7 +9,7 @@ from volprep.report import text
 from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult
 from volprep.report.pictures import colours, css_bytes, css_colour
 from volprep.report.plots import Plot, error_against_step, error_against_time, transfer_plot
-from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.manifest import Manifest
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -46,6 +46,7 @@ def page(report: Report) -> str:
     )
     environment.filters.update(
         number=text.number,
+        error=lambda value: text.error(value, report.oracle_tolerance),
         bytes=text.size,
         plain=text.plain,
         ratio=text.ratio,
@@ -57,7 +58,7 @@ def page(report: Report) -> str:
     return environment.get_template("report.html.j2").render(
         report=report,
         manifest=manifest,
-        plots={program.program: _plots(program, report.tolerance) for program in report.programs},
+        plots={program.program: _plots(program, report) for program in report.programs},
         transfer_plots=_transfer_plots(manifest),
         seen_from=_SEEN_FROM,
         kept=[item for item in manifest.plan if item.kept],
@@ -65,15 +66,16 @@ def page(report: Report) -> str:
         files=manifest.files,
         source_bytes=report.cost.source_bytes,
         hero=_hero(report),
+        kind=_kind(manifest),
         nominal=[_nominal(program) for program in report.programs],
         legend=_legend(report.difference_gain),
     )
 
 
-def _plots(program: ProgramResult, tolerance: Tolerance) -> ProgramPlots:
+def _plots(program: ProgramResult, report: Report) -> ProgramPlots:
     return ProgramPlots(
-        time=error_against_time(program.sweep, tolerance, program.program),
-        step=error_against_step(program.sweep, program.program),
+        time=error_against_time(program, report),
+        step=error_against_step(program, report),
     )
 
 
@@ -97,6 +99,14 @@ def _hero(report: Report) -> ViewResult:
     """Give the view that the page opens with: the one of the sweep, which is oblique and shows the most."""
     first = report.programs[0]
     return next(view for view in first.views if view.view == first.sweep.view)
+
+
+def _kind(manifest: Manifest) -> str:
+    """Say what the scan is, with its article."""
+    info = manifest.source.info
+    names = {"dicom": "a DICOM series", "nifti": "a NIfTI volume", "nrrd": "an NRRD volume", "raw": "a raw volume"}
+    name = names.get(info.format, f"a {info.format} volume")
+    return f"{name} ({info.modality})" if info.modality else name
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

@@ -16,10 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from volprep.report.data import Sweep, SweepPoint
+from volprep.report.data import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
 from volprep.report.pictures import css_colour
-from volprep.report.text import ratio
-from volprep_formats.package.manifest import Tolerance
+from volprep.report.text import plain, ratio
 from volprep_formats.package.transfer_function import TransferFunction
 
 _INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"
@@ -50,14 +49,14 @@ class Plot:
     """SVG for phones."""
 
 
-def error_against_time(sweep: Sweep, tolerance: Tolerance, name: str) -> Plot:
+def error_against_time(program: ProgramResult, report: Report) -> Plot:
     """RMSE against milliseconds per draw: total and drawing error of the finest level, total error of the others."""
-    return _plot(lambda axes: _draw_error_against_time(axes, sweep, tolerance), f"{name}-time")
+    return _plot(lambda axes: _draw_error_against_time(axes, program.sweep, report), f"{program.program}-time")
 
 
-def error_against_step(sweep: Sweep, name: str) -> Plot:
+def error_against_step(program: ProgramResult, report: Report) -> Plot:
     """RMSE against step size at the finest level, with the data error and a line of the expected order."""
-    return _plot(lambda axes: _draw_error_against_step(axes, sweep), f"{name}-step")
+    return _plot(lambda axes: _draw_error_against_step(axes, program.sweep, report), f"{program.program}-step")
 
 
 def transfer_plot(function: TransferFunction, window: tuple[float, float], unit: str) -> Plot:
@@ -65,7 +64,7 @@ def transfer_plot(function: TransferFunction, window: tuple[float, float], unit:
     return _plot(lambda axes: _draw_transfer(axes, function, window, unit), f"{function.name}-transfer", 1.7)
 
 
-def _draw_error_against_time(axes: Axes, sweep: Sweep, tolerance: Tolerance) -> None:
+def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
     _logarithmic(axes, "median milliseconds per draw", "RMSE")
     levels = [floor.level for floor in sweep.floors]
     for position, level in enumerate(levels):
@@ -98,11 +97,11 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, tolerance: Tolerance) -> 
             color=_MUTED,
             fontsize=8.5,
         )
-    _floor(axes, sweep.floors[0].data.rmse, f"data error of level {levels[0]}")
-    axes.axhline(tolerance.rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+    _floor(axes, sweep.floors[0], report)
+    axes.axhline(report.tolerance.rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
 
 
-def _draw_error_against_step(axes: Axes, sweep: Sweep) -> None:
+def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
     _logarithmic(axes, "step in millimetres", "RMSE")
     points = _of_level(sweep, sweep.floors[0].level)
     steps = [point.step_mm for point in points]
@@ -131,7 +130,7 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep) -> None:
             linestyle=(0, (1, 2)),
             label=f"order {order:g}",
         )
-    _floor(axes, sweep.floors[0].data.rmse, "data error")
+    _floor(axes, sweep.floors[0], report)
 
 
 def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str) -> None:
@@ -159,9 +158,11 @@ def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
     return [point for point in sweep.points if point.level == level]
 
 
-def _floor(axes: Axes, error: float, label: str) -> None:
-    if error > 0:
-        axes.axhline(error, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), zorder=1, label=label)
+def _floor(axes: Axes, floor: LevelFloor, report: Report) -> None:
+    """Draw the data error as a line, where there is more than the oracle's own error."""
+    if floor.data.rmse >= report.oracle_tolerance:
+        label = f"data error of level {floor.level}"
+        axes.axhline(floor.data.rmse, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), zorder=1, label=label)
 
 
 def _logarithmic(axes: Axes, x_label: str, y_label: str) -> None:
@@ -171,7 +172,7 @@ def _logarithmic(axes: Axes, x_label: str, y_label: str) -> None:
     axes.set_ylabel(y_label)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if axis is axes.xaxis else (1.0, 3.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip(".")))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: plain(float(f"{value:.3g}"))))
         axis.set_minor_locator(NullLocator())
     axes.margins(x=0.06, y=0.12)
 

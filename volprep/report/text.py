@@ -14,6 +14,11 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:,.{max(0, digits - 1 - magnitude)}f}".replace(",", " ")
 
 
+def error(value: float, bound: float) -> str:
+    """Write an error that is known up to `bound`: below it, only that it is below."""
+    return number(value) if value >= bound or value == 0 else f"< {plain(bound)}"
+
+
 def plain(value: float) -> str:
     """Write a number that somebody chose, such as a tolerance, without digits that nobody gave."""
     digits = f"{value:g}"
