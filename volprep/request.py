@@ -2,8 +2,9 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 from volprep.profiles import load_profile
 from volprep.scene import Scene, ScenePoint, SceneTransfer, load_scene
@@ -25,6 +26,11 @@ class Request:
     """Class of devices."""
     scene_path: Path | None
     """The scene file, absolute; None for a source without a scene."""
+
+    def with_source(self, **changes: object) -> Self:
+        """Give the same request with some fields of its source replaced."""
+        source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
+        return replace(self, scene=self.scene.model_copy(update={"source": source}))
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:

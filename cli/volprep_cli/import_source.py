@@ -1,24 +1,46 @@
-"""volprep import: begin a draft."""
+"""volprep import: begin a draft, or list the DICOM series that could become one."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.build import Output, Profile, Source
-from volprep_cli.console import progress
+from volprep_cli.build import Profile, Source
+from volprep_cli.console import Json, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from volprep_formats.readers.dicom_list import Listing
+
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the draft goes.", metavar="PACKAGE")]
+Series = Annotated[
+    str | None,
+    typer.Option(help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's."),
+]
+List = Annotated[
+    bool, typer.Option("--list", help="Only list the DICOM series in a folder tree, and what is wrong with each.")
+]
 
 
 def import_source(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml), or a scan without a scene.", metavar="SCENE|SCAN")],
-    output: Output,
+    output: Output = None,
     profile: Profile = None,
     source: Source = None,
+    series: Series = None,
+    *,
+    only_list: List = False,
+    as_json: Json = False,
 ) -> None:
     """Begin a draft: read the scan at full precision, and measure it.
 
     A scan without a scene is drawn with a grey ramp over all its values.
     """
+    if only_list:
+        _list_series(scene, as_json=as_json)
+        return
+    if output is None:
+        msg = "Missing option '-o' / '--output'."
+        raise typer.BadParameter(msg)
     from volprep.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.origin import Origin, write_origin  # noqa: PLC0415
     from volprep.request import load_request, request_for_source  # noqa: PLC0415
@@ -30,10 +52,48 @@ def import_source(
     else:
         msg = "--source replaces the scan of a scene; there is none here"
         raise typer.BadParameter(msg)
+    if series is not None:
+        request = request.with_source(series=series)
     with progress() as watcher:
         draft = import_draft(request, output, watcher)
     origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
     write_origin(output, origin)
     shape = "×".join(str(n) for n in draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
-    print(f"{output}: draft of {shape} voxels, values {values.minimum:g} to {values.maximum:g}")
+    low, high = values.minimum, values.maximum
+    if as_json:
+        print_json(
+            {"draft": str(output), "source": draft.manifest.source.model_dump(mode="json"), "values": [low, high]}
+        )
+    else:
+        print(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
+
+
+def _list_series(path: Path, *, as_json: bool) -> None:
+    from volprep_formats.readers.dicom_list import list_series  # noqa: PLC0415 - keeps volprep --help fast
+
+    with progress() as watcher:
+        listing = list_series(path, watcher)
+    if as_json:
+        print_json(listing.model_dump(mode="json"))
+    else:
+        _print(listing)
+
+
+def _print(listing: "Listing") -> None:
+    rows = [
+        (
+            series.ending,
+            series.modality or "-",
+            str(series.files),
+            "×".join(str(n) for n in reversed(series.shape_zyx)),
+            " × ".join("?" if h is None else f"{h:.4g}" for h in reversed(series.spacing_mm_zyx)),
+            "a volume" if series.problem is None else f"{series.problem.code} {series.problem.summary}",
+        )
+        for series in listing.series
+    ]
+    print_table(("series", "modality", "files", "voxels", "spacing mm", "what it is"), rows)
+    for problem in listing.damaged:
+        print(f"{problem.code} {problem.summary}")
+    if listing.other_files:
+        print(f"files that are no DICOM images: {listing.other_files}")

@@ -162,23 +162,28 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP1041": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {frames} frames in one file (enhanced or multi-frame DICOM), which cannot be read yet",
-        "Export the series as single-frame images.",
+        "{path}: holds {frames} frames in one file, and {what}",
+        "Export the series as single-frame images, or as enhanced multi-frame images with functional groups.",
     ),
     "VP1042": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: is a Siemens mosaic, many slices in one picture, which cannot be read yet",
-        "Export the series as single-frame images.",
+        "{path}: is a Siemens mosaic, many slices in one picture, but {what}",
+        "Export the series with its private attributes, or as single-frame images.",
     ),
     "VP1043": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: {bits} cannot be read; 8 and 16 bits allocated as integers can",
+        "{path}: {bits} cannot be read; 8, 16 and 32 bits as integers and 32 and 64 bits as floating point can",
         "Export the series with 16-bit pixels.",
     ),
     "VP1044": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the header says {columns}×{rows} pixels, more than the {limit} that any slice may have",
         "The file is damaged or hostile; copy the series again from where it came.",
+    ),
+    "VP1045": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {frames} frames, which need {expected}, but the pixel data has {actual}",
+        "The file is damaged; copy the series again from where it came.",
     ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
@@ -215,6 +220,41 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: {what} of the NRRD file cannot be turned into positions in the patient",
         "Write the file with space left-posterior-superior, space directions and space origin, in millimetres.",
+    ),
+    "VP1120": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound MetaImage file: {error}",
+        "Get the file again from where it came, or mend its header.",
+    ),
+    "VP1121": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the MetaImage file has {what}; one value at each place of a volume is needed",
+        "Extract one component, or one volume, into a file of its own.",
+    ),
+    "VP1122": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: MetaImage files with {what} cannot be read",
+        "Write the volume into one file of numbers, with its header or beside it.",
+    ),
+    "VP1270": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",
+        "The file is damaged or hostile; get it again from where it came.",
+    ),
+    "VP1271": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its decoder was stopped, because it had not ended after {limit_s:.0f} s",
+        "The file is damaged or hostile, get it again from where it came; or this machine is overloaded.",
+    ),
+    "VP1272": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its decoder wanted more than the {limit_mb:.0f} MB of memory that a sound file needs",
+        "The file is damaged or hostile; get it again from where it came.",
+    ),
+    "VP1273": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: no process can be started to decode it: {error}",
+        "Check how much memory and how many processes this machine allows (ulimit -a).",
     ),
     # VP2xxx geometry
     "VP2001": Diagnostic(

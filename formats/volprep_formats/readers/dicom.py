@@ -1,4 +1,4 @@
-"""DICOM series of single-frame images as one volume.
+"""DICOM series as one volume: single images, multi-frame images and mosaics.
 
 Stored values are kept where all slices share one rescale; slices with rescales of their own become physical float32.
 MONOCHROME1 says how a picture is shown, not what its values mean: values with a unit are kept, values without one are
@@ -8,7 +8,7 @@ turned round (lowest + highest - v over the stored bits), so that large is brigh
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom_file import quiet_pydicom
-from volprep_formats.readers.dicom_geometry import stack_images
-from volprep_formats.readers.dicom_header import EncodedPixels, ImageFile
-from volprep_formats.readers.dicom_pixels import check_decodable, decode_slice, stored_range
+from volprep_formats.readers.dicom_geometry import Stack, stack_images
+from volprep_formats.readers.dicom_header import EncodedPixels, SliceImage
+from volprep_formats.readers.dicom_pixels import check_decodable, decode_picture, slice_of, stored_range
 from volprep_formats.readers.dicom_scan import Scan, Series, choose_series, scan
 from volprep_formats.source import SourceInfo, SourceSpec, StoredType
+
+_FLOAT32_BITS = 24
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,18 @@ class DicomSource:
         """
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
 
-        def fill(z: int) -> None:
-            _convert(self._slices[z0 + z], slab[z])
+        # All slices of one mosaic come from one decoded picture.
+        pictures: dict[EncodedPixels, list[int]] = {}
+        for z in range(z0, z1):
+            pictures.setdefault(replace(self._slices[z].pixels, tile=None), []).append(z)
+
+        def fill(picture: EncodedPixels) -> None:
+            decoded = decode_picture(picture)
+            for z in pictures[picture]:
+                _convert(self._slices[z], decoded, slab[z - z0])
 
         with quiet_pydicom(), ThreadPoolExecutor(os.cpu_count()) as pool:
-            for _ in pool.map(fill, range(z1 - z0)):
+            for _ in pool.map(fill, pictures):
                 pass
         return slab
 
@@ -72,19 +81,13 @@ class DicomSource:
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:
     """Open the series that `spec` means in the folder tree, or file, `path`.
 
-    Raises VolprepError VP1003, VP1030 to VP1044 (files and pixels) and VP2001 to VP2015 (geometry).
+    Raises VolprepError VP1003, VP1030 to VP1045 (files and pixels) and VP2001 to VP2015 (geometry).
     """
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
-    for image in series.images:
-        if image.problem is not None:
-            raise image.problem
-    stack = stack_images(series.images)
+    stack = stack_series(series)
     images = [series.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
-    with quiet_pydicom():
-        for encoded in pixels:
-            check_decodable(encoded)
     first = images[0]
     one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
     info = SourceInfo(
@@ -100,7 +103,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource
     slices = [
         _Slice(
             pixels=encoded,
-            mirror=sum(stored_range(encoded)) if encoded.inverted and not first.unit else None,
+            mirror=sum(stored_range(encoded)) if _is_turned(encoded, first.unit) else None,
             slope=1.0 if one_rescale else image.slope,
             intercept=0.0 if one_rescale else image.intercept,
         )
@@ -109,18 +112,34 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource
     return DicomSource(info, slices)
 
 
-def _convert(source: _Slice, target: NDArray[np.generic]) -> None:
-    """Decode one slice into its place in a slab."""
-    values = decode_slice(source.pixels)
+def stack_series(series: Series) -> Stack:
+    """Order the slices of a series and find their grid. Raises what is wrong with it, before any pixel is decoded."""
+    for image in series.images:
+        if image.problem is not None:
+            raise image.problem
+    stack = stack_images(series.images)
+    with quiet_pydicom():
+        for image in series.images:
+            if image.pixels is not None:
+                check_decodable(image.pixels)
+    return stack
+
+
+def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.generic]) -> None:
+    """Put one slice of a decoded picture into its place in a slab."""
+    values = slice_of(source.pixels, picture)
     if source.mirror is not None:
-        values = source.mirror - values.astype(np.int32)
+        values = source.mirror - values.astype(np.int64)
     if (source.slope, source.intercept) != (1.0, 0.0):
         values = values.astype(np.float64) * source.slope + source.intercept
-    target[...] = values
+    with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+        target[...] = values
 
 
 def _stored_type(pixels: Sequence[EncodedPixels]) -> StoredType:
     """Smallest type that holds the stored bits of all slices."""
+    if any(p.is_float for p in pixels):
+        return "float32"
     ranges = [stored_range(p) for p in pixels]
     low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
     kinds: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
@@ -130,17 +149,28 @@ def _stored_type(pixels: Sequence[EncodedPixels]) -> StoredType:
     return "float32"
 
 
-def _remarks(images: Sequence[ImageFile], *, one_rescale: bool) -> list[str]:
+def _is_turned(pixels: EncodedPixels, unit: str) -> bool:
+    # Floating-point pixels are measurements (parametric maps), with or without a unit.
+    return pixels.inverted and not unit and not pixels.is_float
+
+
+def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
     remarks = []
     if not one_rescale:
         remarks.append("slope and intercept differ from slice to slice; the values are physical ones, as float32")
-    if any(image.pixels is not None and image.pixels.inverted for image in images):
-        unit = images[0].unit
+    pixels = [image.pixels for image in images if image.pixels is not None]
+    if any(p.inverted for p in pixels):
+        turned = any(_is_turned(p, images[0].unit) for p in pixels)
         remarks.append(
-            f"MONOCHROME1: low values are meant to be shown bright; the values are kept, because they are in {unit}"
-            if unit
-            else "MONOCHROME1: the values were turned round, so that large is bright"
+            "MONOCHROME1: the values were turned round, so that large is bright"
+            if turned
+            else "MONOCHROME1: low values are meant to be shown bright; the values are kept, because they are in "
+            + (images[0].unit or "floating point")
         )
+    if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):
+        remarks.append("integers of more than 24 bits are read as 32-bit floating point; those beyond 2^24 are rounded")
+    if any(p.is_float and p.bits_allocated > 32 for p in pixels):
+        remarks.append("64-bit floating-point pixels are read as 32-bit ones")
     if len({image.unit for image in images}) > 1 or len({image.modality for image in images}) > 1:
         remarks.append("unit or modality differ from slice to slice; those of the first slice are used")
     if any(image.has_padding for image in images):

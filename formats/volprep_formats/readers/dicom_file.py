@@ -7,7 +7,7 @@ import io
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -20,15 +20,18 @@ from pydicom.tag import BaseTag
 from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_frames import frame_count, frame_slices
 from volprep_formats.readers.dicom_header import (
     MAX_SLICE_PIXELS,
+    PRIVATE_TAGS,
     TAGS,
-    ImageFile,
     PixelElement,
-    image_file,
+    SliceImage,
     raw_text,
     raw_value,
+    slice_image,
 )
+from volprep_formats.readers.dicom_mosaic import is_mosaic, mosaic_slices
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
 
@@ -42,7 +45,8 @@ _UNDEFINED_LENGTH = 0xFFFFFFFF
 _PIXEL_DATA = (0x7FE0, 0x0010)
 _PIXEL_GROUP = 0x7FE0
 _ITEM, _DELIMITER = (0xFFFE, 0xE000), (0xFFFE, 0xE0DD)
-_TAGS: list[BaseTag | int] = list(TAGS.values())
+_TAGS: list[BaseTag | int] = [*TAGS.values(), *PRIVATE_TAGS]
+_MOST_ITEMS = 2**20
 
 
 @contextmanager
@@ -58,12 +62,12 @@ def has_prefix(head: bytes) -> bool:
     return head[128:132] == b"DICM"
 
 
-def read_image_file(path: Path) -> ImageFile | None:
-    """Read the header of one DICOM file; None when it is sound but holds no image (reports, plans, directories).
+def read_slices(path: Path) -> tuple[SliceImage, ...]:
+    """Read the header of one DICOM file: its slices; none when it is sound but holds no image (reports, plans).
 
     Call it within `quiet_pydicom`. Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as
     DICOM and cannot be parsed, VP1031 when it ends within its header, or its name says DICOM and it is none. Lesser
-    faults stand in the `problem` of what it returns.
+    faults stand in the `problem` of what it returns, which then may be the picture as a whole.
     """
     try:
         with path.open("rb") as file:
@@ -79,13 +83,13 @@ def read_image_file(path: Path) -> ImageFile | None:
     except Exception as error:  # pydicom lets any error of a parser through on damaged bytes
         if has_prefix(head):
             raise VolprepError("VP1032", path=path, error=type(error).__name__) from error
-        return None
+        return ()
     if cut_off:
         raise VolprepError("VP1031", path=path, what="it ends before its data set begins")
     # macOS leaves a "._NAME" with its own data beside NAME.
     if path.suffix.lower() in _SUFFIXES and not path.name.startswith("._"):
         raise VolprepError("VP1031", path=path, what="it has no DICOM header")
-    return None
+    return ()
 
 
 def inflated_data_set(path: Path) -> bytes:
@@ -114,7 +118,7 @@ def _looks_like_dicom(head: bytes) -> bool:
     return has_prefix(head) or head[:4] in _BARE_BEGINNINGS
 
 
-def _read(path: Path, file: BinaryIO, *, deflated: bool) -> ImageFile | None:
+def _read(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ...]:
     stream: BinaryIO
     if deflated:
         meta, implicit, little = read_file_meta_info(path), False, True
@@ -131,10 +135,14 @@ def _read(path: Path, file: BinaryIO, *, deflated: bool) -> ImageFile | None:
     sop_class = UID(str(meta.get("MediaStorageSOPClassUID", "")) or raw_text(data, "SOPClassUID"))
     if element is None:
         if not raw_value(data, "Rows")[0] and "Image Storage" not in sop_class.name:
-            return None
+            return ()
         # Not kept for later as the problem of this image: even the series that it names may be cut off.
         raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
-    return image_file(path, data, str(syntax), element)
+    image = slice_image(path, data, str(syntax), element)
+    frames = frame_count(data)
+    if frames is not None:
+        return frame_slices(image, data, element, frames)
+    return mosaic_slices(image, data) if is_mosaic(data) else (image,)
 
 
 def _at_pixels(tag: BaseTag, _vr: str | None, _length: int) -> bool:
@@ -163,20 +171,25 @@ def _pixel_element(stream: BinaryIO, implicit: bool, little: bool, *, encapsulat
     (length,) = struct.unpack(order + "L", header[-4:])
     offset = stream.tell()
     end = offset + length
+    items: list[tuple[int, int]] = []
+    table: tuple[int, ...] = ()
     if length == _UNDEFINED_LENGTH or encapsulated:
-        end = _encapsulated_end(stream, size)
+        end = _walk(stream, size, items)
+        table = _table(stream, items)
     return PixelElement(
         is_float=tag != _PIXEL_DATA,
         has_words=not implicit and header[4:6] == b"OW",
         offset_bytes=offset,
         size_bytes=None if end > size else end - offset,
         present_bytes=size - offset,
+        items=tuple(items),
+        table=table,
     )
 
 
-def _encapsulated_end(stream: BinaryIO, size: int) -> int:
-    """Walk over the items of encapsulated pixel data to the end of its delimiter; past `size` when it is cut off."""
-    while True:
+def _walk(stream: BinaryIO, size: int, items: list[tuple[int, int]]) -> int:
+    """Collect the items of encapsulated pixel data; give the end of its delimiter, past `size` when it is cut off."""
+    while len(items) < _MOST_ITEMS:
         header = stream.read(8)
         if len(header) < 8:
             return size + 1
@@ -185,4 +198,15 @@ def _encapsulated_end(stream: BinaryIO, size: int) -> int:
             return stream.tell()
         if (group, element) != _ITEM:
             return size + 1
+        items.append((stream.tell(), length))
         stream.seek(length, io.SEEK_CUR)
+    return size + 1
+
+
+def _table(stream: BinaryIO, items: Sequence[tuple[int, int]]) -> tuple[int, ...]:
+    """Basic offset table, the value of the first item."""
+    if not items or items[0][1] % 4 or items[0][1] > 4 * _MOST_ITEMS:
+        return ()
+    stream.seek(items[0][0])
+    value = stream.read(items[0][1])
+    return struct.unpack(f"<{len(value) // 4}L", value) if len(value) == items[0][1] else ()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.readers.dicom_header import VARIANTS, ImageFile
+from volprep_formats.readers.dicom_header import VARIANTS, SliceImage
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 
 Points = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Stack:
     remarks: tuple[str, ...]
 
 
-def stack_images(images: Sequence[ImageFile]) -> Stack:
+def stack_images(images: Sequence[SliceImage]) -> Stack:
     """Order the images of one series and find their grid.
 
     Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2017 (not a grid), with the numbers.
@@ -69,7 +69,7 @@ def stack_images(images: Sequence[ImageFile]) -> Stack:
     return Stack(tuple(order.tolist()), grid, tuple(remarks))
 
 
-def _check_complete(image: ImageFile) -> None:
+def _check_complete(image: SliceImage) -> None:
     for keyword, value in (
         ("ImageOrientationPatient", image.orientation),
         ("ImagePositionPatient", image.position_mm_xyz),
@@ -79,7 +79,7 @@ def _check_complete(image: ImageFile) -> None:
             raise VolprepError("VP1036", path=image.path, keyword=keyword)
 
 
-def _common_plane(images: Sequence[ImageFile]) -> tuple[tuple[int, int], tuple[float, float]]:
+def _common_plane(images: Sequence[SliceImage]) -> tuple[tuple[int, int], tuple[float, float]]:
     """Shape and pixel spacing that all slices share."""
     shape_yx = images[0].shape_yx
     spacing = np.array([image.pixel_spacing_mm_yx for image in images], dtype=np.float64)
@@ -103,7 +103,7 @@ def _common_plane(images: Sequence[ImageFile]) -> tuple[tuple[int, int], tuple[f
     return shape_yx, (float(spacing[0, 0]), float(spacing[0, 1]))
 
 
-def _axes(images: Sequence[ImageFile]) -> tuple[Points, list[str]]:
+def _axes(images: Sequence[SliceImage]) -> tuple[Points, list[str]]:
     """3×3 matrix whose columns are the index axes x, y and z (the normal) in the world."""
     cosines = np.array([image.orientation for image in images], dtype=np.float64)
     differing = np.abs(cosines - cosines[0]).max(axis=1) > SAME_TOLERANCE
@@ -139,7 +139,7 @@ def _angle_deg(cosines: Points, other: Points) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max())
 
 
-def _single_pitch(image: ImageFile) -> tuple[float, str]:
+def _single_pitch(image: SliceImage) -> tuple[float, str]:
     """Extent of the only slice along the normal: no second position says more."""
     for keyword, value in (
         ("SpacingBetweenSlices", image.spacing_between_slices_mm),
@@ -150,7 +150,7 @@ def _single_pitch(image: ImageFile) -> tuple[float, str]:
     raise VolprepError("VP1036", path=image.path, keyword="SliceThickness")
 
 
-def _check_places(images: Sequence[ImageFile], along_mm: Points) -> None:
+def _check_places(images: Sequence[SliceImage], along_mm: Points) -> None:
     """Refuse several images at one place along the normal."""
     gaps = np.diff(along_mm)
     same = gaps <= _SAME_PLACE * gaps.max()
@@ -181,7 +181,7 @@ def _check_places(images: Sequence[ImageFile], along_mm: Points) -> None:
 
 
 def _check_line(
-    images: Sequence[ImageFile], positions: Points, along_mm: Points, axes: Points, pixel_mm: float
+    images: Sequence[SliceImage], positions: Points, along_mm: Points, axes: Points, pixel_mm: float
 ) -> list[str]:
     """Refuse slices that do not lie above each other: a tilted gantry, or single slices that are shifted."""
     beside = (positions - positions[0]) @ axes[:, :2]
@@ -217,7 +217,7 @@ def _check_line(
     return []
 
 
-def _check_even(images: Sequence[ImageFile], along_mm: Points) -> list[str]:
+def _check_even(images: Sequence[SliceImage], along_mm: Points) -> list[str]:
     """Refuse missing slices and uneven gaps."""
     gaps = np.diff(along_mm)
     pitch = along_mm[-1] / len(gaps)
@@ -247,7 +247,7 @@ def _check_even(images: Sequence[ImageFile], along_mm: Points) -> list[str]:
     )
 
 
-def _pitch_remarks(images: Sequence[ImageFile], pitch_mm: float) -> list[str]:
+def _pitch_remarks(images: Sequence[SliceImage], pitch_mm: float) -> list[str]:
     """Say when the tags tell another distance than the positions."""
     said = images[0].spacing_between_slices_mm
     if said is None or math.isclose(abs(said), pitch_mm, rel_tol=1e-3):
@@ -256,10 +256,11 @@ def _pitch_remarks(images: Sequence[ImageFile], pitch_mm: float) -> list[str]:
     return [f"{tags_and_positions}; the positions are used"]
 
 
-def _names(images: Sequence[ImageFile]) -> tuple[str, list[str]]:
+def _names(images: Sequence[SliceImage]) -> tuple[str, list[str]]:
     """Folder that holds all these files, and their paths from there."""
     folder = os.path.commonpath([image.path.parent for image in images])
-    return folder, [os.path.relpath(image.path, folder) for image in images]
+    numbers = ["" if image.number is None else f" frame {image.number}" for image in images]
+    return folder, [os.path.relpath(i.path, folder) + number for i, number in zip(images, numbers, strict=True)]
 
 
 def _point(position_mm_xyz: tuple[float, ...] | None) -> str:

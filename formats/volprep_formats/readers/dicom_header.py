@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
-from pydicom.tag import Tag
+from pydicom.tag import BaseTag, Tag
 
 from volprep_formats.diagnostics import VolprepError
 
@@ -56,11 +56,30 @@ ATTRIBUTES = (
     "RescaleSlope",
     "RescaleType",
     "Units",
+    "SharedFunctionalGroupsSequence",
+    "PerFrameFunctionalGroupsSequence",
+    "PlanePositionSequence",
+    "PlaneOrientationSequence",
+    "PixelMeasuresSequence",
+    "PixelValueTransformationSequence",
+    "FrameContentSequence",
+    "TemporalPositionIndex",
+    "FrameAcquisitionNumber",
+    "StackID",
+    "MREchoSequence",
+    "EffectiveEchoTime",
+    "MRDiffusionSequence",
+    "CardiacSynchronizationSequence",
+    "NominalCardiacTriggerDelayTime",
 )
-"""The only attributes that are read."""
+"""The only attributes that are read, besides `PRIVATE_TAGS`."""
 
 TAGS = {keyword: Tag(keyword) for keyword in ATTRIBUTES}
 """Their tags."""
+MOSAIC_CREATOR, MOSAIC_COUNT = Tag(0x0019, 0x0010), Tag(0x0019, 0x100A)
+CSA_CREATOR, CSA_HEADER = Tag(0x0029, 0x0010), Tag(0x0029, 0x1010)
+PRIVATE_TAGS = (MOSAIC_CREATOR, MOSAIC_COUNT, CSA_CREATOR, CSA_HEADER)
+"""Where Siemens writes how many slices a mosaic holds, and which way they follow each other."""
 
 _BINARY = frozenset(
     ("SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation")
@@ -80,6 +99,7 @@ class PixelElement:
     """The element that holds the pixels: where its value lies in the file, or in its inflated data set."""
 
     is_float: bool
+    """FloatPixelData or DoubleFloatPixelData."""
     has_words: bool
     """Its values are 16-bit words (VR OW)."""
     offset_bytes: int
@@ -87,11 +107,15 @@ class PixelElement:
     """Length of the value, of an encapsulated one with its items and the delimiter; None when the file ends first."""
     present_bytes: int
     """What the file holds of it."""
+    items: tuple[tuple[int, int], ...]
+    """Offset and length of the value of each item of an encapsulated value; the first is its table."""
+    table: tuple[int, ...]
+    """The table: where each frame begins, counted from the end of the table; it may be empty."""
 
 
 @dataclass(frozen=True)
 class EncodedPixels:
-    """Where the pixels of one slice lie, and how they are stored. All that a decoder needs."""
+    """Where the pixels of one picture lie, and how they are stored. All that a decoder needs."""
 
     path: Path
     transfer_syntax: str
@@ -101,23 +125,32 @@ class EncodedPixels:
     bits_stored: int
     high_bit: int
     signed: bool
+    is_float: bool
     inverted: bool
     """MONOCHROME1: the lowest value was meant to be shown white."""
     has_words: bool
     offset_bytes: int
     size_bytes: int
+    is_bare: bool = False
+    """The items of one frame of an encapsulated value, without its table and delimiter."""
+    tile: tuple[int, int, int, int] | None = None
+    """First row, first column, rows and columns of the part of the picture that is the slice; None for all of it."""
 
 
 @dataclass(frozen=True)
-class ImageFile:
-    """One image. Lengths in millimetres, world space LPS. None where the file says nothing."""
+class SliceImage:
+    """One slice, alone in its file or one of many. Lengths in millimetres, world space LPS.
+
+    None where the file says nothing.
+    """
 
     path: Path
+    number: int | None
+    """Its number in the file, from 1; None when it is alone there."""
     series_uid: str
     instance_uid: str
     modality: str
     is_localiser: bool
-    frames: int
     shape_yx: tuple[int, int]
     orientation: tuple[float, ...] | None
     """Unit vectors along a row (index x) and along a column (index y)."""
@@ -140,7 +173,12 @@ class ImageFile:
 
 def raw_value(data: Dataset, keyword: str) -> tuple[bytes, str]:
     """Value of an attribute as it stands in the file, and its byte order; empty when missing, or a sequence."""
-    element: object = data.get_item(TAGS[keyword])
+    return raw_element(data, TAGS[keyword])
+
+
+def raw_element(data: Dataset, tag: BaseTag) -> tuple[bytes, str]:
+    """Value of the element `tag` as it stands in the file, and its byte order; empty when missing, or a sequence."""
+    element: object = data.get_item(tag)
     if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
         return element.value, "<" if element.is_little_endian else ">"
     return b"", "<"
@@ -151,7 +189,7 @@ def raw_text(data: Dataset, keyword: str) -> str:
     return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
 
 
-class _Fields:
+class Fields:
     """Attributes of one data set as sound values. The first that is wrong becomes `problem`.
 
     Values are converted here and not by pydicom: it takes three times as long, and damaged ones can raise anything.
@@ -207,33 +245,31 @@ class _Fields:
         return low
 
 
-def image_file(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement) -> ImageFile:
-    """Interpret a header. What is wrong with it stands in `problem`."""
-    fields = _Fields(path, data)
+def slice_image(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement) -> SliceImage:
+    """Interpret a header as that of one slice. What is wrong with it stands in `problem`."""
+    fields = Fields(path, data)
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
-    if "MOSAIC" in image_type:
-        fields.refuse("VP1042")
     modality = fields.text("Modality")
     slope, intercept = fields.number("RescaleSlope"), fields.number("RescaleIntercept")
     if slope == 0.0:
         fields.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
-    return ImageFile(
+    return SliceImage(
         path=path,
+        number=None,
         series_uid=fields.text("SeriesInstanceUID"),
         instance_uid=fields.text("SOPInstanceUID"),
         modality=modality if modality in _MODALITIES else "",
         is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
-        frames=_frames(fields),
         shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),
         orientation=fields.numbers("ImageOrientationPatient", 6),
         position_mm_xyz=fields.numbers("ImagePositionPatient", 3),
-        pixel_spacing_mm_yx=_pixel_spacing(fields),
+        pixel_spacing_mm_yx=pixel_spacing(fields),
         slice_thickness_mm=fields.number("SliceThickness"),
         spacing_between_slices_mm=fields.number("SpacingBetweenSlices"),
         slope=1.0 if slope is None else slope,
         intercept=0.0 if intercept is None else intercept,
-        unit=_unit(fields, modality, rescaled=intercept is not None),
+        unit=unit_of(fields, modality, rescaled=intercept is not None),
         has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
         has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
         variants=tuple(fields.text(keyword) for keyword in VARIANTS),
@@ -242,7 +278,7 @@ def image_file(path: Path, data: Dataset, transfer_syntax: str, element: PixelEl
     )
 
 
-def _pixels(fields: _Fields, transfer_syntax: str, element: PixelElement) -> EncodedPixels | None:
+def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> EncodedPixels | None:
     """Check how the pixels are stored, in the order in which a person would ask."""
     rows, columns = fields.count("Rows", 1, 65535), fields.count("Columns", 1, 65535)
     photometric = fields.text("PhotometricInterpretation").upper()
@@ -250,15 +286,15 @@ def _pixels(fields: _Fields, transfer_syntax: str, element: PixelElement) -> Enc
         fields.refuse("VP1035", kind=photometric if photometric in _COLOURS else "several samples per pixel")
     elif photometric not in _GREY:
         fields.refuse("VP1037", keyword="PhotometricInterpretation", wanted="MONOCHROME1 or MONOCHROME2")
-    if _frames(fields) != 1:
-        fields.refuse("VP1041", frames=_frames(fields))
     allocated = fields.count("BitsAllocated", 1, 64)
-    if element.is_float or allocated not in {8, 16}:
+    if allocated not in ({32, 64} if element.is_float else {8, 16, 32}):
         fields.refuse("VP1043", bits=f"{allocated}-bit {'floating-point ' if element.is_float else ''}pixels")
-    stored = fields.count("BitsStored", 1, allocated)
-    high = fields.number("HighBit")
-    high_bit = stored - 1 if high is None else fields.count("HighBit", stored - 1, allocated - 1)
-    signed = fields.count("PixelRepresentation", 0, 1) == 1
+    stored, high_bit, signed = allocated, allocated - 1, True
+    if not element.is_float:
+        stored = fields.count("BitsStored", 1, allocated)
+        high = fields.number("HighBit")
+        high_bit = stored - 1 if high is None else fields.count("HighBit", stored - 1, allocated - 1)
+        signed = fields.count("PixelRepresentation", 0, 1) == 1
     if rows * columns > MAX_SLICE_PIXELS:
         fields.refuse("VP1044", rows=rows, columns=columns, limit=MAX_SLICE_PIXELS)
     if fields.problem is not None:
@@ -275,6 +311,7 @@ def _pixels(fields: _Fields, transfer_syntax: str, element: PixelElement) -> Enc
         bits_stored=stored,
         high_bit=high_bit,
         signed=signed,
+        is_float=element.is_float,
         inverted=photometric == "MONOCHROME1",
         has_words=element.has_words,
         offset_bytes=element.offset_bytes,
@@ -282,12 +319,8 @@ def _pixels(fields: _Fields, transfer_syntax: str, element: PixelElement) -> Enc
     )
 
 
-def _frames(fields: _Fields) -> int:
-    frames = fields.number("NumberOfFrames")
-    return 1 if frames is None else max(1, int(frames))
-
-
-def _pixel_spacing(fields: _Fields) -> tuple[float, ...] | None:
+def pixel_spacing(fields: Fields) -> tuple[float, ...] | None:
+    """Distances between rows and between columns, checked; None when missing or wrong."""
     spacing = fields.numbers("PixelSpacing", 2)
     if spacing is not None and not all(1.0 / _LIMIT <= s <= _LIMIT for s in spacing):
         fields.refuse("VP1037", keyword="PixelSpacing", wanted="two lengths above 0 mm")
@@ -295,7 +328,7 @@ def _pixel_spacing(fields: _Fields) -> tuple[float, ...] | None:
     return spacing
 
 
-def _unit(fields: _Fields, modality: str, *, rescaled: bool) -> str:
+def unit_of(fields: Fields, modality: str, *, rescaled: bool) -> str:
     """Unit of the rescaled values. A CT that is rescaled and says nothing else is in Hounsfield units (C.11.1.1.2)."""
     said = fields.text("RescaleType") or fields.text("Units")
     if modality == "CT" and rescaled and not said:

@@ -1,6 +1,6 @@
-"""Stored values of one DICOM slice: read its bytes, undo the transfer syntax, mask unused bits.
+"""Stored values of one DICOM picture: read its bytes, undo the transfer syntax, mask unused bits.
 
-`decode_slice` depends on nothing but its argument, which can be sent to another process. Native pixel data is read
+`decode_picture` depends on nothing but its argument, which can be sent to another process. Native pixel data is read
 here; compressed data goes to the decoders behind pydicom. Call all of it within `quiet_pydicom`. Source: DICOM PS3.5,
 8.1.1 and annex A.
 """
@@ -19,12 +19,13 @@ from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set
 from volprep_formats.readers.dicom_header import EncodedPixels
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
+_EMPTY_TABLE, _END = b"\xfe\xff\x00\xe0" + bytes(4), b"\xfe\xff\xdd\xe0" + bytes(4)
 _ENDING_WITH_EOI = frozenset((*JPEGTransferSyntaxes, *JPEGLSTransferSyntaxes))
 _NATIVE = frozenset(("1.2.840.10008.1.2", "1.2.840.10008.1.2.1", _BIG_ENDIAN, DEFLATED))
 
 
 def check_decodable(pixels: EncodedPixels) -> None:
-    """Raise VolprepError when this slice can never be decoded: no decoder, or sizes that contradict each other."""
+    """Raise VolprepError when this picture can never be decoded: no decoder, or sizes that contradict each other."""
     if pixels.transfer_syntax not in _NATIVE:
         _check_decoder(pixels)
         return
@@ -49,8 +50,16 @@ def stored_range(pixels: EncodedPixels) -> tuple[int, int]:
     return 0, 2**pixels.bits_stored - 1
 
 
-def decode_slice(pixels: EncodedPixels) -> NDArray[np.generic]:
-    """Stored values of one slice as [y, x], int8, uint8, int16 or uint16, unused bits masked.
+def slice_of(pixels: EncodedPixels, picture: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Give the part of a decoded picture that is the slice."""
+    if pixels.tile is None:
+        return picture
+    row, column, rows, columns = pixels.tile
+    return picture[row : row + rows, column : column + columns]
+
+
+def decode_picture(pixels: EncodedPixels) -> NDArray[np.generic]:
+    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits, unused ones masked, or floats.
 
     Raises VolprepError VP1031 when the file has become shorter, VP1039 when the data cannot be decoded.
     """
@@ -83,7 +92,7 @@ def _value(pixels: EncodedPixels) -> bytes:
 
 def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     order = ">" if pixels.transfer_syntax == _BIG_ENDIAN else "<"
-    kind = "i" if pixels.signed else "u"
+    kind = "f" if pixels.is_float else "i" if pixels.signed else "u"
     count = pixels.rows * pixels.columns
     if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
         # Bytes are packed in words, so the second of each pair comes first.
@@ -118,6 +127,8 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
         "pixel_keyword": "PixelData",
     }
     syntax = UID(pixels.transfer_syntax)
+    if pixels.is_bare:
+        data = _EMPTY_TABLE + data + _END
     if syntax in _ENDING_WITH_EOI and not get_frame(data, 0, number_of_frames=1).rstrip(b"\0").endswith(b"\xff\xd9"):
         msg = "the picture is cut off"  # libjpeg fills up what is missing and says nothing
         raise ValueError(msg)
@@ -137,5 +148,7 @@ def _check_decoder(pixels: EncodedPixels) -> None:
         raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
     if plugin not in get_decoder(syntax).available_plugins:
         raise VolprepError("VP1038", path=pixels.path, syntax=syntax.name, missing=f"{plugin} is missing")
+    if pixels.is_float:
+        raise VolprepError("VP1043", path=pixels.path, bits="compressed floating-point pixels")
     if pixels.high_bit != pixels.bits_stored - 1:
         raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom_file import quiet_pydicom, read_image_file
-from volprep_formats.readers.dicom_header import ImageFile
+from volprep_formats.readers.dicom_file import quiet_pydicom, read_slices
+from volprep_formats.readers.dicom_header import SliceImage
 
 _FEWEST_SLICES = 4
 """Localisers and key images come in ones, twos and threes."""
@@ -16,17 +16,22 @@ _FEWEST_SLICES = 4
 
 @dataclass(frozen=True)
 class Series:
-    """The images that share one SeriesInstanceUID, in the order of their paths."""
+    """The slices that share one SeriesInstanceUID, in the order of their paths."""
 
     uid: str
-    images: tuple[ImageFile, ...]
+    images: tuple[SliceImage, ...]
+
+    @property
+    def files(self) -> int:
+        """Number of files that hold them."""
+        return len({image.path for image in self.images})
 
     @property
     def is_volume(self) -> bool:
         """Whether this can be the volume that a user means: grey, no localiser, more than a few slices."""
         is_colour = any(i.problem is not None and i.problem.code == "VP1035" for i in self.images)
         is_localiser = any(i.is_localiser for i in self.images)
-        return not is_colour and not is_localiser and sum(i.frames for i in self.images) >= _FEWEST_SLICES
+        return not is_colour and not is_localiser and len(self.images) >= _FEWEST_SLICES
 
     def __str__(self) -> str:
         first = self.images[0]
@@ -47,6 +52,8 @@ class Scan:
 
     path: Path
     series: tuple[Series, ...]
+    damaged: tuple[VolprepError, ...]
+    """One for each DICOM file that cannot be parsed. Each may hold a slice of any series."""
     other_files: int
     """Files that hold no DICOM image."""
 
@@ -54,27 +61,34 @@ class Scan:
 def scan(path: Path, progress: Progress) -> Scan:
     """Read the headers of all files below `path`, or of the one file that it is.
 
-    Links to folders are not followed. Raises VolprepError when a DICOM file cannot be parsed: it may hold a slice of
-    any series.
+    Links to folders are not followed. Raises VolprepError VP1003 for a folder that cannot be read.
     """
     files = [path] if path.is_file() else sorted(_files(path))
     progress.start("reading DICOM headers", len(files))
-    series: dict[str, list[ImageFile]] = {}
+    series: dict[str, list[SliceImage]] = {}
+    damaged: list[VolprepError] = []
     with quiet_pydicom():
         for file in files:
-            image = read_image_file(file)
-            if image is not None:
+            try:
+                slices = read_slices(file)
+            except VolprepError as error:
+                damaged.append(error)
+                slices = ()
+            for image in slices:
                 series.setdefault(image.series_uid, []).append(image)
             progress.advance()
     found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
-    return Scan(path, found, len(files) - sum(len(s.images) for s in found))
+    return Scan(path, found, tuple(damaged), len(files) - len(damaged) - sum(s.files for s in found))
 
 
 def choose_series(scanned: Scan, wanted: str | None) -> Series:
     """Give the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
 
-    Raises VolprepError VP1030 (no images), VP1033 (several could be meant), VP1034 (`wanted` fits none or several).
+    Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
+    VP1034 (`wanted` fits none or several).
     """
+    if scanned.damaged:
+        raise scanned.damaged[0]
     if not scanned.series:
         raise VolprepError("VP1030", path=scanned.path, files=scanned.other_files)
     if wanted is not None:
