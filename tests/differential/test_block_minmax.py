@@ -128,5 +128,13 @@ def test_arrays_of_another_type_or_order_are_a_type_error():
     ]:
         with pytest.raises(TypeError, match=message):
             _native.block_minmax(src, 4, low, high)
-    with pytest.raises(TypeError, match="incompatible function arguments"):
-        _native.block_minmax(src[::-1], 4, dst, dst.copy())
+    every_other = np.zeros((4, 4, 18), np.uint8)[:, :, ::2]
+    two_blocks = np.zeros((1, 1, 4), np.uint8)[:, :, ::2]
+    contiguous = np.zeros((1, 1, 2), np.uint8)
+    for arrays in [
+        (every_other, contiguous, contiguous.copy()),
+        (np.ascontiguousarray(every_other), two_blocks, contiguous),
+        (np.ascontiguousarray(every_other), contiguous, two_blocks),
+    ]:
+        with pytest.raises(TypeError, match="incompatible function arguments"):
+            _native.block_minmax(arrays[0], 4, *arrays[1:])
