@@ -7,7 +7,7 @@ from importlib.metadata import version
 from volprep.plan import Plan, make_plan
 from volprep.scene import Scene
 from volprep.stages import Stage, mosaic, pyramid, quantize, seal, shaders, texture, transfer
-from volprep.statistics import Measured, columns_of
+from volprep.statistics import measure_again
 from volprep.work import SCENE, source_volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
@@ -76,9 +76,8 @@ def is_current(name: str, key: str, manifest: Manifest) -> bool:
 def plan_draft(draft: Draft, scene: Scene, profile: DeviceProfile) -> Plan:
     """Make the plan for a draft whose source has been imported. Raises what `make_plan` raises."""
     manifest = draft.manifest
-    info = manifest.source.info
-    columns = columns_of(info, source_volume(draft))
-    return make_plan(scene, profile, info, Measured(manifest.statistics, manifest.source.sha256, columns))
+    measured = measure_again(manifest.source, manifest.statistics, source_volume(draft))
+    return make_plan(scene, profile, manifest.source.info, measured)
 
 
 def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:

@@ -111,6 +111,9 @@ class Scene(Record):
     """Where the scan is."""
     transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1)]
     """Transfer functions; the first is the default."""
+    crop: Literal["auto", "none"] = "auto"
+    """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
+    users change the transfer function."""
     quantize: QuantizeSettings = QuantizeSettings()
     """How physical values become stored values."""
     pyramid: PyramidSettings = PyramidSettings()

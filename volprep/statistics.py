@@ -1,4 +1,4 @@
-"""One pass over a source: the digest that names the scan, the range of its values, and a sample of rays."""
+"""One pass over a source: the digest that names the scan, ranges of its values, and a sample of rays."""
 
 import hashlib
 import json
@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Statistics
+from volprep_formats.package.manifest import SourceRecord, Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
+
+Ranges = NDArray[np.float64]
+"""Smallest and largest value of each plane across an axis, [plane, 2]."""
 
 _PROBES = 32
 """Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
@@ -29,6 +32,8 @@ class Measured:
     """Digest of geometry, photometry and stored values: two sources have the same one only if they are one scan."""
     columns: NDArray[np.float64]
     """Physical values along a sample of rays in z direction, [z, ray]."""
+    ranges_zyx: tuple[Ranges, Ranges, Ranges]
+    """For each axis the smallest and largest physical value of each plane across it."""
 
 
 class Gauge:
@@ -45,7 +50,7 @@ class Gauge:
         self._non_finite = 0
         self._first_bad_slice: int | None = None
         self._slices = 0
-        self._columns: list[NDArray[np.generic]] = []
+        self._sampler = _Sampler()
 
     def add(self, slab: NDArray[np.generic]) -> None:
         """Measure the next slices, stored values as [z, y, x]."""
@@ -61,7 +66,7 @@ class Gauge:
         else:
             low, high = float(slab.min()), float(slab.max())
         self._low, self._high = min(self._low, low), max(self._high, high)
-        self._columns.append(_sample(slab))
+        self._sampler.add(slab)
         self._slices += len(slab)
 
     def result(self) -> Measured:
@@ -73,7 +78,8 @@ class Gauge:
         return Measured(
             statistics=Statistics(minimum=ends[0], maximum=ends[1], non_finite=0),
             sha256=self._digest.hexdigest(),
-            columns=np.concatenate(self._columns).astype(np.float64) * slope + intercept,
+            columns=self._sampler.columns() * slope + intercept,
+            ranges_zyx=self._sampler.ranges_zyx(slope, intercept),
         )
 
 
@@ -96,11 +102,53 @@ def measure(source: VolumeSource, progress: Progress) -> Measured:
     return gauge.result()
 
 
-def columns_of(info: SourceInfo, volume: RawVolume) -> NDArray[np.float64]:
-    """Take the sample of rays from a volume that was measured before and is now the working data of a draft."""
-    slabs = slab_ranges(volume.shape_zyx[0], volume.slice_bytes)
-    stored = np.concatenate([_sample(volume.read_slab(z0, z1)) for z0, z1 in slabs])
-    return stored.astype(np.float64) * info.slope + info.intercept
+def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolume) -> Measured:
+    """Measure a volume that was measured before, and is now the working data of a draft, as far as a plan needs it."""
+    sampler = _Sampler()
+    for z0, z1 in slab_ranges(volume.shape_zyx[0], volume.slice_bytes):
+        sampler.add(volume.read_slab(z0, z1))
+    slope, intercept = source.info.slope, source.info.intercept
+    return Measured(
+        statistics=statistics,
+        sha256=source.sha256,
+        columns=sampler.columns() * slope + intercept,
+        ranges_zyx=sampler.ranges_zyx(slope, intercept),
+    )
+
+
+class _Sampler:
+    """Takes a sample of rays, and the range of each plane, from slabs of stored values given in order."""
+
+    def __init__(self) -> None:
+        self._columns: list[NDArray[np.generic]] = []
+        self._low_z: list[NDArray[np.generic]] = []
+        self._high_z: list[NDArray[np.generic]] = []
+        self._low_yx: NDArray[np.generic] | None = None
+        self._high_yx: NDArray[np.generic] | None = None
+
+    def add(self, slab: NDArray[np.generic]) -> None:
+        self._columns.append(_sample(slab))
+        # Across y and z, never along x: minima of whole rows are what the processor does at the speed of memory.
+        self._low_z.append(slab.min(axis=1).min(axis=1))
+        self._high_z.append(slab.max(axis=1).max(axis=1))
+        low_yx, high_yx = slab.min(axis=0), slab.max(axis=0)
+        self._low_yx = low_yx if self._low_yx is None else np.minimum(self._low_yx, low_yx)
+        self._high_yx = high_yx if self._high_yx is None else np.maximum(self._high_yx, high_yx)
+
+    def columns(self) -> NDArray[np.float64]:
+        return np.concatenate(self._columns).astype(np.float64)
+
+    def ranges_zyx(self, slope: float, intercept: float) -> tuple[Ranges, Ranges, Ranges]:
+        assert self._low_yx is not None  # noqa: S101 - a volume has at least one slice
+        assert self._high_yx is not None  # noqa: S101 - as above
+        stored = (
+            (np.concatenate(self._low_z), np.concatenate(self._high_z)),
+            (self._low_yx.min(axis=1), self._high_yx.max(axis=1)),
+            (self._low_yx.min(axis=0), self._high_yx.max(axis=0)),
+        )
+        # A negative slope turns the order round.
+        z, y, x = (np.sort(np.column_stack(ends).astype(np.float64) * slope + intercept, axis=1) for ends in stored)
+        return z, y, x
 
 
 def _sample(slab: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -75,6 +75,13 @@ class Grid(Record):
             }
         )
 
+    def part(self, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]) -> Self:
+        """Grid of the voxels from `start_zyx` up to but without `stop_zyx`; they stay where they are."""
+        origin = self.world_from_index @ [*start_zyx[::-1], 1.0]
+        shape = tuple(stop - start for start, stop in zip(start_zyx, stop_zyx, strict=True))
+        z, y, x = shape
+        return self.of((z, y, x), self.spacing_mm_zyx, origin[:3], self.direction)
+
     @property
     def corner_mm_xyz(self) -> NDArray[np.float64]:
         """World position of the corner of the volume: half a voxel before voxel [0, 0, 0]. Same for all levels."""

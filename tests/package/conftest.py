@@ -167,6 +167,7 @@ def run_texture(draft: Draft) -> None:
     )
     draft.commit(
         StageRecord(name="texture", key=key("texture")),
+        grid=GRID,
         levels=levels,
         textures=(*textures, lookup),
         transfer_functions=(bone,),

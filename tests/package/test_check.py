@@ -145,6 +145,7 @@ CONTRADICTIONS: dict[str, Change] = {
     "nothing uses preview.png": drop("preview"),
     "the plan names gone.ktx2": lambda manifest: manifest["plan"][0]["files"].append("gone.ktx2"),
     "the levels are not in ascending order": lambda manifest: manifest["levels"].reverse(),
+    "the grid is no part of the source's grid": set_to("grid", "origin_mm_xyz", 0, to=-12.0),
     "shape_zyx of level 1 does not follow": set_to("levels", 1, "grid", "shape_zyx", to=[5, 4, 4]),
     "spacing_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "spacing_mm_zyx", to=[2.5, 1.4, 0.61]),
     "extent_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "extent_mm_zyx", to=[12.5, 5.6, 2.7]),

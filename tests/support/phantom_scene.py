@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep_formats.package.manifest import Manifest
+
 SHAPE_ZYX = (21, 34, 45)
 SPACING_MM_ZYX = (2.5, 0.75, 1.0)
 
@@ -47,6 +49,14 @@ def phantom() -> np.ndarray:
         distance2 = sum((a - b) ** 2 for a, b in zip((z, y, x), centre, strict=True))
         field += height * np.exp(-distance2 / radius**2)
     return (field + np.random.default_rng(7).integers(0, 60, SHAPE_ZYX)).astype("<u2")
+
+
+def seen_phantom(manifest: Manifest) -> np.ndarray:
+    """Give the part of the phantom that a package holds: without the border that no transfer function shows."""
+    source, grid = manifest.source.info.grid, manifest.grid
+    start_xyz = np.linalg.inv(source.world_from_index) @ [*grid.origin_mm_xyz, 1.0]
+    start_zyx = np.rint(start_xyz[2::-1]).astype(int)
+    return phantom()[tuple(slice(k, k + n) for k, n in zip(start_zyx, grid.shape_zyx, strict=True))]
 
 
 def write_phantom_scene(folder: Path, profile: str = "gles3") -> Path:

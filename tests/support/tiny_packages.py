@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.mosaic import fit_mosaic, mosaic_shape_yx
-from volprep.plan import LevelPlan, LookupPlan, Plan, ProgramPlan, QuantizePlan, VolumePlan
+from volprep.plan import CropPlan, LevelPlan, LookupPlan, Plan, ProgramPlan, QuantizePlan, VolumePlan
 from volprep.profiles import load_profile
 from volprep.stages import mosaic, shaders, texture, transfer
 from volprep.work import codes_name, levels_of
@@ -72,7 +72,7 @@ def tiny_package(
         draft = Draft.create(folder, manifest)
         for index, level in enumerate(levels):
             draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
-        draft.commit(StageRecord(name="quantize", key=KEY), levels=levels_of(plan), render=render)
+        draft.commit(StageRecord(name="quantize", key=KEY), grid=grid, levels=levels_of(plan), render=render)
         for stage in (transfer.STAGE, mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
     return Package.open(folder, allow_draft=True)
@@ -93,6 +93,7 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
     return Plan(
         profile=profile,
+        crop=CropPlan(start_zyx=(0, 0, 0), stop_zyx=grid.shape_zyx),
         grid=grid,
         transfer_functions=(transfer_function,),
         quantize=QuantizePlan(bits=levels[0].dtype.itemsize * 8, window=window),

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from volprep import slabs
-from volprep.statistics import columns_of, measure
+from volprep.statistics import measure, measure_again
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import SourceRecord
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
@@ -88,6 +89,20 @@ def test_the_sample_of_rays_is_the_same_from_the_working_data(tmp_path) -> None:
     source = InMemory(stored, 0.5, -3.0)
     stored.tofile(tmp_path / "level0.raw")
     raw = slabs.RawVolume(tmp_path / "level0.raw", stored.shape, stored.dtype)
-    columns = columns_of(source.info, raw)
-    assert columns.shape == (9, 32 * 32)
-    assert np.array_equal(columns, measure(source, Silent()).columns)
+    first = measure(source, Silent())
+    again = measure_again(SourceRecord(info=source.info, sha256=first.sha256), first.statistics, raw)
+    assert again.columns.shape == (9, 32 * 32)
+    assert np.array_equal(again.columns, first.columns)
+    assert all(np.array_equal(*pair) for pair in zip(again.ranges_zyx, first.ranges_zyx, strict=True))
+    assert (again.statistics, again.sha256) == (first.statistics, first.sha256)
+
+
+@pytest.mark.parametrize("slope", [2.0, -0.5])
+def test_every_plane_across_an_axis_has_its_physical_range(slope, monkeypatch) -> None:
+    stored = voxels()
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 700)
+    found = measure(InMemory(stored, slope, 3.0), Silent()).ranges_zyx
+    physical = stored.astype(float) * slope + 3.0
+    for axis, others in enumerate(((1, 2), (0, 2), (0, 1))):
+        expected = np.column_stack([physical.min(axis=others), physical.max(axis=others)])
+        assert np.array_equal(found[axis], expected)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from phantom_scene import phantom
+from phantom_scene import seen_phantom
 
 from volprep.validation.decoded import level_volume, slices_of_mosaic, table_function
 from volprep_formats.package.manifest import MosaicLayout
@@ -35,7 +35,7 @@ def test_the_finest_level_holds_the_scan_up_to_the_error_in_the_manifest(package
     quantization = package.manifest.quantization
     volume = level_volume(package, 0)
     physical = volume.slope * volume.stored.astype(np.float64) + volume.intercept
-    scan = phantom().astype(np.float64)
+    scan = seen_phantom(package.manifest).astype(np.float64)
     low, high = quantization.window
     inside = (scan >= low) & (scan <= high)
     error = np.abs(physical - scan)[inside]

@@ -40,6 +40,7 @@ class Grounds:
 def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
     """List every decision. Each file of the package is named by exactly one item that is kept."""
     return (
+        *_border(plan, grounds),
         *_codes(plan, grounds),
         *_levels(plan, grounds),
         *_layout(plan),
@@ -49,6 +50,25 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         _normals(plan),
         PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,)),
     )
+
+
+def _border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    source = grounds.info.grid.shape_zyx
+    cropped = math.prod(source) - math.prod(plan.grid.shape_zyx)
+    stored_bytes = np.dtype(grounds.info.stored_type).itemsize
+    if grounds.scene.crop == "none":
+        yield PlanItem(name="empty border", kept=True, reason="the scene keeps the whole scan")
+    elif cropped:
+        yield PlanItem(
+            name="empty border",
+            kept=False,
+            reason=f"no transfer function shows it; {_by(plan.grid.shape_zyx)} of {_by(source)} voxels remain",
+            size_bytes=cropped * stored_bytes,
+        )
+
+
+def _by(shape: tuple[int, int, int]) -> str:
+    return "×".join(str(n) for n in shape)
 
 
 def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
@@ -97,7 +117,7 @@ def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
 def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     kept = {volume.level: volume for volume in plan.volumes}
     for level, fit in zip(grounds.candidates, grounds.fits, strict=True):
-        shape = "×".join(str(n) for n in level.shape_zyx)
+        shape = _by(level.shape_zyx)
         name = f"level {level.index}"
         if level.index in kept:
             volume = kept[level.index]

@@ -2,8 +2,7 @@
 
 import math
 
-import numpy as np
-
+from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import Misfit, candidate_levels, fit_level
 from volprep.plan.probe import Table
@@ -28,16 +27,19 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
     values = choose_values(scene, profile, info, measured, functions)
     lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
-    candidates = candidate_levels(info.grid, scene.pyramid.coarsest_longest_axis, profile)
+    crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
+    grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
+    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile)
     table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
     fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
-    opacity = _largest_opacity(functions, measured.statistics, slack, info.grid)
+    opacity = _largest_opacity(functions, measured.statistics, slack, grid)
     plan = Plan(
         profile=profile,
-        grid=info.grid,
+        crop=crop,
+        grid=grid,
         transfer_functions=functions,
         quantize=values.quantize,
         levels=levels,
@@ -45,7 +47,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
         lookups=lookups,
         programs=tuple(_program(function, volumes) for function in functions),
         render=RenderSettings(
-            step_mm=scene.render.step_voxels * _finest_spacing_mm(info.grid, levels[0]),
+            step_mm=scene.render.step_voxels * _finest_spacing_mm(grid, levels[0]),
             opacity_cutoff=scene.render.opacity_cutoff if opacity > scene.render.opacity_cutoff else None,
             projection=scene.render.projection,
             tolerance=scene.tolerance,
@@ -103,12 +105,5 @@ def _largest_opacity(
 ) -> float:
     """Bound the opacity of any ray: the largest extinction of any value of the source along the whole diagonal."""
     low, high = statistics.minimum - slack, statistics.maximum + slack
-    extinction_per_mm = max(_largest_extinction(function, low, high) for function in functions)
+    extinction_per_mm = max(Table.exact(function).largest_extinction(low, high) for function in functions)
     return 1.0 - math.exp(-extinction_per_mm * math.hypot(*grid.extent_mm_zyx))
-
-
-def _largest_extinction(function: TransferFunction, low: float, high: float) -> float:
-    table = Table.exact(function)
-    inside = table.extinction_per_mm[(table.values >= low) & (table.values <= high)]
-    ends = np.interp([low, high], table.values, table.extinction_per_mm)
-    return float(max(*ends, *inside))

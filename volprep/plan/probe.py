@@ -62,6 +62,12 @@ class Table:
             np.array([point.extinction_per_mm for point in function.points]),
         )
 
+    def largest_extinction(self, low: float, high: float) -> float:
+        """Give the largest extinction per millimetre of any value from `low` to `high`, ends included."""
+        inside = self.extinction_per_mm[(self.values >= low) & (self.values <= high)]
+        ends = np.interp([low, high], self.values, self.extinction_per_mm)
+        return float(max(*ends, *inside))
+
     def resampled(self, window: tuple[float, float], entries: int) -> "Table":
         """The lookup table of `entries` texels over `window`."""
         values = np.linspace(*window, entries)

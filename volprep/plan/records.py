@@ -1,12 +1,25 @@
 """What the plan decides, as records that the stages read."""
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.manifest import MosaicLayout, PackagePath, PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
+
+Index = Annotated[int, Field(ge=0)]
+
+
+class CropPlan(Record):
+    """The part of the source that becomes level 0."""
+
+    start_zyx: tuple[Index, Index, Index]
+    """First voxel along each axis."""
+    stop_zyx: tuple[Count, Count, Count]
+    """Voxel after the last one along each axis."""
 
 
 class QuantizePlan(Record):
@@ -85,8 +98,10 @@ class Plan(Record):
 
     profile: DeviceProfile
     """Class of devices."""
+    crop: CropPlan
+    """The part of the source that becomes level 0."""
     grid: Grid
-    """Grid of level 0."""
+    """Grid of level 0: that part of the source's grid."""
     transfer_functions: tuple[TransferFunction, ...]
     """Transfer functions, the default one first."""
     quantize: QuantizePlan

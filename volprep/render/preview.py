@@ -20,7 +20,7 @@ def preview_png(package: Package) -> bytes:
     """
     manifest = package.manifest
     projection = manifest.render.projection if manifest.render else "orthographic"
-    grid = manifest.source.info.grid
+    grid = manifest.levels[0].grid
     camera = standard_views(grid, projection)[_VIEW]
     with Renderer(package) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE))

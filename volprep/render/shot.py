@@ -54,7 +54,7 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     if picture_path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
     package = Package.open(package_path)
-    grid = package.manifest.source.info.grid
+    grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
     camera = _camera(package.manifest, shot)
     with Renderer(package, level=shot.level, transfer=shot.transfer) as renderer:
@@ -68,7 +68,7 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
 
 
 def _camera(manifest: Manifest, shot: Shot) -> Camera:
-    grid = manifest.source.info.grid
+    grid = manifest.levels[0].grid
     projection = manifest.render.projection if manifest.render else "orthographic"
     if shot.eye_mm_xyz is not None:
         return view_from(grid, shot.eye_mm_xyz, projection)

@@ -24,7 +24,7 @@ from volprep_formats.record import Record
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.quantize, *plan.levels[:1])
+    return (plan.crop, plan.quantize, *plan.levels[:1])
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -32,6 +32,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     draft.write(codes_name(0), "work", _codes(draft, plan, losses, progress))
     return {
         "stored_type": code_type(plan).name,
+        "grid": plan.grid,
         "quantization": _quantization(plan, losses),
         "levels": tuple(level for level in levels_of(plan) if level.index == 0),
     }
@@ -44,9 +45,11 @@ def _codes(
     source = source_volume(draft)
     info = draft.manifest.source.info
     histogram = np.zeros(2**plan.quantize.bits, np.uint64)
-    progress.start("quantize", source.shape_zyx[0])
-    for z0, z1 in slab_ranges(source.shape_zyx[0], source.slice_bytes):
-        slab: NDArray[Any] = source.read_slab(z0, z1)
+    (z_start, y0, x0), (z_stop, y1, x1) = plan.crop.start_zyx, plan.crop.stop_zyx
+    progress.start("quantize", z_stop - z_start)
+    for z0, z1 in slab_ranges(z_stop - z_start, source.slice_bytes):
+        slices: NDArray[Any] = source.read_slab(z_start + z0, z_start + z1)
+        slab = np.ascontiguousarray(slices[:, y0:y1, x0:x1])
         codes = np.empty(slab.shape, code_type(plan))
         losses.append(_native.quantize(slab, info.slope, info.intercept, *plan.quantize.window, codes, histogram))
         yield bytes_of(codes)

@@ -25,11 +25,11 @@ class Subject:
         self.render = _render_settings(package)
         self.scan = scan
         self.shape_hw = (picture_size, picture_size)
-        self.views = {
-            name: camera.box_from_clip(scan.grid, aspect=1.0)
-            for name, camera in standard_views(scan.grid, self.render.projection).items()
-        }
-        """Matrix from clip coordinates to box space by name of the standard view; the same for all levels."""
+        self.grid = package.manifest.levels[0].grid
+        """Grid of the finest level; its box is that of all levels. The scan's may have a border around it."""
+        self._cameras = standard_views(self.grid, self.render.projection)
+        self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self._cameras.items()}
+        """Matrix from clip coordinates to the package's box space by name of the standard view."""
         self._levels: dict[int, Volume] = {}
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
@@ -49,8 +49,9 @@ class Subject:
         return next(function for function in self.package.manifest.transfer_functions if function.name == transfer)
 
     def _integrate(self, volume: Volume, function: TransferFunction, view: str) -> OraclePicture:
+        box_from_clip = self._cameras[view].box_from_clip(volume.grid, aspect=1.0)
         return oracle_picture(
-            volume.stored, volume.grid, volume.slope, volume.intercept, function, self.views[view], self.shape_hw
+            volume.stored, volume.grid, volume.slope, volume.intercept, function, box_from_clip, self.shape_hw
         )
 
     def _level(self, level: int) -> Volume:

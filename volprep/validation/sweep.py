@@ -58,7 +58,7 @@ class _Sweeper:
         self._clock = bench.clock
         self._progress = bench.progress
         self._box_from_clip = subject.views[SWEEP_VIEW]
-        self._chords = chords_mm(self._box_from_clip, subject.shape_hw, subject.scan.grid)
+        self._chords = chords_mm(self._box_from_clip, subject.shape_hw, subject.grid)
 
     def draw(self, renderer: Renderer, ratio: float) -> Picture:
         """Draw with a multiple of the nominal step."""

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
@@ -69,23 +70,40 @@ def _levels(manifest: Manifest) -> Iterator[str]:
     indices = [level.index for level in manifest.levels]
     if indices != sorted(set(indices)):
         yield "the levels are not in ascending order of their indices"
-    source = manifest.source.info.grid
+    grid = manifest.grid or manifest.source.info.grid
+    if not _is_part(grid, manifest.source.info.grid):
+        yield "the grid is no part of the source's grid"
     for level in manifest.levels:
-        expected = source.coarser(level.factors_zyx)
+        expected = grid.coarser(level.factors_zyx)
         scale = [1 / (n * h) for n, h in zip(level.grid.shape_zyx, level.grid.spacing_mm_zyx, strict=True)][::-1]
         pairs: dict[str, tuple[ArrayLike, ArrayLike]] = {
             "shape_zyx": (level.grid.shape_zyx, expected.shape_zyx),
             "spacing_mm_zyx": (level.grid.spacing_mm_zyx, expected.spacing_mm_zyx),
             "extent_mm_zyx": (level.grid.extent_mm_zyx, expected.extent_mm_zyx),
             "direction": (level.grid.direction, expected.direction),
-            "corner": (level.grid.corner_mm_xyz, source.corner_mm_xyz),
+            "corner": (level.grid.corner_mm_xyz, grid.corner_mm_xyz),
             "texture_from_box_per_mm_xyz": (level.texture_from_box_per_mm_xyz, scale),
         }
-        size_mm = max(*np.abs(source.corner_mm_xyz), *source.extent_mm_zyx)
+        size_mm = max(*np.abs(grid.corner_mm_xyz), *grid.extent_mm_zyx)
         for name, (found, wanted) in pairs.items():
             absolute = size_mm * _RELATIVE_TOLERANCE if name == "corner" else 0.0
             if not np.allclose(found, wanted, rtol=_RELATIVE_TOLERANCE, atol=absolute):
-                yield f"{name} of level {level.index} does not follow from the source's grid and the factors"
+                yield f"{name} of level {level.index} does not follow from the grid and the factors"
+
+
+def _is_part(grid: Grid, source: Grid) -> bool:
+    """Say whether the voxels of `grid` are voxels of `source`."""
+    start_xyz = (np.linalg.inv(source.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
+    start_zyx = np.rint(start_xyz[::-1]).astype(int)
+    stop_zyx = start_zyx + grid.shape_zyx
+    if (start_zyx < 0).any() or (stop_zyx > source.shape_zyx).any():
+        return False
+    part = source.part(tuple(start_zyx.tolist()), tuple(stop_zyx.tolist()))
+    size_mm = max(*np.abs(source.corner_mm_xyz), *source.extent_mm_zyx)
+    return (
+        (part.spacing_mm_zyx, part.extent_mm_zyx, part.direction)
+        == (grid.spacing_mm_zyx, grid.extent_mm_zyx, grid.direction)
+    ) and np.allclose(part.origin_mm_xyz, grid.origin_mm_xyz, rtol=0.0, atol=size_mm * _RELATIVE_TOLERANCE)
 
 
 def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> Iterator[str]:
@@ -151,7 +169,8 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
 def _complete(manifest: Manifest) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
-    for field in ("stored_type", "quantization", "levels", "transfer_functions", "textures", "programs", "render"):
+    needed = ("grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "programs", "render")
+    for field in needed:
         if not getattr(manifest, field):
             yield f"it is sealed without {field}"
     drawn = {program.transfer for program in manifest.programs}

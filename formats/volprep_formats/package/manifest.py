@@ -251,6 +251,8 @@ class Manifest(Record):
     """Scan that the package was made from."""
     statistics: Statistics
     """Values of the scan."""
+    grid: Grid | None = None
+    """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
     stored_type: StoredType | None = None
     """Type of the values in the working data and the volume textures."""
     quantization: Quantization | None = None
