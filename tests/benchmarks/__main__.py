@@ -39,12 +39,13 @@ def main() -> None:
     console.print(
         "Memory on {threads} threads: read {read_gb_per_s:.1f}, copy {copy_gb_per_s:.1f} GB/s.".format(**machine)
     )
-    RESULT.write_text(json.dumps({"machine": machine, "rows": [asdict(row) for row in rows]}, indent=2) + "\n")
+    found = {"machine": machine, "rows": [asdict(row) for row in rows]}
+    RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")
 
 
 def _table(rows: list[Row]) -> Table:
-    table = Table("work", "voxels", "ours ms", "GB/s", "peer", "peer ms", "ratio", "of bandwidth")
+    table = Table("work", "voxels", "ours ms", "GB/s", "peer", "peer ms", "ratio", "bandwidth")
     for column in table.columns:
         column.no_wrap = True
     for column in (2, 3, 5, 6, 7):

@@ -79,14 +79,14 @@ def _quantize(source: NDArray[np.generic]) -> Contest:
     low, high = WINDOW
     image = SimpleITK.GetImageFromArray(source)
 
-    # The peers neither count nor measure their error.
+    # The peers give the codes only: no histogram, no error.
     def with_numpy() -> object:
         scaled = source * np.float32(255 / (high - low))
         scaled -= np.float32(low * 255 / (high - low))
         return np.rint(scaled.clip(0, 255)).astype(np.uint8)
 
     return Contest(
-        work="quantise to uint8, with histogram and error",
+        work="quantise, histogram, error",
         source=source,
         bytes_written=codes.nbytes,
         ours=lambda: _native.quantize(source, 1.0, 0.0, low, high, codes, histogram),
