@@ -9,16 +9,19 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
-from phantom_scene import phantom, write_phantom_scene
+from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
 
 from volprep.build import build
 from volprep.origin import origin_path
 from volprep.render.camera import standard_views
+from volprep.render.picture import encoded
 from volprep.report.data import Report
 from volprep.request import load_request
+from volprep.truth.oracle import oracle_picture
 from volprep.validation.run import default_report_path, validate
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -269,12 +272,24 @@ def test_a_moved_scan_is_read_as_the_origin_says(package, tmp_path) -> None:
     np.testing.assert_array_equal(read_scan(Package.open(package).manifest, found.spec, Silent()).stored, phantom())
 
 
-def test_a_picture_of_the_report_is_the_truth_it_says(report, folder) -> None:
-    view = report.programs[0].views[0]
+def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of_it(report, folder) -> None:
+    manifest = report.package.manifest
+    scan = Grid.of(SHAPE_ZYX, SPACING_MM_ZYX)
+    program = report.programs[0]
+    function = next(each for each in manifest.transfer_functions if each.name == program.transfer)
+    for view in program.views[:1] + program.views[-1:]:
+        camera = standard_views(manifest.levels[0].grid)[view.view]
+        truth = oracle_picture(phantom(), scan, 1.0, 0.0, function, camera.box_from_clip(scan, 1.0), (SIZE, SIZE))
+        shown = OpenImageIO.ImageBuf(str(folder / view.pictures.truth_white)).get_pixels("uint8")
+        np.testing.assert_array_equal(shown, encoded(truth.rgba, "white"))
+        assert (shown < 250).mean() > 0.03
+
+
+def test_the_picture_of_the_rendering_is_close_to_the_truth(report, folder) -> None:
+    pictures = report.programs[0].views[0].pictures
     truth, drawn = (
         OpenImageIO.ImageBuf(str(folder / name)).get_pixels("uint8").astype(int)
-        for name in (view.pictures.truth_black, view.pictures.drawn_black)
+        for name in (pictures.truth_black, pictures.drawn_black)
     )
-    assert truth.shape == (SIZE, SIZE, 3)
     assert truth.max() > 40
     assert 20 * np.log10(255 / np.sqrt(np.mean((truth - drawn) ** 2.0))) > 30
