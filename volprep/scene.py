@@ -92,8 +92,8 @@ class RenderWishes(Record):
 
     step_voxels: Annotated[float, Field(gt=0.0)] = 0.5
     """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds."""
-    opacity_cutoff: Fraction = 0.995
-    """A ray stops when its opacity passes this."""
+    opacity_cutoff: Fraction = 0.998
+    """A ray stops when its opacity passes this. What is left behind 0.998 rounds to nothing in 8 bits."""
     projection: Literal["orthographic", "perspective"] = "orthographic"
     """Projection of the standard views."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256

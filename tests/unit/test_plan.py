@@ -239,7 +239,7 @@ class TestTables:
 class TestRayTermination:
     def test_kept_where_a_ray_can_get_opaque(self) -> None:
         decided = plan(noise(), scene([(0.0, 0.0), (255.0, 9.0)]))
-        assert decided.render.opacity_cutoff == 0.995
+        assert decided.render.opacity_cutoff == 0.998
         assert item(decided, "early ray termination").kept
 
     def test_left_out_where_no_ray_can(self) -> None:
@@ -252,7 +252,7 @@ class TestRayTermination:
     def test_values_that_the_source_does_not_have_do_not_count(self) -> None:
         points = [(0.0, 0.0), (255.0, 0.1), (400.0, 0.1), (400.0, 50.0)]
         assert plan(noise(), scene(points)).render.opacity_cutoff is None
-        assert plan(noise(high=500, dtype=np.int16), scene(points)).render.opacity_cutoff == 0.995
+        assert plan(noise(high=500, dtype=np.int16), scene(points)).render.opacity_cutoff == 0.998
 
 
 def test_the_same_scan_gives_the_same_plan() -> None:
