@@ -1,6 +1,7 @@
 """Source formats, one file each. `open_source` finds the reader."""
 
 import gzip
+import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,6 +37,11 @@ READERS = (
         "nifti",
         "volprep_formats.readers.nifti",
         lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
+    ),
+    Reader(
+        "metaimage",
+        "volprep_formats.readers.metaimage",
+        lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
     Reader("nrrd", "volprep_formats.readers.nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
 )

@@ -23,6 +23,7 @@ from volprep_formats.readers.unpacking import (
     MAX_BZIP2_RATIO,
     ForwardStream,
     Stream,
+    most_text_bytes,
     numbers_from_text,
     unbzipped,
     unzipped,
@@ -252,8 +253,7 @@ def _packed(file: Path, start: int, encoding: str, dtype: np.dtype[np.generic]) 
         return ForwardStream(lambda: unzipped(file, start)), packed_bytes * MAX_DEFLATE_RATIO
     if encoding == "bzip2":
         return ForwardStream(lambda: unbzipped(file, start)), packed_bytes * MAX_BZIP2_RATIO
-    numbers = (packed_bytes + 1) // 2  # a digit and a blank for each
-    return ForwardStream(lambda: numbers_from_text(file, start, dtype)), numbers * dtype.itemsize
+    return ForwardStream(lambda: numbers_from_text(file, start, dtype)), most_text_bytes(packed_bytes, dtype)
 
 
 def _skip_lines(file: Path, start: int, lines: int) -> int:

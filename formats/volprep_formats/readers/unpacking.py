@@ -128,6 +128,11 @@ def inflated(path: Path, start_bytes: int) -> Iterator[bytes]:
         yield decoder.unused_data or file.read(1)
 
 
+def most_text_bytes(text_bytes: int, dtype: np.dtype[np.generic]) -> int:
+    """Size of the most numbers that a text can hold: each takes a digit and, but for the last, a blank."""
+    return (text_bytes + 1) // 2 * dtype.itemsize
+
+
 def numbers_from_text(path: Path, start_bytes: int, dtype: np.dtype[np.generic]) -> Iterator[bytes]:
     """Numbers of type `dtype`, written as text with blanks or commas between them, to the end of the file.
 

@@ -1,0 +1,201 @@
+"""MetaImage volumes (.mha, and .mhd with a data file), whose world is LPS already.
+
+Source: MetaIO, "MetaImage tags" (https://itk.org/Wiki/ITK/MetaIO/Documentation), and what ITK writes where that page
+is silent: TransformMatrix holds the direction of each axis in turn, HeaderSize counts from the start of the data file.
+Comments, names and other fields are not kept: they may name the patient.
+"""
+
+import re
+from math import prod
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Progress
+from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.detached import data_file
+from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
+from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
+from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
+from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.source import SourceInfo, SourceSpec
+
+_MOST_HEADER_BYTES = 2**20
+_LONGEST_AXIS = 2**31 - 1
+# MET_LONG is left out: it has 4 bytes in some versions of MetaIO and 8 in others.
+_TYPES = {
+    "MET_CHAR": "i1",
+    "MET_UCHAR": "u1",
+    "MET_SHORT": "i2",
+    "MET_USHORT": "u2",
+    "MET_INT": "i4",
+    "MET_UINT": "u4",
+    "MET_LONG_LONG": "i8",
+    "MET_ULONG_LONG": "u8",
+    "MET_FLOAT": "f4",
+    "MET_DOUBLE": "f8",
+}
+_ALIASES = {
+    "orientation": "transformmatrix",
+    "rotation": "transformmatrix",
+    "position": "offset",
+    "origin": "offset",
+    "elementbyteordermsb": "binarydatabyteordermsb",
+}
+_MM_PER_UNIT = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "?": 1.0}
+
+Fields = dict[str, str]
+
+
+def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers.
+
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP2020 (sheared) or VP2021 (unusable matrix).
+    """
+    fields, end_bytes = _header(path)
+    if _integers(path, fields, "ndims", "", (0, 99))[0] != 3:
+        raise VolprepError("VP1121", path=path, what=f"{fields['ndims']} axes")
+    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, _LONGEST_AXIS))[0]
+    if channels != 1:
+        raise VolprepError("VP1121", path=path, what=f"{channels} channels")
+    sizes = _integers(path, fields, "dimsize", "", (1, _LONGEST_AXIS))
+    if len(sizes) != 3:
+        raise VolprepError("VP1120", path=path, error=f"DimSize has {len(sizes)} numbers for 3 axes")
+    shape_zyx = (sizes[2], sizes[1], sizes[0])
+    grid, remarks = _grid(path, fields, shape_zyx)
+    slope, intercept = _intensity(path, fields)
+    voxels = _voxels(path, fields, end_bytes, shape_zyx)
+    try:
+        stored_type, type_remarks = find_stored_type(voxels, progress)
+    except VolprepError:
+        voxels.close()
+        raise
+    info = SourceInfo(
+        format="metaimage",
+        grid=grid,
+        stored_type=stored_type,
+        slope=slope,
+        intercept=intercept,
+        remarks=(*remarks, *type_remarks),
+    )
+    return VoxelSource(info, voxels)
+
+
+def _header(path: Path) -> tuple[Fields, int]:
+    """Fields by their lower-case names, and where the header ends: after the line ElementDataFile."""
+    with path.open("rb") as file:
+        head = file.read(_MOST_HEADER_BYTES)
+    fields: Fields = {}
+    end = 0
+    while "elementdatafile" not in fields:
+        line_end = head.find(b"\n", end)
+        if line_end < 0 and (end >= len(head) or len(head) == _MOST_HEADER_BYTES):
+            raise VolprepError("VP1120", path=path, error="no line ElementDataFile ends its header")
+        line_end = line_end if line_end >= 0 else len(head)  # the last line of a detached header may lack its end
+        line = head[end:line_end].decode("utf-8", "replace").strip()
+        end = line_end + 1
+        name, sign, value = line.partition("=")
+        name = _ALIASES.get(name.strip().lower(), name.strip().lower())
+        if line and (not sign or name in fields):
+            raise VolprepError("VP1120", path=path, error=f"line {line[:60]!r} is no field, or comes twice")
+        if line:
+            fields[name] = value.strip()
+    return fields, end
+
+
+def _grid(path: Path, fields: Fields, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
+    remarks = []
+    if "transformmatrix" not in fields:
+        remarks.append("the file does not say how the volume lies in the patient; left, back and up are taken")
+    if "elementspacing" not in fields and "elementsize" not in fields:
+        remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
+    unit = _MM_PER_UNIT.get(fields.get("distanceunits", "mm").lower())
+    if unit is None:
+        raise VolprepError("VP1120", path=path, error=f"DistanceUnits is {fields['distanceunits'][:40]!r}")
+    spacing = _floats(path, fields, "elementspacing" if "elementspacing" in fields else "elementsize", "1 1 1", 3)
+    columns = _floats(path, fields, "transformmatrix", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3).T
+    with np.errstate(over="ignore", invalid="ignore"):
+        lengths = np.linalg.norm(columns, axis=0)
+        origin = _floats(path, fields, "offset", "0 0 0", 3) * unit
+    if not (spacing > 0).all():
+        raise VolprepError("VP2021", path=path, which="field ElementSpacing")
+    if not (np.abs(lengths - 1.0) <= ORIENTATION_TOLERANCE).all():
+        raise VolprepError("VP2021", path=path, which="field TransformMatrix")
+    columns = columns / lengths * spacing * unit
+    which = "field ElementSpacing, TransformMatrix or Offset"
+    return grid_from_affine(path, which, shape_zyx, columns, origin), remarks
+
+
+def _intensity(path: Path, fields: Fields) -> tuple[float, float]:
+    slope = float(_floats(path, fields, "elementtointensityfunctionslope", "1", 1)[0])
+    intercept = float(_floats(path, fields, "elementtointensityfunctionoffset", "0", 1)[0])
+    if not np.isfinite([slope, intercept]).all() or slope == 0.0:
+        raise VolprepError("VP1120", path=path, error=f"its intensity function is {slope} · stored + {intercept}")
+    return slope, intercept
+
+
+def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int]) -> VoxelFile:
+    """Voxels in this file, or in the one that it names; their size is checked against the file's."""
+    element = fields.get("elementtype", "")
+    if element not in _TYPES:
+        raise VolprepError("VP1122", path=path, what=f"ElementType {element[:40]!r}")
+    order = ">" if _true(path, fields, "binarydatabyteordermsb", "False") else "<"
+    packed, binary = _true(path, fields, "compresseddata", "False"), _true(path, fields, "binarydata", "True")
+    dtype = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
+    if fields.get("headersizeperslice", "0") not in {"0", "-1"}:
+        raise VolprepError("VP1122", path=path, what="HeaderSizePerSlice")
+    name = fields["elementdatafile"]
+    if name.upper().split()[:1] in (["LIST"], []) or re.search(r"%\d*[di]", name):
+        raise VolprepError("VP1122", path=path, what=f"ElementDataFile {name[:40]!r}")
+    file, start = (path, end_bytes) if name.upper() == "LOCAL" else (data_file(path, name), 0)
+    voxel_bytes = prod(shape_zyx) * dtype.itemsize
+    start = _data_start(path, fields, file, start, voxel_bytes, plain=binary and not packed)
+    size = file.stat().st_size
+    there = max(size - start, 0)
+    if packed:
+        check_declared(file, voxel_bytes, 0, 0, there * MAX_DEFLATE_RATIO)
+        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: inflated(file, start)))
+    if not binary:
+        check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, dtype))
+        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, dtype)))
+    check_declared(file, voxel_bytes, start, size, size)
+    return VoxelFile(file, dtype, shape_zyx, start, file.open("rb", buffering=0))
+
+
+def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes: int, *, plain: bool) -> int:
+    """Where the data begin: at `start`, or where HeaderSize says, but not before."""
+    header_bytes = _integers(path, fields, "headersize", "0", (-1, 2**63 - 1))[0]
+    if header_bytes == -1 and not plain:
+        raise VolprepError("VP1122", path=path, what="HeaderSize -1 and data that are packed or text")
+    size = file.stat().st_size
+    at = size - voxel_bytes if header_bytes == -1 else header_bytes or start
+    if at < start:
+        raise VolprepError("VP1008", path=file, expected=voxel_bytes, actual=max(size - start, 0))
+    return at
+
+
+def _integers(path: Path, fields: Fields, name: str, default: str, limits: tuple[int, int]) -> list[int]:
+    text = fields.get(name, default)
+    numbers = parse_integers(text.split(), *limits)
+    if numbers is None:
+        raise VolprepError("VP1120", path=path, error=f"{name} is {text[:40]!r}")
+    return numbers
+
+
+def _floats(path: Path, fields: Fields, name: str, default: str, count: int) -> NDArray[np.float64]:
+    text = fields.get(name, default)
+    numbers = parse_floats(text.split())
+    if numbers is None or len(numbers) != count:
+        raise VolprepError("VP1120", path=path, error=f"{name} is {text[:60]!r}, not {count} numbers")
+    return np.array(numbers)
+
+
+def _true(path: Path, fields: Fields, name: str, default: str) -> bool:
+    text = fields.get(name, default)
+    if text.lower() not in {"true", "false", "t", "f", "1", "0"}:
+        raise VolprepError("VP1120", path=path, error=f"{name} is {text[:40]!r}, not True or False")
+    return text.lower() in {"true", "t", "1"}
