@@ -9,7 +9,7 @@ from volprep.report.data import Convergence, Target
 from volprep.truth.convergence import fit_order
 from volprep_formats.package.transfer_function import TransferFunction
 
-_NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 1e-6}
+_NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
 """Root mean square errors below this are the target's rounding; in float32, that of some hundred samples."""
 
 _EXPECTED = 2.0
