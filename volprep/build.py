@@ -11,6 +11,7 @@ from volprep.drafts import import_draft, require_sound
 from volprep.origin import Origin, write_origin
 from volprep.pipeline import plan_draft, run_stages
 from volprep.plan import Plan, make_plan
+from volprep.repair import open_scan
 from volprep.request import Request
 from volprep.statistics import measure
 from volprep_formats.diagnostics import VolprepError
@@ -19,7 +20,6 @@ from volprep_formats.package.files import output_errors
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.publish import check_target, publish
 from volprep_formats.progress import Progress
-from volprep_formats.readers import open_source
 
 
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
@@ -52,7 +52,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 def plan_build(request: Request, progress: Progress) -> Plan:
     """Give the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
-    with open_source(request.scene.source, Path("/"), progress) as source:
+    with open_scan(request.scene.source, Path("/"), progress) as source:
         return make_plan(request.scene, request.profile, source.info, measure(source, progress))
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from volprep.pipeline import STAGES, generator, is_current, plan_draft, require_inputs, run_stage
+from volprep.repair import open_scan
 from volprep.request import Request, with_grey_ramp
 from volprep.scene import Scene
 from volprep.stages.import_volume import NAME, NOT_MEASURED, import_key, import_volume
@@ -14,7 +15,6 @@ from volprep_formats.package.draft import Draft
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord
 from volprep_formats.progress import Progress
-from volprep_formats.readers import open_source
 
 _NOT_IMPORTED = "0" * 64
 # What later stages wrote into the manifest, as it is before they ran.
@@ -41,7 +41,7 @@ def import_draft(request: Request, folder: Path, progress: Progress) -> Draft:
     old = Draft.open(folder) if (folder / MANIFEST).exists() else None
     if old is not None and is_current(NAME, key, old.manifest):
         return old
-    with open_source(scene.source, Path("/"), progress) as source:
+    with open_scan(scene.source, Path("/"), progress) as source:
         draft = old or Draft.create(
             folder,
             Manifest(

@@ -16,6 +16,14 @@ Series = Annotated[
     str | None,
     typer.Option(help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's."),
 ]
+Repair = Annotated[
+    list[str],
+    typer.Option(
+        help="Allow a repair by interpolation: gaps (missing slices, uneven distances) or tilt (of the gantry). "
+        "Can be given twice. Replaces the scene's.",
+        metavar="KIND",
+    ),
+]
 List = Annotated[
     bool, typer.Option("--list", help="Only list the DICOM series in a folder tree, and what is wrong with each.")
 ]
@@ -26,8 +34,9 @@ def import_source(
     output: Output = None,
     profile: Profile = None,
     source: Source = None,
-    series: Series = None,
     *,
+    series: Series = None,
+    repair: Repair = [],  # noqa: B006 - typer asks for a list, and nothing changes it
     only_list: List = False,
     as_json: Json = False,
 ) -> None:
@@ -52,8 +61,13 @@ def import_source(
     else:
         msg = "--source replaces the scan of a scene; there is none here"
         raise typer.BadParameter(msg)
+    if unknown := set(repair) - {"gaps", "tilt"}:
+        msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
+        raise typer.BadParameter(msg)
     if series is not None:
         request = request.with_source(series=series)
+    if repair:
+        request = request.with_source(repair=tuple(repair))
     with progress() as watcher:
         draft = import_draft(request, output, watcher)
     origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))

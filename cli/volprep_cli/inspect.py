@@ -130,6 +130,7 @@ def _general(manifest: "Manifest") -> Rows:
         ("extent", f"{_times(info.grid.extent_mm_zyx)} mm z×y×x"),
         ("values", f"{statistics.minimum:g} to {statistics.maximum:g} {info.unit}".rstrip() + non_finite),
     ]
+    rows += [("repaired", f"{repair.kind}, {repair.interpolation} interpolation") for repair in info.repairs]
     rows += [("remark", remark) for remark in info.remarks]
     if manifest.quantization is not None:
         stored = manifest.quantization

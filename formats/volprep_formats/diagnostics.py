@@ -185,6 +185,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the header says {frames} frames, which need {expected}, but the pixel data has {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
+    "VP1046": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {columns}×{rows} pixels of 1 value, but the compressed data say {actual}",
+        "The file is damaged; copy the series again from where it came.",
+    ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: exists already and is not an empty folder",
@@ -295,7 +300,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: gantry tilt of {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
         "{step_mm:.3f} mm along the line from slice to slice, and have shifted sideways by {total_mm:.2f} mm in all",
-        "Straighten the series with a tool that shears the tilt away, and read the result.",
+        'Set source.repair = ["tilt"] to shear the tilt away by linear interpolation within the slices.',
     ),
     "VP2008": Diagnostic(
         ExitStatus.SOURCE,
@@ -307,14 +312,20 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, usual is "
         "{usual_mm:.3f} mm; such gaps in all: {holes}",
-        "Copy the series again, whole.",
+        'Copy the series again, whole; or set source.repair = ["gaps"] to interpolate between the neighbours.',
     ),
     "VP2015": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usual {usual_mm:.3f} mm; the "
         "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, and up to "
         "{tolerance_mm:.3f} mm is taken as rounding",
-        "Resample the series to even distances first, or leave out the slices that break the order.",
+        'Set source.repair = ["gaps"] to interpolate slices at even distances, or leave out those that are wrong.',
+    ),
+    "VP2016": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: repaired, the volume would have {size} voxels, more than {growth} times the slices, rows or columns "
+        "of the scan",
+        "Check the positions of the slices; whole parts of the scan may be missing.",
     ),
     "VP2020": Diagnostic(
         ExitStatus.SOURCE,

@@ -1,6 +1,6 @@
 """What every reader gives: one volume at full precision, readable slab by slab."""
 
-from typing import Annotated, Literal, Protocol, Self
+from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,10 @@ from volprep_formats.record import Record
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
 SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw"]
+
+
+RepairKind = Literal["gaps", "tilt"]
+"""What can be repaired where slices form no grid."""
 
 
 class RawLayout(Record):
@@ -38,8 +42,47 @@ class SourceSpec(Record):
     """Reader to use; "auto" looks at the file."""
     series: str | None = None
     """DICOM only: SeriesInstanceUID, or a unique ending of it, when the folder holds several series."""
+    repair: tuple[RepairKind, ...] = ()
+    """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
+    distances; "tilt": a tilted gantry. Without it such a series is refused."""
     raw: RawLayout | None = None
     """Raw only: shape, type, spacing, byte order and header size."""
+
+
+class GapRepair(Record):
+    """Uneven distances of slices were made even: a new slice every `usual_gap_mm`, or as near as divides the whole."""
+
+    kind: Literal["gaps"] = "gaps"
+    """What was repaired."""
+    interpolation: Literal["linear"] = "linear"
+    """Interpolation between the two neighbouring slices. Integers are rounded to the nearest."""
+    slices_before: Count
+    """Number of slices of the source."""
+    slices_after: Count
+    """Number of slices that were made of them."""
+    usual_gap_mm: Length
+    """Lower median of the distances in the source, in millimetres."""
+    largest_gap_mm: Length
+    """Largest distance in the source, in millimetres."""
+
+
+class TiltRepair(Record):
+    """The slices of a tilted gantry were moved sideways within their planes, so that they lie above each other."""
+
+    kind: Literal["tilt"] = "tilt"
+    """What was repaired."""
+    interpolation: Literal["linear"] = "linear"
+    """Interpolation within each slice. Integers are rounded to the nearest."""
+    about_rows_deg: float
+    """Angle of the shear that was removed: from slice to slice along the columns, in degrees."""
+    about_columns_deg: float
+    """The same along the rows, in degrees."""
+    added_rows: int
+    """Rows by which the slices grew, so that nothing was cut off."""
+    added_columns: int
+    """Columns by which the slices grew."""
+    padding: float
+    """Physical value of the voxels that no slice covers: the lowest of the source."""
 
 
 class SourceInfo(Record):
@@ -59,8 +102,10 @@ class SourceInfo(Record):
     """Unit of the physical values, for example HU; empty when the source does not say."""
     modality: str = ""
     """DICOM modality, for example CT or MR; empty when the source does not say."""
+    repairs: tuple[GapRepair | TiltRepair, ...] = ()
+    """What was repaired by interpolation because the scene asked for it, in the order in which it was done."""
     remarks: tuple[str, ...] = ()
-    """What the reader noticed and a user should know: repairs, ignored files, missing attributes."""
+    """What the reader noticed and a user should know: ignored files, missing attributes."""
 
 
 class VolumeSource(Protocol):
@@ -76,6 +121,46 @@ class VolumeSource(Protocol):
 
         Raises VolprepError when the source is damaged.
         """
+        ...
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        ...
+
+    def __exit__(self, *exception: object) -> None:
+        """Close what is open."""
+        ...
+
+
+class SlicePlaces(Record):
+    """Where slices lie that are parallel but form no grid."""
+
+    folder: str
+    """What holds them, for messages."""
+    along_mm: tuple[float, ...]
+    """Distance of each slice from the first, along the normal."""
+    beside_mm_xy: tuple[tuple[float, float], ...]
+    """Shift of each slice beside the first, along its index axes x and y."""
+    repairs: tuple[RepairKind, ...]
+    """What it takes to make them a volume."""
+
+
+@runtime_checkable
+class UnevenSource(Protocol):
+    """Slices that form no grid. Not a `VolumeSource`: whoever takes it for one would draw a wrong volume."""
+
+    @property
+    def nominal(self) -> SourceInfo:
+        """Type and photometry. Only the first slice lies where this grid says; the distance is the mean."""
+        ...
+
+    @property
+    def places(self) -> SlicePlaces:
+        """Where the slices lie."""
+        ...
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], as they are in the files."""
         ...
 
     def __enter__(self) -> Self:

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from volprep.origin import read_origin
+from volprep.repair import open_scan
 from volprep.scene import RenderWishes, load_scene
 from volprep.statistics import Gauge, source_slabs
 from volprep.validation.decoded import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.progress import Progress
-from volprep_formats.readers import open_source
 from volprep_formats.source import SourceSpec
 
 
@@ -52,7 +52,7 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
 
     Raises what the reader raises, and VP6013 if it is not the scan that `manifest` names by its digest.
     """
-    with open_source(spec, Path(), progress) as source:
+    with open_scan(spec, Path(), progress) as source:
         info = source.info
         gauge = Gauge(info)
         stored = np.empty(info.grid.shape_zyx, dtype=info.stored_type)

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceFormat, SourceSpec, VolumeSource
+from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
 
@@ -54,18 +55,35 @@ def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of
     another format), and what the reader raises.
     """
+    source: VolumeSource = _open(spec, base, progress, "open_volume")
+    return source
+
+
+def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource | UnevenSource:
+    """Open a source as `open_source` does; slices that form no grid come as they are if `spec.repair` allows it.
+
+    Raises what `open_source` raises.
+    """
+    source: VolumeSource | UnevenSource = _open(spec, base, progress, "open_slices" if spec.repair else "open_volume")
+    return source
+
+
+def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
     path = base / spec.path
     if not path.exists():
         raise VolprepError("VP1001", path=path)
     reader = _reader(spec, path)
-    for key, value, format_name in (("raw", spec.raw, "raw"), ("series", spec.series, "dicom")):
+    for key, value, format_name in (
+        ("raw", spec.raw, "raw"),
+        ("series", spec.series, "dicom"),
+        ("repair", spec.repair or None, "dicom"),
+    ):
         if value is not None and reader.name != format_name:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
     try:
-        source: VolumeSource = import_module(reader.module).open_volume(spec, path, progress)
+        return getattr(import_module(reader.module), function)(spec, path, progress)
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
-    return source
 
 
 def _reader(spec: SourceSpec, path: Path) -> Reader:

@@ -7,7 +7,8 @@ PS3.3, C.7.6.2.1.1; PixelSpacing is the distance between rows first (y), then be
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.dicom_header import VARIANTS, SliceImage
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
+from volprep_formats.source import RepairKind, SlicePlaces
 
 Points = NDArray[np.float64]
 
@@ -33,6 +35,10 @@ _SAME_PLACE = 1e-3
 """Slices nearer than this share of the largest gap lie at one place."""
 
 
+_REPAIRABLE: dict[RepairKind, tuple[str, ...]] = {"gaps": ("VP2014", "VP2015"), "tilt": ("VP2007",)}
+"""Codes of the errors that each repair does away with."""
+
+
 @dataclass(frozen=True)
 class Stack:
     """A series as a grid: `order[z]` is the index of the image that is slice z."""
@@ -40,12 +46,14 @@ class Stack:
     order: tuple[int, ...]
     grid: Grid
     remarks: tuple[str, ...]
+    places: SlicePlaces | None
+    """Where the slices lie when they form no grid, which is then that of `UnevenSource.nominal`."""
 
 
-def stack_images(images: Sequence[SliceImage]) -> Stack:
-    """Order the images of one series and find their grid.
+def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = ()) -> Stack:
+    """Order the images of one series and find their grid; what `repair` allows is not refused.
 
-    Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2017 (not a grid), with the numbers.
+    Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2015 (not a grid), with the numbers.
     """
     for image in images:
         _check_complete(image)
@@ -56,17 +64,40 @@ def stack_images(images: Sequence[SliceImage]) -> Stack:
     order = np.argsort(along_mm, kind="stable")
     ordered = [images[i] for i in order]
     positions, along_mm = positions[order], along_mm[order] - along_mm[order[0]]
+    needed: list[RepairKind] = []
     if len(images) == 1:
         pitch_mm, remark = _single_pitch(images[0])
         remarks.append(remark)
     else:
         _check_places(ordered, along_mm)
-        remarks += _check_line(ordered, positions, along_mm, axes, min(spacing_mm_yx))
-        remarks += _check_even(ordered, along_mm)
+        with _repairing("tilt", repair, needed):
+            remarks += _check_line(ordered, positions, along_mm, axes, min(spacing_mm_yx))
+        with _repairing("gaps", repair, needed):
+            remarks += _check_even(ordered, along_mm)
         pitch_mm = float(along_mm[-1]) / (len(images) - 1)
         remarks += _pitch_remarks(ordered, pitch_mm)
     grid = Grid.of((len(images), *shape_yx), (pitch_mm, *spacing_mm_yx), positions[0], axes)
-    return Stack(tuple(order.tolist()), grid, tuple(remarks))
+    places = None
+    if needed:
+        beside = ((positions - positions[0]) @ axes[:, :2]).tolist()
+        places = SlicePlaces(
+            folder=_names(images)[0],
+            along_mm=tuple(along_mm.tolist()),
+            beside_mm_xy=tuple((x, y) for x, y in beside),
+            repairs=tuple(needed),
+        )
+    return Stack(tuple(order.tolist()), grid, tuple(remarks), places)
+
+
+@contextmanager
+def _repairing(kind: RepairKind, allowed: Collection[RepairKind], needed: list[RepairKind]) -> Iterator[None]:
+    """Turn the refusal of what `kind` repairs into a need for it, where that is allowed."""
+    try:
+        yield
+    except VolprepError as error:
+        if kind not in allowed or error.code not in _REPAIRABLE[kind]:
+            raise
+        needed.append(kind)
 
 
 def _check_complete(image: SliceImage) -> None:
