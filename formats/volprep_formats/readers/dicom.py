@@ -8,6 +8,7 @@ turned round (lowest + highest - v over the stored bits), so that large is brigh
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
@@ -15,11 +16,19 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom_file import quiet_pydicom
 from volprep_formats.readers.dicom_geometry import Stack, stack_images
 from volprep_formats.readers.dicom_header import EncodedPixels, SliceImage
-from volprep_formats.readers.dicom_pixels import check_decodable, decode_picture, slice_of, stored_range
+from volprep_formats.readers.dicom_pixels import (
+    check_decodable,
+    decode_picture,
+    decode_request,
+    is_compressed,
+    slice_of,
+    stored_range,
+)
 from volprep_formats.readers.dicom_scan import Scan, Series, choose_series, scan
 from volprep_formats.source import SourceInfo, SourceSpec, StoredType
 
@@ -42,6 +51,8 @@ class DicomSource:
     def __init__(self, info: SourceInfo, slices: Sequence[_Slice]) -> None:
         self._info = info
         self._slices = tuple(slices)
+        self._workers: Workers | None = None
+        self._exit = ExitStack()
 
     @property
     def info(self) -> SourceInfo:
@@ -49,9 +60,10 @@ class DicomSource:
         return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores.
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores, compressed ones in worker processes.
 
-        Raises VolprepError VP1003, VP1031 or VP1039 when a file is damaged.
+        Raises VolprepError VP1003, VP1031, VP1039 or VP1046 when a file is damaged, VP1270 to VP1273 when its decoder
+        goes wrong.
         """
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
 
@@ -60,14 +72,19 @@ class DicomSource:
         for z in range(z0, z1):
             pictures.setdefault(replace(self._slices[z].pixels, tile=None), []).append(z)
 
-        def fill(picture: EncodedPixels) -> None:
-            decoded = decode_picture(picture)
+        def place(picture: EncodedPixels, decoded: NDArray[np.generic]) -> None:
             for z in pictures[picture]:
                 _convert(self._slices[z], decoded, slab[z - z0])
 
+        native = [picture for picture in pictures if not is_compressed(picture)]
         with quiet_pydicom(), ThreadPoolExecutor(os.cpu_count()) as pool:
-            for _ in pool.map(fill, pictures):
+            for _ in pool.map(lambda picture: place(picture, decode_picture(picture)), native):
                 pass
+        compressed = [picture for picture in pictures if is_compressed(picture)]
+        if compressed:
+            self._workers = self._workers or self._exit.enter_context(workers())
+            requests = [decode_request(picture) for picture in compressed]
+            self._workers.run(requests, lambda index, decoded: place(compressed[index], decoded))
         return slab
 
     def __enter__(self) -> Self:
@@ -75,7 +92,9 @@ class DicomSource:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """Nothing stays open between slabs."""
+        """End the workers, if there are any and nobody else uses them. Files are not open between slabs."""
+        self._workers = None
+        self._exit.close()
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:

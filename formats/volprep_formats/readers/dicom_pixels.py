@@ -1,8 +1,8 @@
 """Stored values of one DICOM picture: read its bytes, undo the transfer syntax, mask unused bits.
 
 `decode_picture` depends on nothing but its argument, which can be sent to another process. Native pixel data is read
-here; compressed data goes to the decoders behind pydicom. Call all of it within `quiet_pydicom`. Source: DICOM PS3.5,
-8.1.1 and annex A.
+here; compressed data goes to the decoders behind pydicom, which are foreign code: `decode_request` is for a worker
+process. Call all of it within `quiet_pydicom`. Source: DICOM PS3.5, 8.1.1 and annex A.
 """
 
 from typing import Any
@@ -14,13 +14,18 @@ from pydicom.pixels.decoders.base import get_decoder
 from pydicom.uid import UID, JPEGLSTransferSyntaxes, JPEGTransferSyntaxes
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import Request
+from volprep_formats.readers.codestreams import declared_size
 from volprep_formats.readers.dicom_codecs import DECODERS
-from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set
+from volprep_formats.readers.dicom_file import DEFLATED, inflated_data_set, quiet_pydicom
 from volprep_formats.readers.dicom_header import EncodedPixels
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
 _EMPTY_TABLE, _END = b"\xfe\xff\x00\xe0" + bytes(4), b"\xfe\xff\xdd\xe0" + bytes(4)
 _ENDING_WITH_EOI = frozenset((*JPEGTransferSyntaxes, *JPEGLSTransferSyntaxes))
+# OpenJPEG, the greediest, takes 12 bytes and 0.2 µs for each pixel.
+_MEMORY_BYTES, _MEMORY_BYTES_PER_PIXEL = 2**28, 40
+_SECONDS, _SECONDS_PER_PIXEL = 30.0, 10e-6
 _NATIVE = frozenset(("1.2.840.10008.1.2", "1.2.840.10008.1.2.1", _BIG_ENDIAN, DEFLATED))
 
 
@@ -58,10 +63,29 @@ def slice_of(pixels: EncodedPixels, picture: NDArray[np.generic]) -> NDArray[np.
     return picture[row : row + rows, column : column + columns]
 
 
+def is_compressed(pixels: EncodedPixels) -> bool:
+    """Whether a foreign decoder is needed."""
+    return pixels.transfer_syntax not in _NATIVE
+
+
+def decode_request(pixels: EncodedPixels) -> Request:
+    """Ask for `decode_picture` in a worker process."""
+    count = pixels.rows * pixels.columns
+    return Request(
+        function=_decode_alone,
+        argument=pixels,
+        path=pixels.path,
+        result_bytes=count * pixels.bits_allocated // 8,
+        memory_bytes=_MEMORY_BYTES + _MEMORY_BYTES_PER_PIXEL * count,
+        seconds=_SECONDS + _SECONDS_PER_PIXEL * count,
+    )
+
+
 def decode_picture(pixels: EncodedPixels) -> NDArray[np.generic]:
     """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits, unused ones masked, or floats.
 
-    Raises VolprepError VP1031 when the file has become shorter, VP1039 when the data cannot be decoded.
+    Raises VolprepError VP1031 when the file has become shorter, VP1039 when the data cannot be decoded, VP1046 when
+    the compressed data declare another size.
     """
     try:
         data = _value(pixels)
@@ -70,12 +94,17 @@ def decode_picture(pixels: EncodedPixels) -> NDArray[np.generic]:
         return _compressed(pixels, data)
     except OSError as error:
         raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
-    except VolprepError:
+    except (VolprepError, MemoryError):
         raise
     except Exception as error:  # decoders let any error through on damaged bytes
         raise VolprepError(
             "VP1039", path=pixels.path, syntax=UID(pixels.transfer_syntax).name, error=type(error).__name__
         ) from error
+
+
+def _decode_alone(pixels: EncodedPixels) -> NDArray[np.generic]:
+    with quiet_pydicom():
+        return decode_picture(pixels)
 
 
 def _value(pixels: EncodedPixels) -> bytes:
@@ -129,7 +158,9 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     syntax = UID(pixels.transfer_syntax)
     if pixels.is_bare:
         data = _EMPTY_TABLE + data + _END
-    if syntax in _ENDING_WITH_EOI and not get_frame(data, 0, number_of_frames=1).rstrip(b"\0").endswith(b"\xff\xd9"):
+    frame = get_frame(data, 0, number_of_frames=1)
+    _check_declared(pixels, frame)
+    if syntax in _ENDING_WITH_EOI and not frame.rstrip(b"\0").endswith(b"\xff\xd9"):
         msg = "the picture is cut off"  # libjpeg fills up what is missing and says nothing
         raise ValueError(msg)
     decoder = get_decoder(syntax)
@@ -138,6 +169,20 @@ def _compressed(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
         msg = "another shape than the header says"
         raise ValueError(msg)
     return values
+
+
+def _check_declared(pixels: EncodedPixels, frame: bytes) -> None:
+    declared = declared_size(frame)
+    if declared is None:  # RLE declares none
+        return
+    if (declared.rows, declared.columns, declared.components) != (pixels.rows, pixels.columns, 1):
+        raise VolprepError(
+            "VP1046",
+            path=pixels.path,
+            rows=pixels.rows,
+            columns=pixels.columns,
+            actual=f"{declared.columns}×{declared.rows} pixels of {declared.components}",
+        )
 
 
 def _check_decoder(pixels: EncodedPixels) -> None:
