@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress
 
 Scene = Annotated[Path, typer.Argument(help="Scene file.", metavar="SCENE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
@@ -26,6 +26,7 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
     request = load_request(scene, profile, source)
     with progress() as watcher:
         manifest = build_package(request, output, watcher)
+    print_remarks(manifest.source.info.remarks)
     size = sum(record.size_bytes for record in manifest.files)
     if as_json:
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})

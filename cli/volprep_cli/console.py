@@ -76,6 +76,12 @@ class _Bars:
             self._bar.advance(self._task, units)
 
 
+def print_remarks(remarks: Sequence[str]) -> None:
+    """Print to stderr what a reader noticed and a user should know."""
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)
+
+
 def print_json(value: object) -> None:
     """Print JSON to stdout, keys sorted."""
     print(json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False))

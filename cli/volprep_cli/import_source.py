@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from volprep_cli.build import Profile, Source
-from volprep_cli.console import Json, print_json, print_table, progress
+from volprep_cli.console import Json, print_json, print_remarks, print_table, progress
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom_list import Listing
@@ -74,6 +74,7 @@ def import_source(
     write_origin(output, origin)
     shape = "×".join(str(n) for n in draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
+    print_remarks(draft.manifest.source.info.remarks)
     low, high = values.minimum, values.maximum
     if as_json:
         print_json(

@@ -6,7 +6,7 @@ turned round (lowest + highest - v over the stored bits), so that large is brigh
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ from volprep_formats.readers.dicom_pixels import (
     stored_range,
 )
 from volprep_formats.readers.dicom_scan import Scan, Series, choose_series, scan
-from volprep_formats.source import SourceInfo, SourceSpec, StoredType
+from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
 
 _FLOAT32_BITS = 24
 
@@ -97,14 +97,57 @@ class DicomSource:
         self._exit.close()
 
 
+class UnevenDicomSource:
+    """The slices of one series, which form no grid."""
+
+    def __init__(self, slices: DicomSource, places: SlicePlaces) -> None:
+        self._slices = slices
+        self._places = places
+
+    @property
+    def nominal(self) -> SourceInfo:
+        """Type and photometry; only the first slice lies where this grid says."""
+        return self._slices.info
+
+    @property
+    def places(self) -> SlicePlaces:
+        """Where the slices lie."""
+        return self._places
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], as `DicomSource.read_slab` gives them."""
+        return self._slices.read_slab(z0, z1)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        self._slices.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close the slices."""
+        self._slices.__exit__(*exception)
+
+
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:
     """Open the series that `spec` means in the folder tree, or file, `path`.
 
     Raises VolprepError VP1003, VP1030 to VP1045 (files and pixels) and VP2001 to VP2015 (geometry).
     """
+    return _open(spec, path, progress, repair=())[0]
+
+
+def open_slices(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource | UnevenDicomSource:
+    """Open a series as `open_volume` does, or its slices as they lie where they form no grid and `spec.repair` fits."""
+    source, places = _open(spec, path, progress, repair=spec.repair)
+    return source if places is None else UnevenDicomSource(source, places)
+
+
+def _open(
+    spec: SourceSpec, path: Path, progress: Progress, repair: Collection[RepairKind]
+) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
-    stack = stack_series(series)
+    stack = stack_series(series, repair)
     images = [series.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
@@ -128,15 +171,15 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource
         )
         for image, encoded in zip(images, pixels, strict=True)
     ]
-    return DicomSource(info, slices)
+    return DicomSource(info, slices), stack.places
 
 
-def stack_series(series: Series) -> Stack:
+def stack_series(series: Series, repair: Collection[RepairKind] = ()) -> Stack:
     """Order the slices of a series and find their grid. Raises what is wrong with it, before any pixel is decoded."""
     for image in series.images:
         if image.problem is not None:
             raise image.problem
-    stack = stack_images(series.images)
+    stack = stack_images(series.images, repair)
     with quiet_pydicom():
         for image in series.images:
             if image.pixels is not None:
@@ -195,7 +238,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
     if any(image.has_padding for image in images):
         remarks.append("the series has a padding value for pixels outside the scanned field; it is kept as a value")
     if any(image.has_burned_in_text for image in images):
-        remarks.append("the series says that text is burned into its pixels; it may name the patient")
+        remarks.append("warning: the series says that text is burned into its pixels; it may name the patient")
     return remarks
 
 

@@ -233,6 +233,11 @@ class Fields:
         numbers = self.numbers(keyword, 1)
         return None if numbers is None else numbers[0]
 
+    def hint(self, keyword: str) -> float | None:
+        """Value as one number that geometry seldom needs; None when missing or wrong, which is no problem by itself."""
+        found = Fields(self.path, self._data).number(keyword)
+        return found or None
+
     def count(self, keyword: str, low: int, high: int) -> int:
         """Value as a whole number from low to high; `low`, and a problem, when it is missing or wrong."""
         number = self.number(keyword)
@@ -265,8 +270,8 @@ def slice_image(path: Path, data: Dataset, transfer_syntax: str, element: PixelE
         orientation=fields.numbers("ImageOrientationPatient", 6),
         position_mm_xyz=fields.numbers("ImagePositionPatient", 3),
         pixel_spacing_mm_yx=pixel_spacing(fields),
-        slice_thickness_mm=fields.number("SliceThickness"),
-        spacing_between_slices_mm=fields.number("SpacingBetweenSlices"),
+        slice_thickness_mm=fields.hint("SliceThickness"),
+        spacing_between_slices_mm=fields.hint("SpacingBetweenSlices"),
         slope=1.0 if slope is None else slope,
         intercept=0.0 if intercept is None else intercept,
         unit=unit_of(fields, modality, rescaled=intercept is not None),
