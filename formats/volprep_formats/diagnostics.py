@@ -241,6 +241,21 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: MetaImage files with {what} cannot be read",
         "Write the volume into one file of numbers, with its header or beside it.",
     ),
+    "VP1140": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound VTK file: {error}",
+        "Get the file again from where it came, or write it anew.",
+    ),
+    "VP1141": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the VTK file has {problem}; one number at each point of a volume is needed",
+        "Write the array that is meant as the scalars of the points.",
+    ),
+    "VP1142": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: VTK files with {what} cannot be read",
+        "Write one piece of image data with numbers as its scalars, not compressed or with zlib.",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",

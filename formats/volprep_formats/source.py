@@ -11,7 +11,7 @@ from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
-SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw"]
+SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "vti", "vtk"]
 
 
 RepairKind = Literal["gaps", "tilt"]

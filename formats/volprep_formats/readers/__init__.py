@@ -45,6 +45,8 @@ READERS = (
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
     Reader("nrrd", "volprep_formats.readers.nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
+    Reader("vti", "volprep_formats.readers.vti", lambda _spec, _path, head: b"<VTKFile" in head),
+    Reader("vtk", "volprep_formats.readers.vtk_legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
 )
 """All source formats, in the order in which they are tried."""
 

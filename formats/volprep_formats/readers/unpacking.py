@@ -6,6 +6,7 @@ packed data claims to hold: nothing is unpacked before it is asked for.
 
 import bz2
 import gzip
+import sys
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -116,16 +117,24 @@ def inflated(path: Path, start_bytes: int) -> Iterator[bytes]:
     with path.open("rb") as file:
         file.seek(start_bytes)
         decoder = zlib.decompressobj()
-        packed = b""
-        while not decoder.eof:
-            packed = packed or file.read(_CHUNK_BYTES)
-            piece = decoder.decompress(packed, _CHUNK_BYTES)
-            if not packed and not piece:
-                raise EOFError
-            packed = decoder.unconsumed_tail
-            yield piece
+        yield from inflate(decoder, file.read)
         # Bytes after the end show as data beyond the declared size, which whoever reads the volume refuses.
         yield decoder.unused_data or file.read(1)
+
+
+def inflate(decoder: "zlib._Decompress", read: Callable[[int], bytes]) -> Iterator[bytes]:
+    """What `decoder` makes of the bytes that `read` gives, to the end of the zlib stream, in pieces of bounded size.
+
+    Raises EOFError when the bytes end before the stream does.
+    """
+    packed = b""
+    while not decoder.eof:
+        packed = packed or read(_CHUNK_BYTES)
+        piece = decoder.decompress(packed, _CHUNK_BYTES)
+        if not packed and not piece:
+            raise EOFError
+        packed = decoder.unconsumed_tail
+        yield piece
 
 
 def most_text_bytes(text_bytes: int, dtype: np.dtype[np.generic]) -> int:
@@ -133,22 +142,34 @@ def most_text_bytes(text_bytes: int, dtype: np.dtype[np.generic]) -> int:
     return (text_bytes + 1) // 2 * dtype.itemsize
 
 
-def numbers_from_text(path: Path, start_bytes: int, dtype: np.dtype[np.generic]) -> Iterator[bytes]:
-    """Numbers of type `dtype`, written as text with blanks or commas between them, to the end of the file.
+def numbers_from_text(
+    path: Path, start_bytes: int, dtype: np.dtype[np.generic], end_bytes: int | None = None, count: int | None = None
+) -> Iterator[bytes]:
+    """Numbers of type `dtype`, written as text with blanks or commas between them, from `start_bytes` to `end_bytes`.
 
+    With `count`, no more than so many are read, and each must have a blank after it: a number that the end of a file
+    cuts in two is another number. Without, whoever writes the text may leave out the last blank.
     Raises VolprepError VP1007 when something is no number of that type.
     """
+    left = sys.maxsize if count is None else count
     with path.open("rb") as file:
         file.seek(start_bytes)
         rest = b""
-        while chunk := file.read(_CHUNK_BYTES):
+        while left and (chunk := file.read(_most(_CHUNK_BYTES, file.tell(), end_bytes))):
             text = (rest + chunk).replace(b",", b" ")
             cut = max(text.rfind(blank) for blank in (b" ", b"\n", b"\t", b"\r")) + 1
             text, rest = text[:cut], text[cut:]
-            yield _numbers(path, text.split(), dtype)
+            words = text.split()[:left]
+            left -= len(words)
+            yield _numbers(path, words, dtype)
             if len(rest) > _LONGEST_NUMBER:
                 break
-        yield _numbers(path, [rest] if rest else [], dtype)
+        if rest and left and (count is None or len(rest) > _LONGEST_NUMBER):
+            yield _numbers(path, [rest], dtype)
+
+
+def _most(size: int, position: int, end: int | None) -> int:
+    return size if end is None else min(size, end - position)
 
 
 def _numbers(path: Path, words: list[bytes], dtype: np.dtype[np.generic]) -> bytes:
