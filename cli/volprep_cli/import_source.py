@@ -16,6 +16,9 @@ Series = Annotated[
     str | None,
     typer.Option(help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's."),
 ]
+Volume = Annotated[
+    int | None, typer.Option(min=1, help="Which volume of a series that holds several. Replaces the scene's.")
+]
 Repair = Annotated[
     list[str],
     typer.Option(
@@ -36,6 +39,7 @@ def import_source(
     source: Source = None,
     *,
     series: Series = None,
+    volume: Volume = None,
     repair: Repair = [],  # noqa: B006 - typer asks for a list, and nothing changes it
     only_list: List = False,
     as_json: Json = False,
@@ -66,6 +70,8 @@ def import_source(
         raise typer.BadParameter(msg)
     if series is not None:
         request = request.with_source(series=series)
+    if volume is not None:
+        request = request.with_source(volume=volume)
     if repair:
         request = request.with_source(repair=tuple(repair))
     with progress() as watcher:

@@ -309,7 +309,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: {each} images at each of {places} places, so these are several volumes (echoes, phases, time "
         "points), or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
-        "Keep the images of one volume in the folder.",
+        "Set source.volume to choose one, if an attribute tells them apart; or keep the images of one in the folder.",
     ),
     "VP2007": Diagnostic(
         ExitStatus.SOURCE,
@@ -341,6 +341,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: repaired, the volume would have {size} voxels, more than {growth} times the slices, rows or columns "
         "of the scan",
         "Check the positions of the slices; whole parts of the scan may be missing.",
+    ),
+    "VP2017": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: there is no volume {volume}; the series holds {count}",
+        "Set source.volume to a number from 1 to {count}, or leave it out.",
     ),
     "VP2020": Diagnostic(
         ExitStatus.SOURCE,

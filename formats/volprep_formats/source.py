@@ -42,6 +42,8 @@ class SourceSpec(Record):
     """Reader to use; "auto" looks at the file."""
     series: str | None = None
     """DICOM only: SeriesInstanceUID, or a unique ending of it, when the folder holds several series."""
+    volume: Count | None = None
+    """DICOM only: which volume to read, from 1, of a series that holds several: time points, echoes, phases."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""

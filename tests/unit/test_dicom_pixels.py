@@ -155,3 +155,43 @@ def test_a_slab_is_the_slices_that_were_asked_for(tmp_path) -> None:
         assert source.read_slab(2, 5)[:, 0, 0].tolist() == [2, 3, 4]
         assert source.read_slab(6, 7)[:, 1, 2].tolist() == [6]
         assert source.read_slab(3, 3).shape == (0, 2, 3)
+
+
+@pytest.mark.parametrize("syntax", NATIVE)
+@pytest.mark.parametrize("dtype", ["uint32", "int32"])
+def test_wide_integers_are_read_as_floats_and_rounding_is_remarked(tmp_path, syntax, dtype) -> None:
+    pixels = np.array([[0, 2**24, 2**24 + 1, np.iinfo(dtype).max, np.iinfo(dtype).min]], dtype=dtype)
+    data = image(pixels)
+    if syntax == ExplicitVRBigEndian:
+        data.PixelData = pixels.astype(">u4" if dtype == "uint32" else ">i4").tobytes()
+    values, info = read_one(tmp_path, data, syntax)
+    assert info.stored_type == "float32"
+    assert np.array_equal(values[0], pixels.astype(np.float32))
+    assert values[0, 0, :2].tolist() == [0, 2**24]
+    assert any("beyond 2^24 are rounded" in remark for remark in info.remarks)
+
+
+def test_integers_of_24_bits_in_32_are_exact_and_need_no_remark(tmp_path) -> None:
+    pixels = np.array([[-(2**23), 2**23 - 1, -1]], dtype=np.int32)
+    rubbish = (pixels & 0xFFFFFF) | 0x5A000000
+    values, info = read_one(tmp_path, image(rubbish.astype(np.int32), BitsStored=24, HighBit=23))
+    assert values[0].tolist() == pixels.tolist()
+    assert not info.remarks or not any("rounded" in remark for remark in info.remarks)
+
+
+def test_twelve_bits_in_32_become_the_smallest_type(tmp_path) -> None:
+    values, info = read_one(tmp_path, image(np.array([[4095, 7]], np.uint32), BitsStored=12, HighBit=11))
+    assert (info.stored_type, values[0].tolist()) == ("int16", [[4095, 7]])
+
+
+@pytest.mark.parametrize(("keyword", "dtype"), [("FloatPixelData", "<f4"), ("DoubleFloatPixelData", "<f8")])
+def test_floating_point_pixels_are_read_with_their_rescale(tmp_path, keyword, dtype) -> None:
+    pixels = np.array([[1.5, -2.25e20, 1e-30], [0.1, 3e38, -0.0]])
+    data = image(np.zeros((2, 3), np.int16), BitsAllocated=8 * int(dtype[-1]), RescaleSlope="2", RescaleIntercept="1")
+    for gone in ("PixelData", "BitsStored", "HighBit", "PixelRepresentation"):
+        del data[gone]
+    setattr(data, keyword, pixels.astype(dtype).tobytes())
+    values, info = read_one(tmp_path, data)
+    assert np.array_equal(values[0], pixels.astype(np.float32))
+    assert (info.stored_type, info.slope, info.intercept) == ("float32", 2.0, 1.0)
+    assert any("64-bit" in remark for remark in info.remarks) == (dtype == "<f8")

@@ -78,6 +78,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_name in (
         ("raw", spec.raw, "raw"),
         ("series", spec.series, "dicom"),
+        ("volume", spec.volume, "dicom"),
         ("repair", spec.repair or None, "dicom"),
     ):
         if value is not None and reader.name != format_name:

@@ -147,7 +147,7 @@ def _open(
 ) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
-    stack = stack_series(series, repair)
+    stack = stack_series(series, repair, spec.volume)
     images = [series.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
@@ -174,12 +174,12 @@ def _open(
     return DicomSource(info, slices), stack.places
 
 
-def stack_series(series: Series, repair: Collection[RepairKind] = ()) -> Stack:
+def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: int | None = None) -> Stack:
     """Order the slices of a series and find their grid. Raises what is wrong with it, before any pixel is decoded."""
     for image in series.images:
         if image.problem is not None:
             raise image.problem
-    stack = stack_images(series.images, repair)
+    stack = stack_images(series.images, repair, volume)
     with quiet_pydicom():
         for image in series.images:
             if image.pixels is not None:

@@ -21,8 +21,8 @@ from volprep_formats.readers.dicom_header import (
     SliceImage,
     pixel_spacing,
     raw_text,
-    raw_value,
     unit_of,
+    variant_text,
 )
 
 _MOST_FRAMES = 2**20
@@ -111,7 +111,7 @@ def _variant(image: SliceImage, group: Callable[[str], Dataset], k: int) -> str:
     if VARIANTS[k] not in _GROUP_OF_VARIANT:
         return image.variants[k]
     sequence, keyword = _GROUP_OF_VARIANT[VARIANTS[k]]
-    return raw_value(group(sequence), keyword)[0].hex() or image.variants[k]
+    return variant_text(group(sequence), keyword) or image.variants[k]
 
 
 def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> list[EncodedPixels]:

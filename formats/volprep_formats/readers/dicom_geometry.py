@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.dicom_header import VARIANTS, SliceImage
+from volprep_formats.readers.dicom_volumes import choose_volume
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 from volprep_formats.source import RepairKind, SlicePlaces
 
@@ -50,9 +51,10 @@ class Stack:
     """Where the slices lie when they form no grid, which is then that of `UnevenSource.nominal`."""
 
 
-def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = ()) -> Stack:
+def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = (), volume: int | None = None) -> Stack:
     """Order the images of one series and find their grid; what `repair` allows is not refused.
 
+    Of several volumes at one place, `volume`, from 1, is taken.
     Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2015 (not a grid), with the numbers.
     """
     for image in images:
@@ -62,26 +64,31 @@ def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = 
     positions = np.array([image.position_mm_xyz for image in images], dtype=np.float64)
     along_mm = positions @ axes[:, 2]
     order = np.argsort(along_mm, kind="stable")
+    if volume is not None:
+        ordered = [images[i] for i in order]
+        kept, remark = choose_volume(ordered, _places(along_mm[order]), volume)
+        order = order[kept]
+        remarks += remark
     ordered = [images[i] for i in order]
     positions, along_mm = positions[order], along_mm[order] - along_mm[order[0]]
     needed: list[RepairKind] = []
-    if len(images) == 1:
-        pitch_mm, remark = _single_pitch(images[0])
-        remarks.append(remark)
+    if len(ordered) == 1:
+        pitch_mm, extent_remark = _single_pitch(ordered[0])
+        remarks.append(extent_remark)
     else:
         _check_places(ordered, along_mm)
         with _repairing("tilt", repair, needed):
             remarks += _check_line(ordered, positions, along_mm, axes, min(spacing_mm_yx))
         with _repairing("gaps", repair, needed):
             remarks += _check_even(ordered, along_mm)
-        pitch_mm = float(along_mm[-1]) / (len(images) - 1)
+        pitch_mm = float(along_mm[-1]) / (len(ordered) - 1)
         remarks += _pitch_remarks(ordered, pitch_mm)
-    grid = Grid.of((len(images), *shape_yx), (pitch_mm, *spacing_mm_yx), positions[0], axes)
+    grid = Grid.of((len(ordered), *shape_yx), (pitch_mm, *spacing_mm_yx), positions[0], axes)
     places = None
     if needed:
         beside = ((positions - positions[0]) @ axes[:, :2]).tolist()
         places = SlicePlaces(
-            folder=_names(images)[0],
+            folder=_names(ordered)[0],
             along_mm=tuple(along_mm.tolist()),
             beside_mm_xy=tuple((x, y) for x, y in beside),
             repairs=tuple(needed),
@@ -181,17 +188,23 @@ def _single_pitch(image: SliceImage) -> tuple[float, str]:
     raise VolprepError("VP1036", path=image.path, keyword="SliceThickness")
 
 
+def _places(along_mm: Points) -> NDArray[np.intp]:
+    """Number, from 0, of the place at which each slice lies; slices are in order."""
+    gaps = np.diff(along_mm)
+    result: NDArray[np.intp] = np.cumsum(np.concatenate(([0], gaps > _SAME_PLACE * gaps.max(initial=0.0))))
+    return result
+
+
 def _check_places(images: Sequence[SliceImage], along_mm: Points) -> None:
     """Refuse several images at one place along the normal."""
-    gaps = np.diff(along_mm)
-    same = gaps <= _SAME_PLACE * gaps.max()
-    if not same.any():
+    places = _places(along_mm)
+    counts = np.bincount(places)
+    if counts.max() == 1:
         return
-    starts = np.flatnonzero(np.concatenate(([True], ~same)))
-    counts = np.diff(np.append(starts, len(images)))
+    starts = np.cumsum(counts) - counts
     first = int(starts[np.argmax(counts > 1)])
     here, there = images[first], images[first + 1]
-    if here.instance_uid and here.instance_uid == there.instance_uid:
+    if here.instance_uid and (here.instance_uid, here.number) == (there.instance_uid, there.number):
         differ = "they are copies of one image"
     else:
         names = [name for k, name in enumerate(VARIANTS) if len({i.variants[k] for i in images}) > 1]

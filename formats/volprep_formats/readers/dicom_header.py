@@ -10,6 +10,7 @@ import struct
 from dataclasses import dataclass
 from pathlib import Path
 
+from pydicom.datadict import dictionary_VR
 from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
 from pydicom.tag import BaseTag, Tag
@@ -85,6 +86,7 @@ _BINARY = frozenset(
     ("SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation")
 )
 """Those of them that are stored as 16-bit numbers, the others being text."""
+_NUMBERS = {"FD": "d", "UL": "L", "US": "H"}
 _LIMIT = 1e6
 _MODALITIES = frozenset(
     ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
@@ -189,6 +191,15 @@ def raw_text(data: Dataset, keyword: str) -> str:
     return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
 
 
+def variant_text(data: Dataset, keyword: str) -> str:
+    """Value of an attribute that tells images apart, as text; a binary number as its digits."""
+    value, order = raw_value(data, keyword)
+    form = _NUMBERS.get(dictionary_VR(TAGS[keyword]))
+    if form is None:
+        return raw_text(data, keyword)
+    return repr(struct.unpack(order + form, value)[0]) if len(value) == struct.calcsize("=" + form) else ""
+
+
 class Fields:
     """Attributes of one data set as sound values. The first that is wrong becomes `problem`.
 
@@ -277,7 +288,7 @@ def slice_image(path: Path, data: Dataset, transfer_syntax: str, element: PixelE
         unit=unit_of(fields, modality, rescaled=intercept is not None),
         has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
         has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
-        variants=tuple(fields.text(keyword) for keyword in VARIANTS),
+        variants=tuple(variant_text(data, keyword) for keyword in VARIANTS),
         pixels=pixels,
         problem=fields.problem,
     )

@@ -1,0 +1,267 @@
+"""Enhanced multi-frame images: each frame lies where its functional groups say, whatever the order of the frames."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dicom_files import ds, image, save, save_all, stack
+from pydicom.dataset import Dataset
+from pydicom.encaps import encapsulate, generate_frames
+from pydicom.sequence import Sequence
+from pydicom.uid import (
+    DeflatedExplicitVRLittleEndian,
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    JPEGLSLossless,
+    RLELossless,
+)
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import SourceInfo, SourceSpec
+
+ENHANCED_MR = "1.2.840.10008.5.1.4.1.1.4.1"
+ROW, COLUMN = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, -1.0])
+NORMAL = np.cross(ROW, COLUMN)
+ORIGIN = np.array([-31.0, 14.25, 9.5])
+ORDER = [3, 0, 4, 1, 2]
+PITCH = 2.25
+SPACING_YX = (1.5, 1.25)
+
+
+def item(**attributes) -> Dataset:
+    data = Dataset()
+    for keyword, value in attributes.items():
+        setattr(data, keyword, value)
+    return data
+
+
+def groups(**sequences: Dataset) -> Dataset:
+    return item(**{keyword: Sequence([one]) for keyword, one in sequences.items()})
+
+
+def enhanced(order=ORDER, dtype="<i2", **attributes) -> Dataset:
+    """Five frames in a shuffled order; the voxels of slice z are 100·z + 10·y + x."""
+    y, x = np.indices((9, 8))
+    frames = np.array([100 * z + 10 * y + x for z in order]).astype(dtype)
+    data = image(frames[0])
+    for keyword in ("ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"):
+        del data[keyword]
+    data.SOPClassUID = ENHANCED_MR
+    data.NumberOfFrames = len(order)
+    data.PixelData = frames.tobytes()
+    data.SharedFunctionalGroupsSequence = Sequence(
+        [
+            groups(
+                PlaneOrientationSequence=item(ImageOrientationPatient=ds([*ROW, *COLUMN])),
+                PixelMeasuresSequence=item(PixelSpacing=ds(SPACING_YX), SliceThickness="9"),
+                PixelValueTransformationSequence=item(RescaleSlope="2", RescaleIntercept="-5", RescaleType="US"),
+            )
+        ]
+    )
+    data.PerFrameFunctionalGroupsSequence = Sequence(
+        [
+            groups(
+                PlanePositionSequence=item(ImagePositionPatient=ds(ORIGIN + NORMAL * PITCH * z)),
+                FrameContentSequence=item(TemporalPositionIndex=1),
+            )
+            for z in order
+        ]
+    )
+    for keyword, value in attributes.items():
+        setattr(data, keyword, value)
+    return data
+
+
+def read(path: Path) -> tuple[np.ndarray, SourceInfo]:
+    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
+        return source.read_slab(0, source.info.grid.shape_zyx[0]), source.info
+
+
+def refusal(data: Dataset, folder: Path) -> VolprepError:
+    with pytest.raises(VolprepError) as error:
+        read(save(data, folder / "e"))
+    return error.value
+
+
+def expected() -> np.ndarray:
+    z, y, x = np.indices((5, 9, 8))
+    return 100 * z + 10 * y + x
+
+
+@pytest.mark.parametrize(
+    "syntax",
+    [ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian],
+)
+def test_frames_are_sorted_by_where_they_lie(tmp_path, syntax) -> None:
+    voxels, info = read(save(enhanced(), tmp_path / "e", syntax))
+    assert np.array_equal(voxels, expected())
+    assert (info.slope, info.intercept, info.modality) == (2.0, -5.0, "MR")
+    assert info.grid.spacing_mm_zyx == pytest.approx((PITCH, *SPACING_YX))
+    np.testing.assert_allclose(info.grid.origin_mm_xyz, ORIGIN, atol=1e-9)
+    np.testing.assert_allclose(info.grid.direction, np.column_stack((ROW, COLUMN, NORMAL)), atol=1e-9)
+
+
+def test_what_a_frame_says_wins_over_what_all_share(tmp_path) -> None:
+    data = enhanced()
+    for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+        values = item(RescaleSlope=str(k + 1), RescaleIntercept="0", RescaleType="US")
+        own.PixelValueTransformationSequence = Sequence([values])
+    voxels, info = read(save(data, tmp_path / "e"))
+    assert info.stored_type == "float32"
+    assert np.array_equal(voxels, expected() * (np.argsort(ORDER) + 1)[:, None, None])
+
+
+@pytest.mark.parametrize("syntax", [RLELossless, JPEGLSLossless])
+@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("has_table", [True, False])
+def test_compressed_frames_are_found_in_their_fragments(tmp_path, syntax, parts, has_table) -> None:
+    data = enhanced(dtype="<u2")
+    singles = []
+    for k in range(5):
+        single = image(np.frombuffer(data.PixelData, "<u2").reshape(5, 9, 8)[k])
+        single.file_meta = Dataset()
+        save(single, tmp_path / "single")
+        single["PixelData"].VR = "OW"
+        single.set_original_encoding(is_implicit_vr=False, is_little_endian=True)
+        single.compress(syntax, generate_instance_uid=False)
+        singles.append(next(generate_frames(single.PixelData, number_of_frames=1)))
+    data.PixelData = encapsulate(singles, fragments_per_frame=parts, has_bot=has_table)
+    data["PixelData"].is_undefined_length = True
+    (tmp_path / "single").unlink()
+    file = save(data, tmp_path / "e", syntax)
+    if parts > 1 and not has_table:
+        with pytest.raises(VolprepError) as error:
+            read(file)
+        assert error.value.code == "VP1045"
+    else:
+        assert np.array_equal(read(file)[0], expected())
+
+
+def test_several_time_points_are_refused_with_their_numbers(tmp_path) -> None:
+    data = enhanced([*ORDER, *ORDER])
+    for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+        own.FrameContentSequence[0].TemporalPositionIndex = 1 + k // 5
+    error = refusal(data, tmp_path)
+    assert error.code == "VP2006"
+    assert "2 images at each of 5 places" in str(error)
+    assert "differ in TemporalPositionIdentifier" in str(error)
+    assert "e frame 2 and e frame 7" in str(error)
+    assert "source.volume" in str(error)
+
+
+@pytest.mark.parametrize("volume", [1, 2])
+def test_one_of_several_time_points_is_read_on_request(tmp_path, volume) -> None:
+    data = enhanced([*ORDER, *ORDER])
+    data.PixelData = (
+        (np.frombuffer(data.PixelData, "<i2").reshape(10, -1) + np.arange(10)[:, None] // 5 * 1000)
+        .astype("<i2")
+        .tobytes()
+    )
+    for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+        own.FrameContentSequence[0].TemporalPositionIndex = 300 - k // 5
+    file = save(data, tmp_path / "e")
+    with open_source(SourceSpec(path=str(file), volume=volume), Path(), Silent()) as source:
+        assert np.array_equal(source.read_slab(0, 5), expected() + 1000 * (2 - volume))
+        assert any(f"differ in TemporalPositionIdentifier; number {volume}" in remark for remark in source.info.remarks)
+
+
+def test_a_volume_beyond_those_that_are_there_is_refused(tmp_path) -> None:
+    file = save(enhanced(), tmp_path / "e")
+    with pytest.raises(VolprepError) as error:
+        open_source(SourceSpec(path=str(file), volume=2), Path(), Silent())
+    assert error.value.code == "VP2017"
+
+
+def test_echoes_of_single_images_are_chosen_by_their_time(tmp_path) -> None:
+    for echo, time in enumerate(("10.5", "9", "100")):
+        images = stack(4)
+        for data in images:
+            data.EchoTime = time
+            data.PixelData = (np.frombuffer(data.PixelData, "<i2") + 1000 * echo).astype("<i2").tobytes()
+        save_all(images, tmp_path / time)
+    for volume, echo in ((1, 1), (2, 0), (3, 2)):
+        with open_source(SourceSpec(path=".", volume=volume), tmp_path, Silent()) as source:
+            assert source.read_slab(1, 2)[0, 0, 0] == 1000 * echo + 100
+
+
+def test_volumes_that_nothing_tells_apart_are_refused_with_or_without_a_choice(tmp_path) -> None:
+    save_all(stack(4), tmp_path / "a")
+    save_all(stack(4), tmp_path / "b")
+    with pytest.raises(VolprepError) as error:
+        open_source(SourceSpec(path=".", volume=1), tmp_path, Silent())
+    assert error.value.code == "VP2006"
+
+
+def test_a_missing_frame_is_refused_with_its_gap(tmp_path) -> None:
+    error = refusal(enhanced([3, 0, 4, 1]), tmp_path)
+    assert (error.code, error.fields["missing"]) == ("VP2014", 1)
+
+
+def test_single_images_and_frames_of_one_series_make_one_volume(tmp_path) -> None:
+    upright = enhanced([1, 2])
+    shared = upright.SharedFunctionalGroupsSequence[0]
+    shared.PlaneOrientationSequence[0].ImageOrientationPatient = ds([1, 0, 0, 0, 1, 0])
+    shared.PixelMeasuresSequence[0].PixelSpacing = ds([1, 1])
+    shared.PixelValueTransformationSequence[0].RescaleSlope = "1"
+    shared.PixelValueTransformationSequence[0].RescaleIntercept = "0"
+    for z, own in zip((5, 6), upright.PerFrameFunctionalGroupsSequence, strict=True):
+        own.PlanePositionSequence[0].ImagePositionPatient = ds([0, 0, z * 2.5])
+    save_all(stack(5, shape_yx=(9, 8)), tmp_path)
+    save(upright, tmp_path / "more")
+    assert read(tmp_path)[0][:, 0, 0].tolist() == [0, 100, 200, 300, 400, 100, 200]
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "said"),
+    [
+        ({"NumberOfFrames": 6}, "VP1041", "6 frames in one file, and places for 5 frames"),
+        ({"NumberOfFrames": -1}, "VP1041", "unsound number of frames"),
+        ({"NumberOfFrames": 2**30}, "VP1041", "unsound number of frames"),
+        ({"PerFrameFunctionalGroupsSequence": Sequence([])}, "VP1041", "no places"),
+        ({"SharedFunctionalGroupsSequence": Sequence([])}, "VP1036", "ImageOrientationPatient"),
+        ({"PixelData": bytes(5 * 144 - 2)}, "VP1045", "720 bytes, but the pixel data has 718 bytes"),
+        ({"PixelData": bytes(6 * 144 + 2)}, "VP1045", "720 bytes, but the pixel data has 866 bytes"),
+    ],
+)
+def test_frames_without_a_certain_place_or_without_pixels_are_refused(tmp_path, change, code, said) -> None:
+    error = refusal(enhanced(**change), tmp_path)
+    assert error.code == code
+    assert said in str(error)
+
+
+@pytest.mark.parametrize("keyword", ["RescaleSlope", "PixelSpacing", "ImagePositionPatient"])
+def test_an_unsound_number_in_a_group_is_named(tmp_path, keyword) -> None:
+    file = save(enhanced(), tmp_path / "e")
+    data = file.read_bytes()
+    marks = {"RescaleSlope": (b"\x02\x002 ", b"\x02\x000 "), "PixelSpacing": (b"1.5\\1.25", b"1.5\\-1.2")}
+    old, new = marks.get(keyword, (b"-31.0\\", b"-3e.0\\"))
+    assert old in data
+    file.write_bytes(data.replace(old, new))
+    with pytest.raises(VolprepError) as error:
+        read(file)
+    assert error.value.code == "VP1037"
+    assert keyword in str(error.value)
+
+
+def test_every_prefix_and_many_mutations_of_a_multi_frame_file_end_in_a_coded_error_or_a_volume(tmp_path) -> None:
+    file = save(enhanced(), tmp_path / "e")
+    whole = np.frombuffer(file.read_bytes(), np.uint8)
+    for size in range(132, len(whole) - 1, 13):
+        file.write_bytes(whole[:size].tobytes())
+        with pytest.raises(VolprepError):
+            read(file)
+    chance = np.random.default_rng(8)
+    refused = 0
+    for _ in range(400):
+        mutated = whole.copy()
+        at = chance.integers(132, len(whole) - 720, chance.integers(1, 6))
+        mutated[at] = chance.integers(0, 256, len(at))
+        file.write_bytes(mutated.tobytes())
+        try:
+            read(file)
+        except VolprepError:
+            refused += 1
+    assert refused > 100
