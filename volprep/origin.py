@@ -8,10 +8,10 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from volprep.scene import Scene, problems
+from volprep.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import output_errors, replace_file
-from volprep_formats.record import Record
+from volprep_formats.record import Record, problems
 
 
 class Origin(Record):

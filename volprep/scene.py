@@ -1,6 +1,5 @@
 """A scene: what the user wants, as one short TOML file."""
 
-import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -10,7 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
-from volprep_formats.record import Record
+from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
 
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
@@ -145,14 +144,6 @@ def load_scene(path: Path) -> Scene:
         return Scene.model_validate(table)
     except ValidationError as error:
         raise VolprepError("VP3003", path=path, problems=problems(error)) from error
-
-
-def problems(error: ValidationError) -> str:
-    """Say in one line what a model found wrong: key, problem, value."""
-    return "; ".join(
-        f"{'.'.join(str(part) for part in item['loc']) or 'file'}: {re.sub('^Value error, ', '', item['msg'])}"
-        for item in error.errors(include_url=False)
-    )
 
 
 def _linear_from_srgb(value: float) -> float:

@@ -94,10 +94,10 @@ CASES = [
     # scene and profile
     Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the scene: No such file"),
     Case("build phantom.raw -o x.volpkg", 4, stderr=r"VP3002 phantom.raw: not a TOML file"),
-    Case("build misspelt.toml -o x.volpkg", 4, stderr=r"VP3003 misspelt.toml: pyramyd: Extra inputs"),
+    Case("build misspelt.toml -o x.volpkg", 4, stderr=r"VP3003 misspelt.toml: pyramyd: unknown key"),
     Case("build phantom.toml --profile gles9 -o x.volpkg", 4, stderr=r"VP3010 there is no profile gles9.*gles2-2048"),
     Case("build phantom.toml --profile no.toml -o x.volpkg", 4, stderr=r"VP3011 .*no.toml: cannot read the profile"),
-    Case("build phantom.toml --profile misspelt.toml -o x.volpkg", 4, stderr=r"VP3012 .*misspelt.toml: .*Extra inputs"),
+    Case("build phantom.toml --profile misspelt.toml -o x.volpkg", 4, stderr=r"VP3012 .*misspelt.toml: .*unknown key"),
     Case("build phantom.toml --profile watch.profile.toml -o x.volpkg", 4, stderr=r"VP3022 profile watch .* at most 4"),
     Case("plan phantom.toml --profile watch.profile.toml", 4, stderr=r"VP3022 profile watch"),
     Case("mosaic draft.volpkg", 4, stderr=r"VP3023 .*profile gles3 has no stage mosaic"),

@@ -145,7 +145,7 @@ CONTRADICTIONS: dict[str, Change] = {
     "nothing uses preview.png": drop("preview"),
     "the plan names gone.ktx2": lambda manifest: manifest["plan"][0]["files"].append("gone.ktx2"),
     "the levels are not in ascending order": lambda manifest: manifest["levels"].reverse(),
-    "the grid is no part of the source's grid": set_to("grid", "origin_mm_xyz", 0, to=-12.0),
+    "the grid is no part of the source's grid": set_to("grid", "spacing_mm_zyx", 0, to=2.0),
     "shape_zyx of level 1 does not follow": set_to("levels", 1, "grid", "shape_zyx", to=[5, 4, 4]),
     "spacing_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "spacing_mm_zyx", to=[2.5, 1.4, 0.61]),
     "extent_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "extent_mm_zyx", to=[12.5, 5.6, 2.7]),
@@ -193,6 +193,32 @@ CONTRADICTIONS: dict[str, Change] = {
 def test_a_manifest_that_contradicts_itself_is_found_out(sealed: Path, says: str) -> None:
     edit(sealed, CONTRADICTIONS[says])
     assert [summary for code, summary in found(sealed) if code == "VP4011" and says in summary]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        set_to("grid", "origin_mm_xyz", 0, to=-11.85),  # half a voxel off
+        set_to("grid", "origin_mm_xyz", 0, to=-12.3),  # a voxel before the first
+        set_to("grid", "origin_mm_xyz", 0, to=-11.7),  # nine voxels from the second
+        set_to("grid", "extent_mm_zyx", 0, to=12.0),
+        set_to("grid", "direction", 1, 1, to=1.0),
+    ],
+)
+def test_a_grid_whose_voxels_are_not_the_sources_is_found_out(sealed: Path, change: Change) -> None:
+    edit(sealed, change)
+    assert any("the grid is no part of the source's grid" in summary for _, summary in found(sealed))
+
+
+def test_a_grid_that_is_a_part_of_the_sources_is_none(sealed: Path) -> None:
+    def widen(manifest: dict) -> None:
+        grid = manifest["source"]["info"]["grid"]
+        grid["shape_zyx"][2] += 2
+        grid["extent_mm_zyx"][2] += 2 * 0.3
+        grid["origin_mm_xyz"][0] -= 0.3
+
+    edit(sealed, widen)
+    assert found(sealed) == []
 
 
 MOSAIC_CONTRADICTIONS: dict[str, Change] = {

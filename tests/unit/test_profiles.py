@@ -37,7 +37,7 @@ def test_a_path_starts_at_the_folder_of_the_scene(tmp_path) -> None:
     [
         (None, r"VP3011 .*mine.toml: cannot read the profile: No such file"),
         ("name = ", r"VP3011 .*mine.toml: cannot read the profile: Invalid value"),
-        (MINE.replace("api", "apy"), r"VP3012 .*mine.toml: api: Field required; apy: Extra inputs"),
+        (MINE.replace("api", "apy"), r"VP3012 .*mine.toml: apy: unknown key, api is missing\."),
         (MINE.replace("es3.0", "es9.0"), r"VP3012 .*mine.toml: api: Input should be"),
     ],
 )

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from volprep.scene import problems
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.record import problems
 
 _FOLDER = Path(__file__).parent
 

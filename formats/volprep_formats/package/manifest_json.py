@@ -12,10 +12,10 @@ from pydantic import ValidationError
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import MANIFEST, open_inside
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.record import problems
 
 MAX_MANIFEST_BYTES = 4 * 1024 * 1024
 """Largest manifest that is read or written. One with 10 000 files has about 3 MiB."""
-_MAX_PROBLEMS = 5
 _VERSION = (1, 0)
 
 
@@ -46,7 +46,7 @@ def decode_manifest(data: bytes, path: Path) -> Manifest:
         with np.errstate(all="ignore"):
             return Manifest.model_validate_json(text, strict=True)
     except ValidationError as error:
-        raise VolprepError("VP4004", path=path, problems=_problems(error)) from error
+        raise VolprepError("VP4004", path=path, problems=problems(error)) from error
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -81,10 +81,3 @@ def _unique_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
 def _refuse_constant(name: str) -> NoReturn:
     msg = f"{name} is no number in JSON"
     raise ValueError(msg)
-
-
-def _problems(error: ValidationError) -> str:
-    found = error.errors(include_url=False, include_input=False)
-    lines = [f"{'.'.join(str(part) for part in item['loc']) or 'manifest'}: {item['msg']}" for item in found]
-    more = [f"and {len(lines) - _MAX_PROBLEMS} more"] if len(lines) > _MAX_PROBLEMS else []
-    return "; ".join(lines[:_MAX_PROBLEMS] + more)

@@ -1,0 +1,49 @@
+import pytest
+from pydantic import ValidationError
+
+from volprep_formats.record import Record, problems
+
+
+class Point(Record):
+    value: float
+    colour: str
+    weight: float = 1.0
+
+
+class Line(Record):
+    points: tuple[Point, ...]
+    name: str = ""
+
+
+def said(data) -> str:
+    with pytest.raises(ValidationError) as caught:
+        Line.model_validate(data)
+    return problems(caught.value)
+
+
+def test_a_misspelt_key_is_one_problem_and_the_right_one_is_named() -> None:
+    assert said({"points": [{"value": 1, "color": "red"}]}) == "points.0.color: unknown key, colour is missing"
+
+
+def test_an_unknown_key_that_is_near_to_nothing_missing_is_only_unknown() -> None:
+    assert said({"points": [], "brightness": 3}) == "brightness: unknown key"
+
+
+def test_a_wrong_value_is_said_with_its_place() -> None:
+    assert said({"points": [{"value": "a", "colour": "red"}]}).startswith(
+        "points.0.value: Input should be a valid number"
+    )
+
+
+def test_a_missing_key_is_said() -> None:
+    assert said({}) == "points: Field required"
+
+
+def test_a_key_that_is_wrong_everywhere_is_counted_not_repeated() -> None:
+    text = said({"points": [{"value": 1, "color": "red"}] * 5})
+    assert text.count("unknown key") == 3
+    assert text.endswith("; and 2 more")
+
+
+def test_a_file_that_is_no_table_is_said_to_be_wrong_as_a_whole() -> None:
+    assert said([]).startswith("file: ")
