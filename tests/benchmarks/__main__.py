@@ -13,6 +13,7 @@ from rich.table import Table
 
 from volprep import _native
 
+from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
 from .contest import Row, hold
 
@@ -39,7 +40,13 @@ def main() -> None:
     console.print(
         "Memory on {threads} threads: read {read_gb_per_s:.1f}, copy {copy_gb_per_s:.1f} GB/s.".format(**machine)
     )
-    found = {"machine": machine, "rows": [asdict(row) for row in rows]}
+    imports = measure_import(console)
+    console.print(_import_table(imports))
+    found = {
+        "machine": machine,
+        "rows": [asdict(row) for row in rows],
+        "import": [asdict(row) for row in imports],
+    }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")
 
@@ -60,6 +67,20 @@ def _table(rows: list[Row]) -> Table:
             f"{row.peer_ms:.1f}",
             f"{row.ratio:.1f} ×",
             f"{row.share_of_bandwidth:.0%}",
+        )
+    return table
+
+
+def _import_table(rows: list[ImportRow]) -> Table:
+    table = Table("import of DICOM", "ours s", "without start s", "peer", "peer s", "ours ÷ peer")
+    for row in rows:
+        table.add_row(
+            row.series,
+            f"{row.ours_s:.2f}",
+            f"{row.ours_started_s:.2f}",
+            row.peer,
+            f"{row.peer_s:.2f}",
+            f"{row.ratio:.2f}",
         )
     return table
 
