@@ -184,6 +184,46 @@ def test_an_unusable_affine_is_refused(tmp_path, value) -> None:
     assert refusal(patched(file, 280, np.array([value, 0, 0, 0], "<f4").tobytes())).code == "VP2021"
 
 
+@pytest.mark.parametrize("value", [1e200, -1e300, np.inf])
+def test_an_affine_beyond_all_bounds_is_refused_in_double_precision(tmp_path, value) -> None:
+    nibabel.save(nibabel.Nifti2Image(noise(), np.eye(4)), tmp_path / "v.nii")
+    assert refusal(patched(tmp_path / "v.nii", 400, np.array([value], "<f8").tobytes())).code == "VP2021"
+
+
+@pytest.mark.parametrize(("unit", "millimetres"), [(1, 1000.0), (2, 1.0), (3, 0.001), (0, 1.0)])
+@pytest.mark.parametrize("time_unit", [0, 8, 64, 192])
+def test_the_unit_of_length_stands_beside_any_unit_of_time(tmp_path, unit, millimetres, time_unit) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 123, bytes([unit + time_unit]))
+    with open_source(SourceSpec(path=str(file)), Path(), Silent()) as source:
+        assert source.info.grid.spacing_mm_zyx == pytest.approx((millimetres,) * 3)
+
+
+@pytest.mark.parametrize("unit", [4, 7])
+def test_an_unknown_unit_of_length_is_refused(tmp_path, unit) -> None:
+    error = refusal(patched(save(tmp_path / "v.nii", noise()), 123, bytes([unit])))
+    assert error.code == "VP2021"
+    assert "unit of length" in str(error)
+
+
+def test_a_voxel_type_that_nobody_knows_is_refused(tmp_path) -> None:
+    error = refusal(patched(save(tmp_path / "v.nii", noise()), 70, np.array([516], "<i2").tobytes()))
+    assert error.code == "VP1022"
+    assert "516" in str(error)
+
+
+def test_an_axis_that_is_too_long_is_refused_before_anything_is_made_of_it(tmp_path) -> None:
+    nibabel.save(nibabel.Nifti2Image(noise(), np.eye(4)), tmp_path / "v.nii")
+    error = refusal(patched(tmp_path / "v.nii", 24, np.array([2**40], "<i8").tobytes()))
+    assert error.code == "VP1020"
+    assert str(2**40) in str(error)
+
+
+def test_doubles_beyond_floats_become_infinite(tmp_path) -> None:
+    values = np.array([[[1e300, -1e300, 1.0]]])
+    with open_source(SourceSpec(path=str(save(tmp_path / "v.nii", values))), Path(), Silent()) as source:
+        assert source.read_slab(0, 3).ravel().tolist() == [np.inf, -np.inf, 1.0]
+
+
 def test_a_quaternion_that_is_none_is_refused(tmp_path) -> None:
     picture = nibabel.Nifti1Image(noise(), None)
     picture.set_qform(np.eye(4), 1)

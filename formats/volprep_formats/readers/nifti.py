@@ -22,13 +22,16 @@ from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_
 from volprep_formats.source import SourceInfo, SourceSpec, StoredType
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
-_MM_PER_UNIT = {"mm": 1.0, "meter": 1000.0, "micron": 1e-3, "unknown": 1.0}
+_UNKNOWN_UNIT = 0
+_MM_PER_UNIT = {_UNKNOWN_UNIT: 1.0, 1: 1000.0, 2: 1.0, 3: 1e-3}
+_LENGTH_BITS = 7  # the other bits of the field are the unit of time
 _KEPT: dict[str, StoredType] = {"uint8": "uint8", "int8": "int16", "int16": "int16", "uint16": "uint16"}
 _WIDE_INTEGERS = frozenset(("int32", "uint32", "int64", "uint64"))
 _FLOAT32_EXACT = 2**24
 _DISAGREEMENT_MM = 1e-2
 _LIMIT = 1e6
 _LARGEST_OFFSET = 2**31
+_LONGEST_AXIS = 2**31 - 1
 
 Matrix = NDArray[np.float64]
 
@@ -53,7 +56,8 @@ class NiftiSource:
         slab = _read(self._voxels, z0, z1)
         if z1 == self._voxels.shape_zyx[0]:
             self._voxels.at_end()  # a gzip stream says only at its end whether its checksum is right
-        return slab.astype(self._info.stored_type, copy=False)
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            return slab.astype(self._info.stored_type, copy=False)
 
     def __enter__(self) -> Self:
         """Give the source itself."""
@@ -71,7 +75,10 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> NiftiSourc
     """
     header = _header(path)
     shape_zyx = _shape_zyx(path, header)
-    dtype = header.get_data_dtype()
+    try:
+        dtype = header.get_data_dtype()
+    except KeyError as error:
+        raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
     if dtype.name not in {*_KEPT, *_WIDE_INTEGERS, "float32", "float64"}:
         raise VolprepError("VP1022", path=path, dtype=dtype.name)
     grid, remarks = _grid(path, header, shape_zyx)
@@ -120,6 +127,8 @@ def _shape_zyx(path: Path, header: Any) -> tuple[int, int, int]:
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
     if not sizes or min(sizes) < 1 or prod(sizes[3:]) != 1:
         raise VolprepError("VP1021", path=path, shape="×".join(str(n) for n in sizes or dim))
+    if max(sizes) > _LONGEST_AXIS:
+        raise VolprepError("VP1020", path=path, error=f"its header says {max(sizes)} voxels along one axis")
     nx, ny, nz = (*sizes, 1, 1)[:3]
     return nz, ny, nx
 
@@ -138,9 +147,11 @@ def _scaling(path: Path, header: Any) -> tuple[float, float]:
 def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
     """Grid in LPS millimetres from the sform, else the qform, else the voxel size alone."""
     affine, remarks = _affine_ras(path, header, shape_zyx)
-    unit = header.get_xyzt_units()[0]
+    unit = int(header["xyzt_units"]) & _LENGTH_BITS
+    if unit not in _MM_PER_UNIT:
+        raise VolprepError("VP2021", path=path, which="unit of length")
     affine = affine * _MM_PER_UNIT[unit]
-    if unit == "unknown":
+    if unit == _UNKNOWN_UNIT:
         remarks.append("the file does not say its unit of length; millimetres are taken")
     columns = _LPS_FROM_RAS @ affine[:3, :3]
     spacing = np.linalg.norm(columns, axis=0)
@@ -151,6 +162,7 @@ def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Gri
     return Grid.of(shape_zyx, (nz, ny, nx), _LPS_FROM_RAS @ affine[:3, 3], direction), remarks
 
 
+@np.errstate(all="ignore")  # what becomes infinite is refused below
 def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Matrix, list[str]]:
     """Affine from voxel indices to the file's unit of length, and what is odd about it."""
     remarks = []
