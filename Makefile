@@ -1,9 +1,9 @@
-# The four commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
+# The five commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
 # with the versions of constraints.txt, the native core. What is there already is not done again.
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench system
+.PHONY: help demo test lint bench fuzz system
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -25,6 +25,7 @@ help:
 	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
 	@echo "make lint    ruff, mypy, clang-format"
 	@echo "make bench   the native kernels against their peers; writes bench.json"
+	@echo "make fuzz    reads damaged files of every kind for five minutes; ARGS='--seconds 60 --seed 1' passes arguments"
 
 demo: $(NATIVE)
 	.venv/bin/python tools/demo.py
@@ -40,6 +41,9 @@ lint: $(NATIVE) $(TEST) $(LINT)
 
 bench: $(NATIVE) $(BENCH)
 	.venv/bin/python -m tests.benchmarks
+
+fuzz: $(NATIVE) $(TEST)
+	.venv/bin/python -m tests.robustness.fuzz $(ARGS)
 
 system:
 	@tools/system_packages.sh

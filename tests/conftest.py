@@ -1,6 +1,7 @@
 """What all tests share: the folder of real scans, and hypothesis without chance."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,15 @@ def scans() -> Path:
     # A wrong path must not pass for a machine without scans: every test on real input would be skipped unseen.
     assert path.is_dir(), f"VOLPREP_TEST_DATA names {folder}, which is no folder"
     return path
+
+
+@pytest.fixture(scope="module")
+def kept_workers() -> Iterator[None]:
+    """Workers for compressed DICOM that live as long as a module, not as long as one file is open."""
+    from volprep_formats.isolation import workers
+
+    with workers():
+        yield
 
 
 @pytest.fixture(scope="session", params=["gles3", "gles2-2048"])

@@ -22,6 +22,8 @@ from volprep_formats.readers import open_source
 from volprep_formats.readers.dicom_header import ATTRIBUTES
 from volprep_formats.source import SourceSpec
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
+
 NATIVE = (ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian)
 COMPRESSED = (RLELossless, JPEGLSLossless, JPEG2000Lossless)
 
@@ -135,24 +137,6 @@ def test_every_tenth_prefix_of_a_slice_within_a_series_is_refused(tmp_path) -> N
     for size in range(0, len(whole), 10):
         file.write_bytes(whole[:size])
         assert refusal_at_open(tmp_path).code in ({"VP2014"} if size < 132 else {"VP1031", "VP1032"}), size
-
-
-@pytest.mark.parametrize("syntax", [*NATIVE, *COMPRESSED])
-def test_damaged_bytes_end_in_a_coded_error_or_a_volume(tmp_path, syntax) -> None:
-    file = save_one(tmp_path, syntax)
-    whole = np.frombuffer(file.read_bytes(), np.uint8)
-    chance = np.random.default_rng(11)
-    refused = 0
-    for _ in range(120):
-        mutated = whole.copy()
-        at = chance.integers(132, len(whole), chance.integers(1, 6))
-        mutated[at] = chance.integers(0, 256, len(at))
-        file.write_bytes(mutated.tobytes())
-        try:
-            assert read(file).dtype in {np.dtype(t) for t in ("u1", "i2", "u2", "f4")}
-        except VolprepError:
-            refused += 1
-    assert refused > 10
 
 
 GEOMETRY = ("ImageOrientationPatient", "ImagePositionPatient", "PixelSpacing", "Rows", "Columns")

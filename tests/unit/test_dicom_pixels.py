@@ -19,6 +19,8 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceSpec
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
+
 NATIVE = [ImplicitVRLittleEndian, ExplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian]
 
 

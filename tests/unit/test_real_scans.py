@@ -16,6 +16,8 @@ from volprep_formats.readers import open_source
 from volprep_formats.readers.dicom_file import quiet_pydicom, read_slices
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
+
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 COMPRESSED = ("j2k", "jpeg", "jpegls", "rle")
 

@@ -1,0 +1,61 @@
+"""`make fuzz`: the damaged files of the tests for as long as there is time, from a new seed.
+
+Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME]. The seed is printed first, and all is
+repeated with it. A file that ends in anything but a volume or a coded error is kept in out/fuzz; the exit status is 1.
+"""
+
+import argparse
+import secrets
+import sys
+import time
+import warnings
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+KEPT = ROOT / "out" / "fuzz"
+BATCH = 200
+
+
+def main() -> int:
+    """Damage every kind of file in turn, a batch each, until time is up."""
+    parser = argparse.ArgumentParser(prog="make fuzz", description="Read damaged files for a while.")
+    parser.add_argument("--seconds", type=float, default=300.0, help="how long (300)")
+    parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of an earlier run")
+    parser.add_argument("--only", default="", help="kinds whose name contains this")
+    options = parser.parse_args()
+    warnings.simplefilter("error")  # as in the tests
+    sys.path.append(str(ROOT / "tests" / "support"))
+    from volprep_formats.isolation import workers
+
+    from .mutations import mutation, outcome
+    from .subjects import SUBJECTS, sound_file
+
+    subjects = [(subject, sound_file(subject)) for subject in SUBJECTS if options.only in subject.name]
+    print(f"seed {options.seed}, {len(subjects)} kinds of files, {options.seconds:g} s", flush=True)
+    KEPT.mkdir(parents=True, exist_ok=True)
+    outcomes = {subject.name: Counter[str]() for subject, _ in subjects}
+    failures = 0
+    end = time.monotonic() + options.seconds
+    with workers():
+        for turn in range(sys.maxsize):
+            for subject, whole in subjects:
+                file = KEPT / f"damaged{subject.suffix}"
+                for case in range(turn * BATCH, (turn + 1) * BATCH):
+                    file.write_bytes(subject.pack(mutation(whole, options.seed, case)))
+                    name = f"{subject.name} case {case} of seed {options.seed}"
+                    try:
+                        outcomes[subject.name][outcome(file, subject.read, name)] += 1
+                    except AssertionError as error:
+                        failures += 1
+                        print(error, flush=True)
+                file.unlink()
+            if time.monotonic() > end:
+                break
+    for name, counts in outcomes.items():
+        print(f"{name}: {counts.total()} files, {dict(counts.most_common())}")
+    print(f"{sum(counts.total() for counts in outcomes.values())} files, {failures} failures, seed {options.seed}")
+    return 1 if failures else 0
+
+
+sys.exit(main())

@@ -1,0 +1,145 @@
+"""Every kind of file that is read, each with a small sound one. A new format adds a line to `SUBJECTS`."""
+
+import gzip
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import nibabel
+import numpy as np
+from dicom_files import compressed, image, save
+from numpy.typing import NDArray
+from pydicom.uid import (
+    DeflatedExplicitVRLittleEndian,
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    JPEG2000Lossless,
+    JPEGLSLossless,
+    RLELossless,
+)
+from tiny_packages import function, tiny_package
+
+from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import RawLayout, SourceSpec
+from volprep_formats.textures import ktx2
+
+_SHAPE_ZYX = (3, 5, 4)
+_COMPRESSED = (RLELossless, JPEGLSLossless, JPEG2000Lossless)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A kind of file."""
+
+    name: str
+    suffix: str
+    make: Callable[[Path], bytes]
+    """Gives the bytes of a small sound file; the path is that of an empty folder to work in."""
+    read: Callable[[Path], None]
+    """Reads a file whole, and asserts that what it gives agrees with what it said."""
+    pack: Callable[[bytes], bytes] = bytes
+    """Compresses what has been damaged, which else would never be more than a damaged stream."""
+
+
+def read_volume(path: Path, raw: RawLayout | None = None) -> None:
+    """Read a volume in two slabs and hold it against its description."""
+    with open_source(SourceSpec(path=str(path), raw=raw), Path(), Silent()) as source:
+        info = source.info
+        shape = info.grid.shape_zyx
+        assert min(shape) > 0
+        assert all(0 < spacing < np.inf for spacing in info.grid.spacing_mm_zyx)
+        assert np.isfinite([info.slope, info.intercept, *info.grid.origin_mm_xyz]).all()
+        assert np.allclose(np.array(info.grid.direction) @ np.array(info.grid.direction).T, np.eye(3), atol=1e-4)
+        for z0, z1 in ((0, shape[0] // 2), (shape[0] // 2, shape[0])):
+            slab = source.read_slab(z0, z1)
+            assert (slab.dtype, slab.shape) == (np.dtype(info.stored_type), (z1 - z0, *shape[1:]))
+
+
+def _noise(shape: tuple[int, ...] = _SHAPE_ZYX) -> NDArray[np.int16]:
+    return np.random.default_rng(4).integers(0, 2000, shape).astype(np.int16)
+
+
+def _zip(data: bytes) -> bytes:
+    return gzip.compress(data, compresslevel=1, mtime=0)
+
+
+def _raw(_folder: Path) -> bytes:
+    return _zip(_noise().tobytes())
+
+
+def _read_raw(path: Path) -> None:
+    read_volume(path, RawLayout(shape_zyx=_SHAPE_ZYX, dtype="int16"))
+
+
+def _nifti(suffix: str, dtype: str, kind: type) -> Callable[[Path], bytes]:
+    def make(folder: Path) -> bytes:
+        picture = kind(
+            _noise().T.astype(dtype), np.array([[0, -2.0, 0, 5], [1.5, 0, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1]])
+        )
+        picture.header.set_slope_inter(2, 1)
+        file = folder / f"sound{suffix}"
+        nibabel.save(picture, file)
+        return file.read_bytes()
+
+    return make
+
+
+def _dicom(syntax: str) -> Callable[[Path], bytes]:
+    def make(folder: Path) -> bytes:
+        side = (40, 36) if syntax in _COMPRESSED else _SHAPE_ZYX[1:]  # large enough for every encoder
+        data = image(_noise(side), (1.0, 2.0, 3.0), spacing_mm_yx=(0.5, 0.75), SliceThickness="1", RescaleSlope="2")
+        data = compressed(data, syntax) if syntax in _COMPRESSED else data
+        return save(data, folder / "sound", syntax).read_bytes()
+
+    return make
+
+
+def _manifest(folder: Path) -> bytes:
+    transfer = function((0.0, (1.0, 0.0, 0.0), 0.0), (200.0, (1.0, 1.0, 1.0), 2.0))
+    return (tiny_package(folder / "sound.volpkg", _noise().astype(np.uint8), transfer).path / MANIFEST).read_bytes()
+
+
+def _read_manifest(path: Path) -> None:
+    manifest = decode_manifest(path.read_bytes(), path)
+    assert decode_manifest(encode_manifest(manifest), path) == manifest
+
+
+def _ktx2(_folder: Path) -> bytes:
+    texels = _noise().astype(np.uint8)
+    return b"".join(ktx2.encode(ktx2.Ktx2Image("R8", _SHAPE_ZYX, texels, 3)))
+
+
+def _read_ktx2(path: Path) -> None:
+    texture = ktx2.decode(path.read_bytes(), path.name)
+    assert texture.data.shape[:3] == texture.shape_zyx
+    assert texture.data.size > 0
+
+
+SUBJECTS = (
+    Subject("raw, gzipped", ".raw.gz", _raw, _read_raw),
+    Subject("NIfTI-1", ".nii", _nifti(".nii", "int16", nibabel.Nifti1Image), read_volume),
+    Subject("NIfTI-2 of wide integers", ".nii", _nifti(".nii", "int32", nibabel.Nifti2Image), read_volume),
+    Subject("NIfTI-1 of floats, gzipped", ".nii.gz", _nifti(".nii.gz", "float32", nibabel.Nifti1Image), read_volume),
+    Subject("NIfTI-1 within gzip", ".nii.gz", _nifti(".nii", "float64", nibabel.Nifti1Image), read_volume, _zip),
+    Subject("DICOM explicit", "", _dicom(ExplicitVRLittleEndian), read_volume),
+    Subject("DICOM implicit", "", _dicom(ImplicitVRLittleEndian), read_volume),
+    Subject("DICOM big endian", "", _dicom(ExplicitVRBigEndian), read_volume),
+    Subject("DICOM deflated", "", _dicom(DeflatedExplicitVRLittleEndian), read_volume),
+    Subject("DICOM RLE", "", _dicom(RLELossless), read_volume),
+    Subject("DICOM JPEG-LS", "", _dicom(JPEGLSLossless), read_volume),
+    Subject("DICOM JPEG 2000", "", _dicom(JPEG2000Lossless), read_volume),
+    Subject("manifest", ".json", _manifest, _read_manifest),
+    Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
+)
+"""All kinds."""
+
+
+def sound_file(subject: Subject) -> bytes:
+    """The small sound file of a kind."""
+    with TemporaryDirectory() as folder:
+        return subject.make(Path(folder))
