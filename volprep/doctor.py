@@ -94,7 +94,7 @@ def _native() -> str:
 
 
 def _openvdb() -> str:
-    return f"{import_module('volprep._vdb').library_version()}"
+    return f"{import_module('volprep_formats._vdb').library_version()}"
 
 
 def _imported(topic: Topic, name: str, detail: Callable[[], str], *, needed: bool, remedy: str) -> Fact:

@@ -1,0 +1,190 @@
+#include "reader.hpp"
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Dense.h>
+
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+#include <variant>
+
+namespace volprep::vdb {
+namespace {
+
+// OpenVDB's own File reads on beyond the end of a file and takes what is in its buffers for voxels; this stream throws.
+class Archive : public openvdb::io::Archive {
+  public:
+    explicit Archive(const std::string& path) : file_(path, std::ios::binary) {
+        if (!file_) throw std::runtime_error("it cannot be opened");
+        file_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+        file_.seekg(0, std::ios::end);
+        end_ = file_.tellg();
+        file_.seekg(0);
+        readHeader(file_);
+        if (fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
+            throw std::runtime_error("its version is older than 222");
+        if (!inputHasGridOffsets()) throw std::runtime_error("it was written as a stream, which has no offsets");
+        openvdb::io::setStreamMetadataPtr(file_, metadata_, /*transfer=*/false);
+        setFormatVersion(file_);
+        setLibraryVersion(file_);
+        setDataCompression(file_);
+        openvdb::MetaMap().readMeta(file_);
+        grids_left_ = readGridCount(file_);
+    }
+
+    // Goes to the next grid; false after the last. Unknown types are refused by OpenVDB.
+    bool next() {
+        if (at_grid_) descriptor_.seekToEnd(file_);
+        if (grids_left_-- <= 0) return false;
+        descriptor_ = openvdb::io::GridDescriptor();
+        grid_ = descriptor_.read(file_);
+        at_grid_ = true;
+        const int64_t begin = descriptor_.getGridPos();
+        if (begin != file_.tellg() || descriptor_.getEndPos() < begin)
+            throw std::runtime_error("a grid does not lie where it should");
+        if (descriptor_.getEndPos() > end_) throw std::runtime_error("it ends before its grids do");
+        return true;
+    }
+
+    // The grid with its metadata and transform alone.
+    GridInfo info() {
+        readGridCompression(file_);
+        grid_->readMeta(file_);
+        const auto first = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
+        const auto last = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
+        GridInfo info{openvdb::io::GridDescriptor::nameAsString(descriptor_.uniqueName()),
+                      grid_->valueType(),
+                      openvdb::GridBase::gridClassToMenuName(grid_->getGridClass()),
+                      descriptor_.saveFloatAsHalf(),
+                      {}};
+        if (first && last) {
+            const auto &low = first->value(), &high = last->value();
+            info.declared_box_xyz = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+        }
+        return info;
+    }
+
+    // The whole grid. It has to end where the file says that it does.
+    openvdb::GridBase::Ptr read() {
+        readGrid(grid_, descriptor_, file_);
+        if (file_.tellg() != descriptor_.getEndPos()) throw std::runtime_error("a grid does not end where it should");
+        return grid_;
+    }
+
+    const openvdb::io::GridDescriptor& descriptor() const { return descriptor_; }
+
+  private:
+    // Before the stream, which refers to it.
+    openvdb::SharedPtr<openvdb::io::StreamMetadata> metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
+    std::ifstream file_;
+    int64_t end_ = 0;
+    int32_t grids_left_ = 0;
+    bool at_grid_ = false;
+    openvdb::io::GridDescriptor descriptor_;
+    openvdb::GridBase::Ptr grid_;
+};
+
+// A grid without a tree of its own shares that of another, its parent, which may stand behind it.
+openvdb::GridBase::Ptr read_parent(const std::string& path, const openvdb::Name& unique_name) {
+    Archive archive(path);
+    while (archive.next())
+        if (archive.descriptor().uniqueName() == unique_name && !archive.descriptor().isInstance())
+            return archive.read();
+    throw std::runtime_error("a grid shares the voxels of one that is not there");
+}
+
+openvdb::GridBase::Ptr read_grid(const std::string& path, size_t index) {
+    Archive archive(path);
+    for (size_t i = 0; i <= index; ++i)
+        if (!archive.next()) throw std::runtime_error("it has no grid " + std::to_string(index));
+    const openvdb::GridBase::Ptr grid = archive.read();
+    if (archive.descriptor().isInstance()) {
+        const auto parent = read_parent(path, archive.descriptor().instanceParentName());
+        if (parent->type() != grid->type()) throw std::runtime_error("a grid shares voxels of another type");
+        grid->setTree(parent->baseTreePtr());
+    }
+    return grid;
+}
+
+}  // namespace
+
+struct ScalarGrid::Tree {
+    std::variant<openvdb::FloatGrid::Ptr, openvdb::DoubleGrid::Ptr> grid;
+
+    template <typename Function>
+    auto visit(Function function) const {
+        return std::visit([&](const auto& pointer) { return function(*pointer); }, grid);
+    }
+};
+
+void initialize() { openvdb::initialize(); }
+
+std::vector<GridInfo> list_grids(const std::string& path) {
+    std::vector<GridInfo> grids;
+    Archive archive(path);
+    while (archive.next()) grids.push_back(archive.info());
+    return grids;
+}
+
+ScalarGrid::ScalarGrid(const std::string& path, size_t index) : tree_(std::make_unique<Tree>()) {
+    const openvdb::GridBase::Ptr grid = read_grid(path, index);
+    if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
+        tree_->grid = floats;
+    else if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
+        tree_->grid = doubles;
+    else
+        throw std::runtime_error("its voxels are neither floats nor doubles");
+}
+
+ScalarGrid::~ScalarGrid() = default;
+
+std::optional<std::pair<Xyz, Xyz>> ScalarGrid::active_box_xyz() const {
+    return tree_->visit([](const auto& grid) -> std::optional<std::pair<Xyz, Xyz>> {
+        const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+        if (box.empty()) return {};
+        return {{{box.min().x(), box.min().y(), box.min().z()}, {box.max().x(), box.max().y(), box.max().z()}}};
+    });
+}
+
+uint64_t ScalarGrid::active_voxels() const {
+    return tree_->visit([](const auto& grid) { return grid.activeVoxelCount(); });
+}
+
+double ScalarGrid::background() const {
+    return tree_->visit([](const auto& grid) { return static_cast<double>(grid.background()); });
+}
+
+uint64_t ScalarGrid::inexact_values() const {
+    const auto* grid = std::get_if<openvdb::DoubleGrid::Ptr>(&tree_->grid);
+    if (!grid) return 0;
+    uint64_t count = 0;
+    for (auto value = (*grid)->tree().cbeginValueAll(); value; ++value)
+        count += !std::isnan(*value) && static_cast<double>(static_cast<float>(*value)) != *value;
+    return count;
+}
+
+std::optional<std::array<std::array<double, 4>, 4>> ScalarGrid::world_from_index() const {
+    return tree_->visit([](const auto& grid) -> std::optional<std::array<std::array<double, 4>, 4>> {
+        if (!grid.transform().isLinear()) return {};
+        // OpenVDB multiplies row vectors from the left.
+        const openvdb::Mat4d matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
+        std::array<std::array<double, 4>, 4> rows{};
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) rows[i][j] = matrix(j, i);
+        return rows;
+    });
+}
+
+void ScalarGrid::copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const {
+    const openvdb::Coord first(first_xyz[0], first_xyz[1], first_xyz[2]);
+    const openvdb::Coord size(static_cast<int32_t>(shape_zyx[2]), static_cast<int32_t>(shape_zyx[1]),
+                              static_cast<int32_t>(shape_zyx[0]));
+    // OpenVDB's "XYZ" has x as its fastest axis.
+    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(openvdb::CoordBBox(first, first + size.offsetBy(-1)),
+                                                                  dst);
+    tree_->visit([&](const auto& grid) { openvdb::tools::copyToDense(grid, dense, /*serial=*/true); });
+}
+
+}  // namespace volprep::vdb

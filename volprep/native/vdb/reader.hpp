@@ -1,0 +1,58 @@
+// Reads one scalar grid of an OpenVDB file, whatever the file is: every read beyond its end, and every place that it
+// names outside itself, ends in an exception. Source: the file format of OpenVDB 222 and later (io/Archive.h,
+// io/GridDescriptor.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace volprep::vdb {
+
+using Xyz = std::array<int32_t, 3>;
+
+// What a file says of one of its grids, before anything of its tree is read.
+struct GridInfo {
+    std::string name;
+    std::string value_type;
+    std::string grid_class;
+    bool saved_as_half;
+    // First and last active voxel along x, y and z, if whoever wrote the file noted them. Nothing vouches for them.
+    std::optional<std::pair<Xyz, Xyz>> declared_box_xyz;
+};
+
+// Registers OpenVDB's types. Once, before anything else.
+void initialize();
+
+// All grids in the order of the file. Throws std::exception for what is no sound file.
+std::vector<GridInfo> list_grids(const std::string& path);
+
+// One grid of floats or doubles, whole in memory.
+class ScalarGrid {
+  public:
+    // The grid number `index` of list_grids. Throws std::exception for what is no sound grid of floats or doubles.
+    ScalarGrid(const std::string& path, size_t index);
+    ~ScalarGrid();
+
+    // First and last active voxel along x, y and z; none if no voxel is active.
+    std::optional<std::pair<Xyz, Xyz>> active_box_xyz() const;
+    uint64_t active_voxels() const;
+    // Value of all that no node covers.
+    double background() const;
+    // Values, active or not, that 32-bit floating point does not hold exactly.
+    uint64_t inexact_values() const;
+    // Rows of the 4×4 matrix from (x, y, z, 1) in voxels to world; none if the transform is not linear.
+    std::optional<std::array<std::array<double, 4>, 4>> world_from_index() const;
+    // Values from voxel first_xyz on, as [z, y, x]; those that are not active too.
+    void copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const;
+
+  private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace volprep::vdb
