@@ -256,6 +256,51 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: VTK files with {what} cannot be read",
         "Write one piece of image data with numbers as its scalars, not compressed or with zlib.",
     ),
+    "VP1160": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: no pictures here",
+        "Point source.path at the folder that holds them itself; files ending in {known} are taken as pictures.",
+    ),
+    "VP1161": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the names of the pictures do not tell their order: {first} and {other} {how}",
+        "Keep the pictures of one volume in the folder, with names that differ in nothing but one number.",
+    ),
+    "VP1162": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {count} picture(s) missing between {first} and {last}, by their numbers: {missing}",
+        'Copy the stack again, whole; or set source.stack.gaps = "ignore" if the numbers mean nothing.',
+    ),
+    "VP1163": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: pictures differ, {count} of {total} from the rest: {first}, but {other}",
+        "Remove pictures that do not belong to the volume, or convert all to one size and type.",
+    ),
+    "VP1164": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the picture has {what}; a volume needs one grey value in each pixel",
+        "Convert the pictures to grey.",
+    ),
+    "VP1165": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound picture: {error}",
+        "The file is damaged or incomplete; get it again from where it came.",
+    ),
+    "VP1166": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: pictures with {what} cannot be read",
+        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice.",
+    ),
+    "VP1167": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: page {page} says {columns}×{rows} pixels: more than {limit}, or than a file of {size} bytes can hold",
+        "The file is damaged or hostile; get it again from where it came.",
+    ),
+    "VP1168": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its {pages} page(s) are not the slices of one volume: it says {says}",
+        "Write one channel and one time point into a file of its own, with one page for each slice.",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",

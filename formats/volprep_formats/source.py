@@ -11,7 +11,7 @@ from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
-SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "vti", "vtk"]
+SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "stack", "vti", "vtk"]
 
 
 RepairKind = Literal["gaps", "tilt"]
@@ -33,6 +33,16 @@ class RawLayout(Record):
     """Number of bytes before the first voxel."""
 
 
+class StackLayout(Record):
+    """What pictures do not say about the volume whose slices they are."""
+
+    spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
+    """Distance from picture to picture, from row to row and from column to column, in millimetres."""
+    gaps: Literal["refuse", "ignore"] = "refuse"
+    """What to do when numbers are missing in the names of the pictures: "ignore" takes those that are there as
+    neighbours, at the same distance as all others."""
+
+
 class SourceSpec(Record):
     """Where a scan is and how to read it: the table [source] of a scene."""
 
@@ -49,6 +59,8 @@ class SourceSpec(Record):
     distances; "tilt": a tilted gantry. Without it such a series is refused."""
     raw: RawLayout | None = None
     """Raw only: shape, type, spacing, byte order and header size."""
+    stack: StackLayout | None = None
+    """Stack of pictures only: spacing, and whether numbers may be missing."""
 
 
 class GapRepair(Record):

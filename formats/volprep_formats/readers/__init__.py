@@ -11,6 +11,8 @@ from typing import Any
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
+from volprep_formats.readers.image_stack import holds_only_pictures
+from volprep_formats.readers.picture_file import is_picture
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -27,12 +29,23 @@ class Reader:
     """Whether the source is of this format, by what the scene says, the path, and a file's first bytes, unpacked."""
 
 
+def _is_stack(spec: SourceSpec, folder: Path) -> bool:
+    return spec.stack is not None or holds_only_pictures(folder)
+
+
 READERS = (
     Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
     Reader(
         "dicom",
         "volprep_formats.readers.dicom",
-        lambda spec, path, head: spec.series is not None or path.is_dir() or head[128:132] == b"DICM",
+        lambda spec, path, head: (
+            spec.series is not None or (path.is_dir() and not _is_stack(spec, path)) or head[128:132] == b"DICM"
+        ),
+    ),
+    Reader(
+        "stack",
+        "volprep_formats.readers.image_stack",
+        lambda spec, path, head: path.is_dir() or spec.stack is not None or is_picture(head),
     ),
     Reader(
         "nifti",
@@ -80,6 +93,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("series", spec.series, "dicom"),
         ("volume", spec.volume, "dicom"),
         ("repair", spec.repair or None, "dicom"),
+        ("stack", spec.stack, "stack"),
     ):
         if value is not None and reader.name != format_name:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)

@@ -1,0 +1,61 @@
+"""Order of the pictures of a stack, by the one number that changes from name to name."""
+
+import re
+from itertools import pairwise
+from math import gcd
+from pathlib import Path
+from typing import Literal
+
+from volprep_formats.diagnostics import VolprepError
+
+_LISTED = 12
+_NUMBER = re.compile(r"([0-9]+)")
+
+
+def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) -> tuple[list[str], int]:
+    """Names by their number, so that z2 comes before z10, and the step from number to number.
+
+    Raises VolprepError VP1161 when the names do not tell the order, VP1162 when numbers are missing and `gaps` is
+    "refuse".
+    """
+    parts = {name: _NUMBER.split(name) for name in sorted(names)}
+    first = next(iter(parts))
+    for name in parts:
+        if [text.lower() for text in parts[name][::2]] != [text.lower() for text in parts[first][::2]]:
+            raise _unordered(folder, first, name, "differ in more than a number")
+    numbers = {name: tuple(map(int, part[1::2])) for name, part in parts.items()}
+    changing = [i for i, column in enumerate(zip(*numbers.values(), strict=True)) if len(set(column)) > 1]
+    if len(changing) > 1:
+        other = next(n for n in numbers if sum(numbers[n][i] != numbers[first][i] for i in changing) > 0)
+        raise _unordered(folder, first, other, f"belong to a stack in whose names {len(changing)} numbers change")
+    ordered = sorted(parts, key=numbers.__getitem__)
+    for below, above in pairwise(ordered):
+        if numbers[below] == numbers[above]:
+            raise _unordered(folder, below, above, "have the same number")
+    if not changing:
+        return ordered, 1
+    column = [numbers[name][changing[0]] for name in ordered]
+    step = gcd(*(above - below for below, above in pairwise(column)))
+    if gaps == "refuse":
+        _check_gaps(folder, ordered, column, step)
+    return ordered, step
+
+
+def _check_gaps(folder: Path, ordered: list[str], column: list[int], step: int) -> None:
+    count = (column[-1] - column[0]) // step + 1 - len(column)
+    if count == 0:
+        return
+    spans = [(a + step, b - step) for a, b in pairwise(column) if b - a > step]
+    missing = ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in spans[:_LISTED])
+    raise VolprepError(
+        "VP1162",
+        path=folder,
+        count=count,
+        first=ordered[0],
+        last=ordered[-1],
+        missing=missing + (f" and {len(spans) - _LISTED} more gaps" if len(spans) > _LISTED else ""),
+    )
+
+
+def _unordered(folder: Path, first: str, other: str, how: str) -> VolprepError:
+    return VolprepError("VP1161", path=folder, first=first, other=other, how=how)
