@@ -66,7 +66,7 @@ def test_an_empty_folder_is_refused(tmp_path) -> None:
 
 def test_a_folder_without_images_is_refused_with_the_number_of_its_files(tmp_path) -> None:
     (tmp_path / "a.txt").write_text("text")
-    (tmp_path / "b.png").write_bytes(b"\x89PNG" + bytes(300))
+    (tmp_path / "b.bin").write_bytes(bytes(300))
     error = refusal(tmp_path)
     assert error.code == "VP1030"
     assert "2 other files" in str(error)
