@@ -24,7 +24,7 @@ help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
 	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
 	@echo "make lint    ruff, mypy, clang-format"
-	@echo "make bench   the native kernels against their peers; writes bench.json"
+	@echo "make bench   kernels and import against their peers; writes bench.json"
 	@echo "make fuzz    reads damaged files of every kind for five minutes; ARGS='--seconds 60 --seed 1' passes arguments"
 
 demo: $(NATIVE)
