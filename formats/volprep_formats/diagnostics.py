@@ -301,6 +301,36 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: its {pages} page(s) are not the slices of one volume: it says {says}",
         "Write one channel and one time point into a file of its own, with one page for each slice.",
     ),
+    "VP1200": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a sound OpenVDB file: {error}",
+        "Get the file again from where it came, or write it anew with OpenVDB 5 or later.",
+    ),
+    "VP1201": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: this build of volprep has no OpenVDB ({error})",
+        "Install libopenvdb-dev, libtbb-dev and libboost-dev (Debian), then build volprep again.",
+    ),
+    "VP1202": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {count} OpenVDB grids, and more than one, or none, could be the volume that is meant",
+        "Set source.grid to the name of one of floats or doubles:{found}",
+    ),
+    "VP1203": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the voxels of the grid {grid!r} are of type {kind}, not one float or double each",
+        "Set source.grid to a grid of numbers; turn points, vectors and masks into one first.",
+    ),
+    "VP1204": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the grid {grid!r} has no active voxel, so it has no extent",
+        "Set source.grid to another grid.",
+    ),
+    "VP1205": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the active voxels of the grid {grid!r} span {size}, more than the {limit} that a volume may have",
+        "Remove stray voxels, clip the grid, or resample it to larger voxels.",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",

@@ -11,7 +11,7 @@ from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
-SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "stack", "vti", "vtk"]
+SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "stack", "vdb", "vti", "vtk"]
 
 
 RepairKind = Literal["gaps", "tilt"]
@@ -57,6 +57,8 @@ class SourceSpec(Record):
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""
+    grid: str | None = None
+    """OpenVDB only: name of the grid, when the file holds several."""
     raw: RawLayout | None = None
     """Raw only: shape, type, spacing, byte order and header size."""
     stack: StackLayout | None = None

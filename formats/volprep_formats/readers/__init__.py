@@ -58,6 +58,7 @@ READERS = (
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
     Reader("nrrd", "volprep_formats.readers.nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
+    Reader("vdb", "volprep_formats.readers.vdb", lambda _spec, _path, head: head[:4] == b" BDV"),
     Reader("vti", "volprep_formats.readers.vti", lambda _spec, _path, head: b"<VTKFile" in head),
     Reader("vtk", "volprep_formats.readers.vtk_legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
 )
@@ -93,6 +94,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("series", spec.series, "dicom"),
         ("volume", spec.volume, "dicom"),
         ("repair", spec.repair or None, "dicom"),
+        ("grid", spec.grid, "vdb"),
         ("stack", spec.stack, "stack"),
     ):
         if value is not None and reader.name != format_name:
