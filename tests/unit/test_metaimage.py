@@ -143,6 +143,7 @@ def test_a_header_size_skips_the_beginning_of_the_data_file(tmp_path) -> None:
     [
         ("VP1008", {"HeaderSize": "1"}),
         ("VP1008", {"HeaderSize": "9000000000"}),
+        ("VP1008", {"HeaderSize": "-1", "DimSize": "4 1 4"}),
         ("VP1122", {"HeaderSize": "-1", "CompressedData": "True"}),
         ("VP1120", {"HeaderSize": "-2"}),
         ("VP1122", {"HeaderSizePerSlice": "8"}),

@@ -31,6 +31,8 @@ from volprep_formats.source import SourceInfo, SourceSpec
 UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x, y, z as left, back and up"
 
 _CHUNK_BYTES = 2**18
+# The table of blocks is held in memory; in blocks of VTK's usual 32 KiB these are 128 GiB.
+_MOST_BLOCKS = 2**22
 _LARGEST_INDEX = 2**31 - 1
 _TYPES = {
     **{f"Int{8 * size}": f"i{size}" for size in (1, 2, 4, 8)},
@@ -221,6 +223,8 @@ def _compressed(
 ) -> VoxelFile:
     """Voxels in blocks: a header of their number, size, last size and packed sizes, then the blocks."""
     count, block, last = (int(word) for word in np.frombuffer(part.read(3 * words.itemsize), words))
+    if count > _MOST_BLOCKS:
+        raise VolprepError("VP1142", path=part.path, what=f"{count} blocks")
     voxel_bytes = prod(shape_zyx) * dtype.itemsize
     # A last size of 0 means that the last block is as large as the others.
     declared = count * block - (block - last if last else 0)
