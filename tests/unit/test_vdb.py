@@ -11,7 +11,6 @@ from vdb_files import TILE, HandGrid, write_vdb_by_hand
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.isolation import workers
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.vdb_tree import list_grids
@@ -20,15 +19,10 @@ from volprep_formats.source import SourceInfo, SourceSpec
 vdb = pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
 from volprep_formats.vdb_file import write_vdb  # noqa: E402 - after the question whether there is any
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
+
 TURNED = ((0.0, -2.0, 0.0, 5.0), (1.5, 0.0, 0.0, 6.0), (0.0, 0.0, 3.0, 7.0), (0.0, 0.0, 0.0, 1.0))
 TWO_TILES = {(1, 2, 3): 4.0, (2, 2, 3): 7.0}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def kept_workers():
-    """One worker for all tests: it takes half a second to start."""
-    with workers():
-        yield
 
 
 class ArraySource:

@@ -86,6 +86,16 @@ class Archive : public openvdb::io::Archive {
     openvdb::GridBase::Ptr grid_;
 };
 
+// Calls what reads, and says in words what a stream says of itself.
+template <typename Function>
+auto reading(Function function) {
+    try {
+        return function();
+    } catch (const std::ios_base::failure&) {
+        throw std::runtime_error("it ends too early, or cannot be read");
+    }
+}
+
 // A grid without a tree of its own shares that of another, its parent, which may stand behind it.
 openvdb::GridBase::Ptr read_parent(const std::string& path, const openvdb::Name& unique_name) {
     Archive archive(path);
@@ -122,14 +132,16 @@ struct ScalarGrid::Tree {
 void initialize() { openvdb::initialize(); }
 
 std::vector<GridInfo> list_grids(const std::string& path) {
-    std::vector<GridInfo> grids;
-    Archive archive(path);
-    while (archive.next()) grids.push_back(archive.info());
-    return grids;
+    return reading([&] {
+        std::vector<GridInfo> grids;
+        Archive archive(path);
+        while (archive.next()) grids.push_back(archive.info());
+        return grids;
+    });
 }
 
 ScalarGrid::ScalarGrid(const std::string& path, size_t index) : tree_(std::make_unique<Tree>()) {
-    const openvdb::GridBase::Ptr grid = read_grid(path, index);
+    const openvdb::GridBase::Ptr grid = reading([&] { return read_grid(path, index); });
     if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
         tree_->grid = floats;
     else if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
