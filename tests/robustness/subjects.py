@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import nibabel
 import numpy as np
+import OpenImageIO
 from dicom_files import compressed, image, save
 from numpy.typing import NDArray
 from pydicom.uid import (
@@ -120,6 +121,20 @@ def _read_ktx2(path: Path) -> None:
     assert texture.data.size > 0
 
 
+def _pictures(suffix: str, kind: str, pages: int = 1) -> Callable[[Path], bytes]:
+    def make(folder: Path) -> bytes:
+        file = str(folder / f"sound{suffix}")
+        values = _noise((pages, 9, 7, 1)) % 250
+        output = OpenImageIO.ImageOutput.create(file)
+        for z, page in enumerate(values):
+            assert output.open(file, OpenImageIO.ImageSpec(7, 9, 1, kind), "AppendSubimage" if z else "Create")
+            assert output.write_image(page.astype({"half": "float32"}.get(kind, kind)))
+        output.close()
+        return Path(file).read_bytes()
+
+    return make
+
+
 SUBJECTS = (
     Subject("raw, gzipped", ".raw.gz", _raw, _read_raw),
     Subject("NIfTI-1", ".nii", _nifti(".nii", "int16", nibabel.Nifti1Image), read_volume),
@@ -133,6 +148,9 @@ SUBJECTS = (
     Subject("DICOM RLE", "", _dicom(RLELossless), read_volume),
     Subject("DICOM JPEG-LS", "", _dicom(JPEGLSLossless), read_volume),
     Subject("DICOM JPEG 2000", "", _dicom(JPEG2000Lossless), read_volume),
+    Subject("PNG", ".png", _pictures(".png", "uint8"), read_volume),
+    Subject("TIFF", ".tif", _pictures(".tif", "uint16", 3), read_volume),
+    Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
 )

@@ -246,8 +246,14 @@ def test_pages_that_are_channels_or_times_or_not_all_are_refused(tmp_path, descr
 
 
 def test_a_plain_description_is_no_reason_to_refuse(tmp_path) -> None:
-    for text in ("ImageJ=1.53\nimages=11\nslices=11\n", "channels=5\nSizeC='3'", "<OME SizeC='1'/>"):
+    for text in ("20 \xb5m, \xe9", "ImageJ=1.53\nimages=11\nslices=11\n", "channels=5\nSizeC='3'", "<OME SizeC='1'/>"):
         assert np.array_equal(read(write_pages(tmp_path / "v.tif", voxels(), text))[0], voxels())
+
+
+def test_a_description_that_is_no_utf_8_is_no_reason_to_refuse(tmp_path) -> None:
+    file = write_pages(tmp_path / "v.tif", voxels()[:2], "scale in um by me")
+    file.write_bytes(file.read_bytes().replace(b"in um", b"in \xb5m"))
+    assert np.array_equal(read(file)[0], voxels()[:2])
 
 
 def png_header(width: int, height: int) -> bytes:

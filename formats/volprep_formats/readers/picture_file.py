@@ -6,6 +6,8 @@ the whole range of 8, or 16, as OpenImageIO does.
 """
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
@@ -136,6 +138,28 @@ def _kind(head: bytes) -> str | None:
 
 
 def _headers(path: Path) -> NDArray[np.generic]:
+    with _coded_errors(path):
+        return np.array([astuple(page) for page in _list_pages(path)], dtype=np.int64)
+
+
+def _decode(part: Part) -> NDArray[np.generic]:
+    with _coded_errors(part.path):
+        return _decode_pages(part)
+
+
+@contextmanager
+def _coded_errors(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
+    except (VolprepError, MemoryError):
+        raise
+    except Exception as error:  # on damaged bytes any can come, as for text that is no UTF-8
+        raise _unsound(path, f"{type(error).__name__} in its decoder") from error
+
+
+def _list_pages(path: Path) -> list[Page]:
     _check_ends(path)
     picture = _opened(path)
     size = path.stat().st_size
@@ -157,9 +181,9 @@ def _headers(path: Path) -> NDArray[np.generic]:
         raise _unsound(path, picture.geterror())
     picture.close()
     first = _opened(path)
-    _check_order(path, str(first.spec().get_string_attribute("ImageDescription")), len(pages))
+    _check_order(path, _description(first.spec()), len(pages))
     first.close()
-    return np.array([astuple(page) for page in pages], dtype=np.int64)
+    return pages
 
 
 def _check_ends(path: Path) -> None:
@@ -207,6 +231,13 @@ def _page(path: Path, spec: Any) -> Page:
     )
 
 
+def _description(spec: Any) -> str:
+    try:
+        return str(spec.get_string_attribute("ImageDescription"))
+    except UnicodeDecodeError:  # ImageJ and OME write ASCII and UTF-8, others what they like
+        return ""
+
+
 def _check_order(path: Path, description: str, pages: int) -> None:
     """Refuse pages that are not the slices of one volume, by what ImageJ and OME write into the first."""
     found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
@@ -222,7 +253,7 @@ def _check_order(path: Path, description: str, pages: int) -> None:
         raise VolprepError("VP1168", path=path, pages=pages, says=says)
 
 
-def _decode(part: Part) -> NDArray[np.generic]:
+def _decode_pages(part: Part) -> NDArray[np.generic]:
     picture = _opened(part.path)
     page = part.page
     result = np.empty((part.last - part.first, part.row1 - part.row0, page.columns), page.stored_type)
