@@ -54,14 +54,12 @@ def _walk(head: bytes) -> Header:
     implicit = syntax == ImplicitVRLittleEndian
     step = _implicit if implicit else _explicit
     elements: dict[BaseTag, DataElement | RawDataElement] = {}
-    before = 0
     while True:
         tag, kind, start, end = step(head, at)
         if tag >> 16 == _PIXEL_GROUP:
             break
-        if tag <= before or tag in _SEQUENCES:
+        if tag in _SEQUENCES:
             raise ValueError
-        before = tag
         wanted = _WANTED.get(tag)
         if wanted is not None:
             elements[wanted] = RawDataElement(wanted, kind, end - start, head[start:end], start, implicit, True)
