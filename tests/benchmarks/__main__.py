@@ -13,8 +13,10 @@ from rich.table import Table
 
 from volprep import _native
 
+from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
+from .bench_memory import MemoryRow, measure_memory
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
@@ -42,10 +44,16 @@ def main() -> None:
     )
     imports = measure_import(console)
     console.print(_import_table(imports))
+    decodes = measure_decode(console)
+    console.print(_decode_table(decodes))
+    memory = measure_memory(console)
+    console.print(_memory_table(memory))
     found = {
         "machine": machine,
         "rows": [asdict(row) for row in rows],
         "import": [asdict(row) for row in imports],
+        "decode": [asdict(row) for row in decodes],
+        "memory": [asdict(row) for row in memory],
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")
@@ -68,6 +76,25 @@ def _table(rows: list[Row]) -> Table:
             f"{row.ratio:.1f} ×",
             f"{row.share_of_bandwidth:.0%}",
         )
+    return table
+
+
+def _decode_table(rows: list[DecodeRow]) -> Table:
+    table = Table("60 slices of 512×512", "one by one s", "in workers s", "with their start s", "times faster")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row in rows:
+        times = (row.serial_s, row.workers_s, row.first_s)
+        table.add_row(row.syntax, *(f"{seconds:.2f}" for seconds in times), f"{row.ratio:.2f} ×")
+    return table
+
+
+def _memory_table(rows: list[MemoryRow]) -> Table:
+    table = Table("import of a raw file, GB", "s", "largest memory MB")
+    for column in table.columns:
+        column.justify = "right"
+    for row in rows:
+        table.add_row(f"{row.size_gb:g}", f"{row.seconds:.0f}", f"{row.peak_mb:.0f}")
     return table
 
 
