@@ -32,13 +32,10 @@ from volprep_formats.readers.dicom_header import (
     slice_image,
 )
 from volprep_formats.readers.dicom_mosaic import is_mosaic, mosaic_slices
-from volprep_formats.readers.dicom_walk import walk_header
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
 
 _HEAD_BYTES = 2**12
-_USUAL_BYTES = 2**16
-"""What more of a file is read at once, for its whole header; few are longer."""
 _META_OFFSET_BYTES = 128 + 4 + 12
 """Preamble, "DICM", and the element that holds the length of the rest of group 0002."""
 _SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
@@ -77,9 +74,6 @@ def read_slices(path: Path) -> tuple[SliceImage, ...]:
             head = file.read(_HEAD_BYTES)
             cut_off = has_prefix(head) and path.stat().st_size < _meta_end_bytes(head)
             if _looks_like_dicom(head) and not cut_off:
-                ordinary = _read_ordinary(path, file, head + file.read(_USUAL_BYTES))
-                if ordinary:
-                    return ordinary
                 file.seek(0)
                 return _read(path, file, deflated=DEFLATED.encode() in head)
     except VolprepError:
@@ -124,16 +118,6 @@ def _looks_like_dicom(head: bytes) -> bool:
     return has_prefix(head) or head[:4] in _BARE_BEGINNINGS
 
 
-def _read_ordinary(path: Path, file: BinaryIO, head: bytes) -> tuple[SliceImage, ...]:
-    """Slices of a file whose header is in no way unusual; none where pydicom must look."""
-    header = walk_header(head)
-    if header is None:
-        return ()
-    file.seek(header.pixels_at)
-    element = _pixel_element(file, header.is_implicit, True, encapsulated=header.syntax.is_encapsulated)
-    return () if element is None else _slices(path, header.data, str(header.syntax), element)
-
-
 def _read(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ...]:
     stream: BinaryIO
     if deflated:
@@ -154,11 +138,7 @@ def _read(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ..
             return ()
         # Not kept for later as the problem of this image: even the series that it names may be cut off.
         raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
-    return _slices(path, data, str(syntax), element)
-
-
-def _slices(path: Path, data: Dataset, syntax: str, element: PixelElement) -> tuple[SliceImage, ...]:
-    image = slice_image(path, data, syntax, element)
+    image = slice_image(path, data, str(syntax), element)
     frames = frame_count(data)
     if frames is not None:
         return frame_slices(image, data, element, frames)
