@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-
 from .mutations import assert_survives, outcome, prefixes
 from .subjects import read_volume
 

@@ -4,6 +4,7 @@
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
+#include <tbb/global_control.h>
 
 #include <cmath>
 #include <fstream>
@@ -129,7 +130,11 @@ struct ScalarGrid::Tree {
     }
 };
 
-void initialize() { openvdb::initialize(); }
+void initialize() {
+    // One thread: whoever reads limits its memory, and the stack and heap of each further thread count as such.
+    static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+    openvdb::initialize();
+}
 
 std::vector<GridInfo> list_grids(const std::string& path) {
     return reading([&] {

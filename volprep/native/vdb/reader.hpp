@@ -25,7 +25,7 @@ struct GridInfo {
     std::optional<std::pair<Xyz, Xyz>> declared_box_xyz;
 };
 
-// Registers OpenVDB's types. Once, before anything else.
+// Registers OpenVDB's types and keeps it to one thread. Once, before anything else.
 void initialize();
 
 // All grids in the order of the file. Throws std::exception for what is no sound file.
