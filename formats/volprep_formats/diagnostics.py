@@ -301,6 +301,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: its {pages} page(s) are not the slices of one volume: it says {says}",
         "Write one channel and one time point into a file of its own, with one page for each slice.",
     ),
+    "VP1180": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: a mosaic does not say how many tiles it has",
+        "Add the table [source.mosaic] with tiles_x, tiles_y and slices to the scene.",
+    ),
+    "VP1181": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {slices} slices do not fit into {tiles_x}×{tiles_y} tiles of a picture of {columns}×{rows} pixels",
+        "Correct [source.mosaic].",
+    ),
     "VP1200": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: not a sound OpenVDB file: {error}",

@@ -11,7 +11,7 @@ from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
-SourceFormat = Literal["auto", "dicom", "metaimage", "nifti", "nrrd", "raw", "stack", "vdb", "vti", "vtk"]
+SourceFormat = Literal["auto", "dicom", "metaimage", "mosaic", "nifti", "nrrd", "raw", "stack", "vdb", "vti", "vtk"]
 
 
 RepairKind = Literal["gaps", "tilt"]
@@ -43,6 +43,19 @@ class StackLayout(Record):
     neighbours, at the same distance as all others."""
 
 
+class MosaicLayout(Record):
+    """How the slices of a volume lie in one picture: row by row, from the top left."""
+
+    tiles_x: Count
+    """Number of tiles beside each other."""
+    tiles_y: Count
+    """Number of tiles above each other."""
+    slices: Count
+    """Number of tiles that are slices; those after them may hold anything."""
+    spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
+    """Distance from slice to slice, from row to row and from column to column, in millimetres."""
+
+
 class SourceSpec(Record):
     """Where a scan is and how to read it: the table [source] of a scene."""
 
@@ -63,6 +76,8 @@ class SourceSpec(Record):
     """Raw only: shape, type, spacing, byte order and header size."""
     stack: StackLayout | None = None
     """Stack of pictures only: spacing, and whether numbers may be missing."""
+    mosaic: MosaicLayout | None = None
+    """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
 
 
 class GapRepair(Record):

@@ -35,6 +35,7 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
 
 READERS = (
     Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
+    Reader("mosaic", "volprep_formats.readers.mosaic", lambda spec, _path, _head: spec.mosaic is not None),
     Reader(
         "dicom",
         "volprep_formats.readers.dicom",
@@ -96,6 +97,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("repair", spec.repair or None, "dicom"),
         ("grid", spec.grid, "vdb"),
         ("stack", spec.stack, "stack"),
+        ("mosaic", spec.mosaic, "mosaic"),
     ):
         if value is not None and reader.name != format_name:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)

@@ -19,7 +19,15 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
-from volprep_formats.readers.picture_file import SUFFIXES, Page, Part, decode_request, header_request, pages_of
+from volprep_formats.readers.picture_file import (
+    SUFFIXES,
+    Page,
+    Part,
+    decode_request,
+    header_request,
+    page_remarks,
+    pages_of,
+)
 from volprep_formats.readers.picture_names import in_order
 from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
 
@@ -30,19 +38,14 @@ _PIXELS_AT_ONCE = 2**22
 class StackSource:
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
-    def __init__(
-        self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], pool: Workers, leave: ExitStack
-    ) -> None:
-        """Take `files` in their order, each with the number of its pages; all pages are as `page`.
-
-        `pool` decodes them; `leave` is closed when it is not needed any more.
-        """
+    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]]) -> None:
+        """Take `files` in their order, each with the number of its pages; all pages are as `page`."""
         self._info = info
         self._page = page
         self._files = tuple(files)
         self._starts = (0, *accumulate(count for _, count in files))
-        self._workers = pool
-        self._leave = leave
+        self._leave = ExitStack()
+        self._workers = self._leave.enter_context(workers())
 
     @property
     def info(self) -> SourceInfo:
@@ -79,7 +82,9 @@ class StackSource:
         for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):
                 last = min(z + at_once, z1, end)
-                parts.append((z, Part(path, z - start, last - start, 0, self._page.rows, self._page)))
+                parts.append(
+                    (z, Part(path, z - start, last - start, 0, self._page.rows, self._page.columns, self._page))
+                )
         return parts
 
 
@@ -103,6 +108,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
     """
     layout = spec.stack or StackLayout()
     remarks: list[str] = []
+    if spec.stack is None:
+        remarks.append(
+            "pictures do not say how far apart their pixels are; 1 mm is taken: see source.stack in the scene"
+        )
     names = [path.name]
     if path.is_dir():
         names = _pictures(path)
@@ -113,8 +122,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         remarks += [f"{others} other file(s) in the folder are ignored"] if others else []
         remarks += [f"the numbers of the pictures go in steps of {step}"] if step > 1 else []
     files = [(path if path.is_dir() else path.parent) / name for name in names]
-    with ExitStack() as leave:
-        pool = leave.enter_context(workers())
+    with workers() as pool:
         pages = _read_headers(pool, files, progress)
         _check_alike(path, names, pages)
         first = pages[0][0]
@@ -122,10 +130,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             format="stack",
             grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
             stored_type=first.stored_type,
-            remarks=(*remarks, *_remarks(spec.stack is not None, first, names)),
+            remarks=(*remarks, *page_remarks(first, names[0])),
         )
         each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
-        source = StackSource(info, first, each, pool, leave.pop_all())
+        source = StackSource(info, first, each)
     if first.channels > 1:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)
@@ -179,22 +187,3 @@ def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) ->
         raise VolprepError(
             "VP1163", path=path, count=len(each) - kinds[usual], total=len(each), first=likely, other=other
         )
-
-
-def _remarks(is_told: bool, first: Page, names: list[str]) -> list[str]:
-    remarks = []
-    if not is_told:
-        remarks.append(
-            "pictures do not say how far apart their pixels are; 1 mm is taken: see source.stack in the scene"
-        )
-    if first.has_resolution:
-        remarks.append("the resolution in the pictures is meant for paper and not used")
-    if first.spread:
-        remarks.append(f"the {first.bits}-bit values of the pictures are spread over all of {first.stored_type}")
-    if first.orientation != 1:
-        remarks.append(
-            f"the orientation {first.orientation} in the pictures is not applied: rows are as they are stored"
-        )
-    if Path(names[0]).suffix.lower() in {".jpg", ".jpeg"}:
-        remarks.append("JPEG pictures have lost detail when they were written")
-    return remarks

@@ -92,13 +92,14 @@ class Page:
 
 @dataclass(frozen=True)
 class Part:
-    """Pages of one file to decode, and the rows of them."""
+    """Pages of one file to decode, and the rows and leftmost columns of them."""
 
     path: Path
     first: int
     last: int
     row0: int
     row1: int
+    columns: int
     page: Page
     """What all of them are."""
 
@@ -118,10 +119,26 @@ def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
     return tuple(Page(*row) for row in answer.tolist())
 
 
+def page_remarks(page: Page, name: str) -> list[str]:
+    """What a user should know about pictures that are as `page`, the first in file `name`."""
+    remarks = []
+    if page.has_resolution:
+        remarks.append("the resolution in the pictures is meant for paper and not used")
+    if page.spread:
+        remarks.append(f"the {page.bits}-bit values of the pictures are spread over all of {page.stored_type}")
+    if page.orientation != 1:
+        remarks.append(
+            f"the orientation {page.orientation} in the pictures is not applied: rows are as they are stored"
+        )
+    if Path(name).suffix.lower() in {".jpg", ".jpeg"}:
+        remarks.append("JPEG pictures have lost detail when they were written")
+    return remarks
+
+
 def decode_request(part: Part) -> Request:
     """Ask for values [page, y, x] of type `page.stored_type` in a worker."""
     page = part.page
-    values = (part.last - part.first) * (part.row1 - part.row0) * page.columns
+    values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
     decoded = page.rows * page.columns * page.channels
     return Request(
         _decode,
@@ -256,14 +273,16 @@ def _check_order(path: Path, description: str, pages: int) -> None:
 def _decode_pages(part: Part) -> NDArray[np.generic]:
     picture = _opened(part.path)
     page = part.page
-    result = np.empty((part.last - part.first, part.row1 - part.row0, page.columns), page.stored_type)
+    height = part.row1 - part.row0
+    result = np.empty((part.last - part.first, height, part.columns), page.stored_type)
     for index in range(part.first, part.last):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
             raise _unsound(part.path, f"page {index} is not what it was")
         values = _values(picture, index, part)
-        if values is None or values.size != result[0].size * page.channels:
+        if values is None or values.size != height * page.columns * page.channels:
             raise _unsound(part.path, picture.geterror())
-        result[index - part.first] = _grey(part.path, page, values.reshape(*result.shape[1:], page.channels))
+        values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
+        result[index - part.first] = _grey(part.path, page, values)
     picture.close()
     return result
 
