@@ -1,6 +1,5 @@
 """Small volumes in files with text headers, written by hand byte for byte, and how they are read back."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -55,41 +54,3 @@ def same_or_refused(path: Path, expected: np.ndarray) -> bool:
     except VolprepError:
         return True
     return voxels.dtype == expected.dtype and np.array_equal(voxels, expected)
-
-
-def mutations(whole: bytes, head_bytes: int, count: int, seed: int) -> Iterator[bytes]:
-    """`count` damaged copies: bytes replaced, digits changed, parts removed or doubled, mostly in the header."""
-    chance = np.random.default_rng(seed)
-    digits = b"0123456789-. "
-    for _ in range(count):
-        data = bytearray(whole)
-        for _ in range(chance.integers(1, 4)):
-            end = head_bytes if chance.random() < 0.8 else len(data)
-            place = int(chance.integers(0, max(min(end, len(data)), 1)))
-            match chance.integers(0, 4):
-                case 0:
-                    data[place : place + 1] = bytes([chance.integers(0, 256)])
-                case 1:
-                    data[place : place + 1] = bytes([digits[chance.integers(0, len(digits))]])
-                case 2:
-                    del data[place : place + int(chance.integers(1, 9))]
-                case _:
-                    data[place:place] = data[place : place + int(chance.integers(1, 9))]
-        yield bytes(data)
-
-
-def check_mutations(path: Path, head_bytes: int, count: int, seed: int) -> None:
-    """Each damaged copy is refused with a code, or is a volume no larger than the file can hold."""
-    whole = path.read_bytes()
-    refused = 0
-    for data in mutations(whole, head_bytes, count, seed):
-        path.write_bytes(data)
-        try:
-            voxels, info = read(path)
-        except VolprepError:
-            refused += 1
-            continue
-        assert voxels.shape == info.grid.shape_zyx
-        assert voxels.dtype == info.stored_type
-    path.write_bytes(whole)
-    assert count // 10 < refused < count, "the mutations test nothing"

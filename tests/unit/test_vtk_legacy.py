@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista
-from header_files import check_every_cut, check_mutations, noise, read, refusal, refusal_at_open
+from header_files import check_every_cut, noise, read, refusal, refusal_at_open
 
 from volprep_formats.readers.vtk_legacy import _TYPES
 
@@ -174,9 +174,3 @@ def test_the_title_is_not_kept(tmp_path) -> None:
 @pytest.mark.parametrize("form", ["BINARY", "ASCII"])
 def test_every_cut_is_refused(tmp_path, form) -> None:
     check_every_cut(save(tmp_path / "v.vtk", data=None if form == "BINARY" else text(noise()), form=form))
-
-
-@pytest.mark.parametrize("form", ["BINARY", "ASCII"])
-def test_a_thousand_mutations_of_each_form_are_volumes_or_coded_errors(tmp_path, form) -> None:
-    file = save(tmp_path / "v.vtk", data=None if form == "BINARY" else text(noise()), form=form)
-    check_mutations(file, file.stat().st_size - 24, 1000, seed=14)

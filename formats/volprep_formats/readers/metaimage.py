@@ -121,11 +121,12 @@ def _grid(path: Path, fields: Fields, shape_zyx: tuple[int, int, int]) -> tuple[
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.linalg.norm(columns, axis=0)
         origin = _floats(path, fields, "offset", "0 0 0", 3) * unit
-    if not (spacing > 0).all():
+    if not ((spacing > 0) & (spacing < np.inf)).all():
         raise VolprepError("VP2021", path=path, which="field ElementSpacing")
     if not (np.abs(lengths - 1.0) <= ORIENTATION_TOLERANCE).all():
         raise VolprepError("VP2021", path=path, which="field TransformMatrix")
-    columns = columns / lengths * spacing * unit
+    with np.errstate(over="ignore"):
+        columns = columns / lengths * spacing * unit
     which = "field ElementSpacing, TransformMatrix or Offset"
     return grid_from_affine(path, which, shape_zyx, columns, origin), remarks
 
