@@ -147,6 +147,15 @@ def test_requests_after_a_bad_one_are_left_out() -> None:
     assert len(taken) <= isolation.available_cores()
 
 
+def test_a_worker_at_a_request_after_a_bad_one_is_not_waited_for() -> None:
+    with workers():
+        run(*[request(decoders.squares, 1)] * 2)
+        began = time.monotonic()
+        assert refusal(request(decoders.refuse, 0), request(decoders.hang, seconds=100.0)).code == "VP1090"
+        assert run(*[request(decoders.squares, 3)] * 3)[2].tolist() == [[0, 1, 4]]
+        assert time.monotonic() - began < 50
+
+
 def test_a_worker_killed_while_idle_is_replaced() -> None:
     with workers():
         (pid,) = run(request(decoders.process_id))[0]
