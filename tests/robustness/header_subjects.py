@@ -37,7 +37,8 @@ def metaimage_file(values_zyx: NDArray[np.int16]) -> Make:
         nz, ny, nx = values_zyx.shape
         head = (
             "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-            f"CompressedData = True\nCompressedDataSize = {len(data)}\nTransformMatrix = 0 -1 0 1 0 0 0 0 1\nOffset = 5 6 7\n"
+            f"CompressedData = True\nCompressedDataSize = {len(data)}\n"
+            "TransformMatrix = 0 -1 0 1 0 0 0 0 1\nOffset = 5 6 7\n"
             f"CenterOfRotation = 0 0 0\nElementSpacing = 2 1.5 3\nDimSize = {nx} {ny} {nz}\nElementType = MET_SHORT\n"
             "ElementDataFile = LOCAL\n"
         )
