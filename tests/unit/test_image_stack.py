@@ -267,7 +267,7 @@ def png_header(width: int, height: int) -> bytes:
 @pytest.mark.parametrize("size", [(2**31 - 1, 2**31 - 1), (100_000, 100_000), (2**14, 2**14), (30_000, 1000), (0, 5)])
 def test_a_tiny_png_that_declares_the_world_is_refused_before_anything_is_allocated(tmp_path, size) -> None:
     (tmp_path / "v.png").write_bytes(png_header(*size))
-    assert code(tmp_path / "v.png") in {"VP1165", "VP1167"}
+    assert code(tmp_path / "v.png") in ({"VP1167"} if size == (2**14, 2**14) else {"VP1165", "VP1167"})
 
 
 @pytest.mark.parametrize("size", [(2**31 - 1, 2**31 - 1), (2**32 - 1, 1), (100_000, 100_000), (2**14, 2**14)])
@@ -286,15 +286,16 @@ def test_a_tiny_tiff_that_declares_the_world_is_refused_before_anything_is_alloc
     data = b"II*\0" + struct.pack("<IH", 8, len(entries))
     data += b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in entries) + bytes(4)
     (tmp_path / "v.tif").write_bytes(data)
-    assert code(tmp_path / "v.tif") in {"VP1165", "VP1167"}
+    assert code(tmp_path / "v.tif") in ({"VP1167"} if size == (2**14, 2**14) else {"VP1165", "VP1167"})
 
 
-def test_a_tiff_whose_pages_go_in_a_circle_is_refused(tmp_path) -> None:
+@pytest.mark.parametrize("target", ["first", "beyond"])
+def test_a_tiff_whose_chain_of_pages_leads_back_or_beyond_the_file_is_refused(tmp_path, target) -> None:
     file = write_pages(tmp_path / "v.tif", voxels()[:1])
     data = bytearray(file.read_bytes())
     at = struct.unpack_from("<I", data, 4)[0]
     link = at + 2 + 12 * struct.unpack_from("<H", data, at)[0]
-    data[link : link + 4] = data[4:8]
+    data[link : link + 4] = data[4:8] if target == "first" else struct.pack("<I", len(data) + 100)
     file.write_bytes(data)
     assert code(file) == "VP1165"
 
