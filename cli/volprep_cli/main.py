@@ -9,6 +9,7 @@ import typer
 
 from volprep_cli.build import build
 from volprep_cli.doctor import doctor
+from volprep_cli.export import export
 from volprep_cli.import_source import import_source
 from volprep_cli.inspect import inspect
 from volprep_cli.mosaic import mosaic
@@ -45,6 +46,7 @@ app.command()(render)
 app.command()(validate)
 app.command()(doctor)
 app.command("import")(import_source)
+app.command()(export)
 app.command()(quantize)
 app.command()(pyramid)
 app.command()(transfer)

@@ -341,6 +341,21 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the active voxels of the grid {grid!r} span {size}, more than the {limit} that a volume may have",
         "Remove stray voxels, clip the grid, or resample it to larger voxels.",
     ),
+    "VP1250": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: holds no level {level}; there are: {found}",
+        "Choose one of these; volprep inspect shows them.",
+    ),
+    "VP1251": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: exists already",
+        "Choose another name, or replace it with --force; a folder is never replaced.",
+    ),
+    "VP1252": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: the ending says no format that can be written",
+        "Use .nii, .nii.gz, .nrrd, .raw or .vdb; a name without an ending becomes a folder of DICOM files.",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import MosaicLayout, Quantization, Texture
+from volprep_formats.package.manifest import Quantization, Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.mosaic import slices_of_mosaic
 
 _ROOT_STEP = 0.002
 
@@ -46,18 +47,6 @@ def level_volume(package: Package, level: int) -> Volume:
     scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
     stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
     return Volume(np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept)
-
-
-def slices_of_mosaic(texels: NDArray[np.generic], mosaic: MosaicLayout) -> NDArray[np.generic]:
-    """Take the slices [z, y, x] out of the texels [H, W] or [H, W, channels] of a mosaic."""
-    planes = texels[..., None] if texels.ndim == 2 else texels
-    height, width = mosaic.tile_shape_yx
-    slices = np.empty((mosaic.slices, height, width), dtype=texels.dtype)
-    for k in range(mosaic.slices):
-        tile, channel = divmod(k, mosaic.channels)
-        row, column = divmod(tile, mosaic.tiles_x)
-        slices[k] = planes[row * height : (row + 1) * height, column * width : (column + 1) * width, channel]
-    return slices
 
 
 def table_function(package: Package, transfer: str) -> TransferFunction:

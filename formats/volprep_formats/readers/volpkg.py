@@ -1,0 +1,96 @@
+"""A level of a package as a volume: decoded from its texture, or the working data of a draft at full precision."""
+
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.files import path_inside
+from volprep_formats.package.manifest import Texture
+from volprep_formats.package.reader import Package
+from volprep_formats.readers.voxel_file import VoxelFile
+from volprep_formats.readers.voxel_source import VoxelSource
+from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.mosaic import slices_of_mosaic
+
+_WORKING_VOLUME = "work/level0.raw"
+
+
+class LevelSource:
+    """Stored values of a level. Half floats, which hold code / largest code, come as float32."""
+
+    def __init__(self, info: SourceInfo, slices: NDArray[np.generic]) -> None:
+        self._info = info
+        self._slices = slices
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry of the level, and what maps its stored values to physical ones."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
+        return self._slices[z0:z1].astype(self._info.stored_type)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Let go of the texture."""
+        self._slices = self._slices[:0]
+
+
+def open_level(path: Path, level: int | None = None) -> VolumeSource:
+    """Open a level of the package or draft at `path`, the finest if None.
+
+    Level 0 of a draft is the whole scan as it was imported. Raises VP1250 (no such level), VP4008 (working data of
+    another size) and what `Package` and the texture reader raise.
+    """
+    package = Package.open(path, allow_draft=True)
+    manifest = package.manifest
+    work = next((record for record in manifest.files if record.path == _WORKING_VOLUME), None)
+    if work is not None and level in {None, 0}:
+        return _working_volume(package, work.size_bytes)
+    textures = {item.level: item for item in manifest.textures if item.role == "volume" and item.level is not None}
+    chosen = min(textures, default=0) if level is None else level
+    if chosen not in textures:
+        found = sorted(textures.keys() | ({0} if work is not None else set()))
+        raise VolprepError("VP1250", path=path, level=chosen, found=", ".join(map(str, found)) or "none")
+    return _texture_level(package, textures[chosen], chosen)
+
+
+def _working_volume(package: Package, recorded: int) -> VolumeSource:
+    info = package.manifest.source.info
+    file = path_inside(package.path, _WORKING_VOLUME)
+    voxels = VoxelFile(file, np.dtype(info.stored_type), info.grid.shape_zyx, 0)
+    actual = file.stat().st_size
+    if voxels.is_packed or not actual == recorded == voxels.end_bytes:
+        voxels.close()
+        raise VolprepError("VP4008", path=package.path, file=_WORKING_VOLUME, size=actual, expected=voxels.end_bytes)
+    return VoxelSource(info, voxels)
+
+
+def _texture_level(package: Package, texture: Texture, index: int) -> LevelSource:
+    manifest = package.manifest
+    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
+    texels = image.data if texture.mosaic is None else slices_of_mosaic(image.data[0], texture.mosaic)
+    quantization = manifest.quantization
+    grid = next((item.grid for item in manifest.levels if item.index == index), None)
+    if quantization is None or grid is None or texels.shape != grid.shape_zyx:
+        problem = f"level {index} does not fit its texture, or there is no quantization"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
+    floating = texels.dtype.kind == "f"
+    info = SourceInfo(
+        format="volpkg",
+        grid=grid,
+        stored_type="float32" if floating else "uint16" if texels.dtype.itemsize == 2 else "uint8",
+        slope=quantization.slope * (2**quantization.bits - 1 if floating else 1),
+        intercept=quantization.intercept,
+        unit=manifest.source.info.unit,
+        modality=manifest.source.info.modality,
+    )
+    return LevelSource(info, texels)

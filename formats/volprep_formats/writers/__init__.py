@@ -1,0 +1,1 @@
+"""Volume formats that can be written, one file each."""

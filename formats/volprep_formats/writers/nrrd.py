@@ -1,0 +1,45 @@
+"""NRRD (.nrrd): attached header, gzip, space left-posterior-superior.
+
+Source: "Definition of NRRD File Format" (http://teem.sourceforge.net/nrrd/format.html). Floats are written with all
+their digits, so that positions come back bit by bit.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.writers.output import new_file, write_voxels, zipped
+
+_TYPES = {"uint8": "uint8", "int16": "int16", "uint16": "uint16", "float32": "float"}
+
+
+def write(source: VolumeSource, path: Path, progress: Progress) -> None:
+    """Write the values of `source` as they are: the format has no slope. Raises VP4020."""
+    with new_file(path) as file:
+        file.write(_header(source.info))
+        with zipped(file) as stream:
+            write_voxels(source, stream, progress)
+
+
+def _header(info: SourceInfo) -> bytes:
+    matrix = info.grid.world_from_index
+    nz, ny, nx = info.grid.shape_zyx
+    lines = [
+        "NRRD0004",
+        f"type: {_TYPES[info.stored_type]}",
+        "dimension: 3",
+        "space: left-posterior-superior",
+        f"sizes: {nx} {ny} {nz}",
+        f"space directions: {' '.join(_vector(matrix[:3, axis]) for axis in range(3))}",
+        "kinds: domain domain domain",
+        "endian: little",
+        "encoding: gzip",
+        f"space origin: {_vector(matrix[:3, 3])}",
+    ]
+    return ("\n".join(lines) + "\n\n").encode("ascii")
+
+
+def _vector(numbers: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    return "(" + ",".join(repr(float(number)) for number in numbers) + ")"

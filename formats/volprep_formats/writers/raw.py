@@ -1,0 +1,38 @@
+"""Raw voxels (.raw), with a sidecar NAME.raw.toml whose table [source.raw] can be pasted into a scene."""
+
+from pathlib import Path
+
+from volprep_formats.package.files import output_errors, replace_file
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.writers.output import new_file, write_voxels
+
+
+def sidecar_path(path: Path) -> Path:
+    """Give the path of the sidecar of `path`."""
+    return path.with_name(f"{path.name}.toml")
+
+
+def write(source: VolumeSource, path: Path, progress: Progress) -> None:
+    """Write the values of `source`, and what the file does not say about itself. Raises VP4020."""
+    with new_file(path) as file:
+        write_voxels(source, file, progress)
+    with output_errors(sidecar_path(path)):
+        replace_file(sidecar_path(path), _sidecar(source.info).encode())
+
+
+def _sidecar(info: SourceInfo) -> str:
+    shape = ", ".join(map(str, info.grid.shape_zyx))
+    spacing = ", ".join(repr(h) for h in info.grid.spacing_mm_zyx)
+    lines = [
+        "[source.raw]",
+        f"shape_zyx = [{shape}]",
+        f'dtype = "{info.stored_type}"',
+        f"spacing_mm_zyx = [{spacing}]",
+        'byte_order = "little"',
+        "# A scene cannot say more about a raw file. The volume also has:",
+        f"# origin_mm_xyz = {list(info.grid.origin_mm_xyz)}",
+        f"# direction = {[list(row) for row in info.grid.direction]}",
+        f"# slope = {info.slope!r}, intercept = {info.intercept!r}",
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,56 @@
+"""Which values of a volume are written: as stored, without what they mean, or physical ones."""
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.source import SourceInfo, VolumeSource
+
+_PLAIN: dict[str, object] = {"slope": 1.0, "intercept": 0.0}
+
+
+class StoredValues:
+    """Stored values alone: slope 1, intercept 0, no unit."""
+
+    def __init__(self, source: VolumeSource) -> None:
+        self._source = source
+
+    @property
+    def info(self) -> SourceInfo:
+        """What the source says, without slope, intercept and unit."""
+        return self._source.info.model_copy(update={**_PLAIN, "unit": ""})
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
+        return self._source.read_slab(z0, z1)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close the source."""
+        self._source.__exit__(*exception)
+
+
+class PhysicalValues(StoredValues):
+    """Physical values as float32, for formats that have no slope; stored values where they are the physical ones."""
+
+    @property
+    def info(self) -> SourceInfo:
+        """What the source says, with the type of the values."""
+        info = self._source.info
+        return info if _is_plain(info) else info.model_copy(update={**_PLAIN, "stored_type": "float32"})
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Physical values of slices z0 to z1 - 1 as [z, y, x]."""
+        info, slab = self._source.info, self._source.read_slab(z0, z1)
+        if _is_plain(info):
+            return slab
+        physical = slab.astype(np.float64) * info.slope + info.intercept
+        return physical.astype(np.float32)
+
+
+def _is_plain(info: SourceInfo) -> bool:
+    return (info.slope, info.intercept) == (1.0, 0.0)

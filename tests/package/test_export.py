@@ -1,0 +1,152 @@
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from command_line import volprep
+from tiny_packages import ES2, ES3, KEY, function, tiny_package
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.dicom_series import write_series
+from volprep_formats.grid import Grid
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Quantization, StageRecord
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.readers.volpkg import open_level
+from volprep_formats.source import RawLayout, SourceSpec
+from volprep_formats.writers import nifti, nrrd, raw
+from volprep_formats.writers.values import PhysicalValues, StoredValues
+
+DIRECTION = ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0), (0.0, -0.8, -0.6))  # right-handed: DICOM keeps the order of slices
+CODES = np.random.default_rng(7).integers(0, 256, (5, 4, 7)).astype(np.uint8)
+WHOLE = Grid.of((9, 8, 9), (2.5, 0.7, 0.3), (-101.123456789, 33.3, 7.1), DIRECTION)
+GRID = WHOLE.part((2, 3, 1), (7, 7, 8))  # what is left of a scan after its border
+KINDS = {"3d": (ES3, 1), "mosaic": (ES2, 1), "mosaic of 4 channels": (ES2, 4)}
+
+
+@pytest.fixture(params=KINDS)
+def package(request, tmp_path):
+    profile, channels = KINDS[request.param]
+    ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
+    folder = tmp_path / "tiny.volpkg"
+    tiny_package(
+        folder, [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES, ramp, profile, channels=channels, grid=GRID
+    )
+    quantized = Quantization(
+        bits=8,
+        window=(-100.0, 27.5),
+        slope=0.5,
+        intercept=-100.0,
+        rmse=0.0,
+        max_error=0.0,
+        clipped_below=0,
+        clipped_above=0,
+    )
+    Draft.open(folder).commit(StageRecord(name="told", key=KEY), quantization=quantized)
+    return folder
+
+
+SCENE = """name = "scan"
+[[transfer]]
+name = "ramp"
+points = [
+    { value = -1000.0, colour = [1.0, 1.0, 1.0], extinction_per_mm = 0.0 },
+    { value = 3000.0, colour = [1.0, 1.0, 1.0], extinction_per_mm = 0.1 },
+]
+"""
+
+
+class InterruptedRead(Exception):
+    pass
+
+
+def fail(_z0, _z1):
+    raise InterruptedRead
+
+
+def read_back(path, layout=None):
+    with open_source(SourceSpec(path=str(path), raw=layout), path.parent, Silent()) as source:
+        return source.info, source.read_slab(0, source.info.grid.shape_zyx[0])
+
+
+def written(package, write, path, values=lambda source: source):
+    with open_level(package) as source:
+        write(values(source), path, Silent())
+    return path
+
+
+@pytest.mark.parametrize(("write", "name"), [(nifti.write, "a.nii"), (nifti.write, "a.nii.gz"), (nrrd.write, "a.nrrd")])
+def test_stored_values_come_back_at_the_same_places(package, tmp_path, write, name) -> None:
+    info, codes = read_back(written(package, write, tmp_path / name, StoredValues))
+    np.testing.assert_array_equal(codes, CODES)
+    assert (info.slope, info.intercept) == (1.0, 0.0)
+    np.testing.assert_allclose(info.grid.world_from_index, GRID.world_from_index, rtol=0, atol=1e-7)
+
+
+def test_nifti_keeps_codes_with_slope_and_nrrd_has_physical_values(package, tmp_path) -> None:
+    info, codes = read_back(written(package, nifti.write, tmp_path / "a.nii.gz"))
+    np.testing.assert_array_equal(codes, CODES)
+    assert (info.slope, info.intercept) == (0.5, -100.0)
+    _, physical = read_back(written(package, nrrd.write, tmp_path / "a.nrrd", PhysicalValues))
+    np.testing.assert_array_equal(physical, CODES * np.float32(0.5) - 100)
+
+
+def test_the_sidecar_of_a_raw_file_is_a_table_of_a_scene(package, tmp_path) -> None:
+    path = written(package, raw.write, tmp_path / "a.raw", StoredValues)
+    table = tomllib.loads((tmp_path / "a.raw.toml").read_text())["source"]["raw"]
+    info, codes = read_back(path, RawLayout.model_validate_json(json.dumps(table)))
+    np.testing.assert_array_equal(codes, CODES)
+    np.testing.assert_allclose(info.grid.spacing_mm_zyx, GRID.spacing_mm_zyx, rtol=0)
+
+
+def test_a_dicom_series_comes_back_at_the_same_places(package, tmp_path) -> None:
+    with open_level(package) as source:
+        write_series(source, tmp_path / "series", progress=Silent())
+    info, codes = read_back(tmp_path / "series")
+    np.testing.assert_array_equal(codes, CODES)
+    # A DS has 16 characters: at least 1e-9 of a direction, and of a position here.
+    np.testing.assert_allclose(info.grid.world_from_index, GRID.world_from_index, rtol=0, atol=1e-6)
+
+
+def test_the_same_volume_gives_the_same_bytes(package, tmp_path) -> None:
+    for write, ending in ((nifti.write, ".nii.gz"), (nrrd.write, ".nrrd")):
+        first, second = (written(package, write, tmp_path / f"{name}{ending}").read_bytes() for name in "ab")
+        assert first == second
+
+
+@pytest.mark.parametrize("package", ["3d"], indirect=True)
+def test_a_coarser_level_is_another_volume_and_a_missing_one_is_told(package) -> None:
+    with open_level(package, 1) as source:
+        np.testing.assert_array_equal(source.read_slab(0, 3), CODES[::2, ::2, ::2])
+        assert source.info.grid == GRID.coarser((2, 2, 2))
+    with pytest.raises(VolprepError, match=r"VP1250.*no level 2; there are: 0, 1"):
+        open_level(package, 2)
+
+
+def test_a_draft_gives_the_scan_at_full_precision(tmp_path) -> None:
+    scan = np.random.default_rng(8).integers(-1000, 3000, (3, 5, 4)).astype("<i2")
+    scan.tofile(tmp_path / "scan.raw")
+    scene = '[source]\npath = "scan.raw"\n[source.raw]\nshape_zyx = [3, 5, 4]\ndtype = "int16"\n'
+    (tmp_path / "scan.toml").write_text(SCENE + scene)
+    done = volprep("import", tmp_path / "scan.toml", "-o", tmp_path / "scan.volpkg")
+    assert done.returncode == 0, done.stderr
+    _, codes = read_back(written(tmp_path / "scan.volpkg", nifti.write, tmp_path / "scan.nii"))
+    np.testing.assert_array_equal(codes, scan)
+
+
+def test_a_file_that_fails_leaves_nothing(package, tmp_path) -> None:
+    before = sorted(tmp_path.iterdir())
+    with open_level(package) as source:
+        source.read_slab = fail
+        with pytest.raises(InterruptedRead):
+            nifti.write(source, tmp_path / "a.nii", Silent())
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_verb_writes_and_replaces_only_by_force(package, tmp_path) -> None:
+    assert volprep("export", package, tmp_path / "a.nii.gz").returncode == 0
+    again = volprep("export", package, tmp_path / "a.nii.gz")
+    assert (again.returncode, again.stderr.split()[1]) == (6, "VP1251")
+    assert volprep("export", package, tmp_path / "a.nii.gz", "--force").returncode == 0
+    assert "VP1252" in volprep("export", package, tmp_path / "a.jpg").stderr
