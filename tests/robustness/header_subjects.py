@@ -29,15 +29,16 @@ def nrrd_file(values_zyx: NDArray[np.int16], encoding: str) -> Make:
     return make
 
 
-def metaimage_file(values_zyx: NDArray[np.int16]) -> Make:
-    """Packed, by hand, as ITK writes it."""
+def metaimage_file(values_zyx: NDArray[np.int16], *, packed: bool) -> Make:
+    """By hand, as ITK writes it."""
 
     def make(_folder: Path) -> bytes:
-        data = zlib.compress(values_zyx.tobytes())
+        data = zlib.compress(values_zyx.tobytes()) if packed else values_zyx.tobytes()
+        size = f"CompressedDataSize = {len(data)}\n" if packed else ""
         nz, ny, nx = values_zyx.shape
         head = (
             "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-            f"CompressedData = True\nCompressedDataSize = {len(data)}\n"
+            f"CompressedData = {packed}\n{size}"
             "TransformMatrix = 0 -1 0 1 0 0 0 0 1\nOffset = 5 6 7\n"
             f"CenterOfRotation = 0 0 0\nElementSpacing = 2 1.5 3\nDimSize = {nx} {ny} {nz}\nElementType = MET_SHORT\n"
             "ElementDataFile = LOCAL\n"

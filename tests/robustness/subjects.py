@@ -29,6 +29,8 @@ from volprep_formats.readers import open_source
 from volprep_formats.source import RawLayout, SourceSpec
 from volprep_formats.textures import ktx2
 
+from .header_subjects import metaimage_file, nrrd_file, vtk_file
+
 _SHAPE_ZYX = (3, 5, 4)
 _COMPRESSED = (RLELossless, JPEGLSLossless, JPEG2000Lossless)
 
@@ -151,6 +153,10 @@ SUBJECTS = (
     Subject("PNG", ".png", _pictures(".png", "uint8"), read_volume),
     Subject("TIFF", ".tif", _pictures(".tif", "uint16", 3), read_volume),
     Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
+    Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
+    Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),
+    Subject("VTK XML", ".vti", vtk_file(_noise(), ".vti", "inline zlib"), read_volume),
+    Subject("VTK legacy", ".vtk", vtk_file(_noise(), ".vtk", "binary"), read_volume),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
 )

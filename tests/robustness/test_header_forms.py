@@ -12,7 +12,7 @@ FORMS = {
     "bzip2": (".nrrd", nrrd_file(VALUES, "bzip2")),
     "gzip": (".nrrd", nrrd_file(VALUES, "gzip")),
     "ascii": (".nrrd", nrrd_file(VALUES, "ascii")),
-    "zlib": (".mha", metaimage_file(VALUES)),
+    "zlib": (".mha", metaimage_file(VALUES, packed=True)),
     "legacy text": (".vtk", vtk_file(VALUES, ".vtk", "text")),
     "text": (".vti", vtk_file(VALUES, ".vti", "text")),
     "inline": (".vti", vtk_file(VALUES, ".vti", "inline")),
