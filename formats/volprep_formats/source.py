@@ -11,7 +11,9 @@ from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
-SourceFormat = Literal["auto", "dicom", "metaimage", "mosaic", "nifti", "nrrd", "raw", "stack", "vdb", "vti", "vtk"]
+SourceFormat = Literal[
+    "auto", "dicom", "metaimage", "mosaic", "nifti", "nrrd", "raw", "stack", "vdb", "volpkg", "vti", "vtk"
+]
 
 
 RepairKind = Literal["gaps", "tilt"]

@@ -100,6 +100,12 @@ def test_the_sidecar_of_a_raw_file_is_a_table_of_a_scene(package, tmp_path) -> N
     np.testing.assert_allclose(info.grid.spacing_mm_zyx, GRID.spacing_mm_zyx, rtol=0)
 
 
+def test_a_package_is_a_source_of_another_import(package) -> None:
+    info, codes = read_back(package)
+    np.testing.assert_array_equal(codes, CODES)
+    assert (info.format, info.grid, info.slope, info.intercept) == ("volpkg", GRID, 0.5, -100.0)
+
+
 def test_a_dicom_series_comes_back_at_the_same_places(package, tmp_path) -> None:
     with open_level(package) as source:
         write_series(source, tmp_path / "series", progress=Silent())

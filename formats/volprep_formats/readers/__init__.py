@@ -33,9 +33,14 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
     return spec.stack is not None or holds_only_pictures(folder)
 
 
+def _is_package(folder: Path) -> bool:
+    return folder.suffix == ".volpkg" and (folder / "manifest.json").is_file()
+
+
 READERS = (
     Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
     Reader("mosaic", "volprep_formats.readers.mosaic", lambda spec, _path, _head: spec.mosaic is not None),
+    Reader("volpkg", "volprep_formats.readers.volpkg", lambda _spec, path, _head: _is_package(path)),
     Reader(
         "dicom",
         "volprep_formats.readers.dicom",

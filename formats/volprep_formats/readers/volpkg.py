@@ -10,9 +10,10 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import path_inside
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.reader import Package
+from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource
-from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
@@ -42,6 +43,11 @@ class LevelSource:
     def __exit__(self, *exception: object) -> None:
         """Let go of the texture."""
         self._slices = self._slices[:0]
+
+
+def open_volume(_spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSource:
+    """Open the finest level. Raises what `open_level` raises."""
+    return open_level(path)
 
 
 def open_level(path: Path, level: int | None = None) -> VolumeSource:
