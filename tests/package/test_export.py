@@ -132,8 +132,9 @@ def test_a_coarser_level_is_another_volume_and_a_missing_one_is_told(package) ->
 
 def test_a_draft_gives_the_scan_at_full_precision(tmp_path) -> None:
     scan = np.random.default_rng(8).integers(-1000, 3000, (3, 5, 4)).astype("<i2")
-    scan.tofile(tmp_path / "scan.raw")
-    scene = '[source]\npath = "scan.raw"\n[source.raw]\nshape_zyx = [3, 5, 4]\ndtype = "int16"\n'
+    scan[0, 0, 0] = -29921  # these two bytes begin a gzip file, too
+    (tmp_path / "scan.raw").write_bytes(bytes(4) + scan.tobytes())
+    scene = '[source]\npath = "scan.raw"\n[source.raw]\nshape_zyx = [3, 5, 4]\ndtype = "int16"\nheader_bytes = 4\n'
     (tmp_path / "scan.toml").write_text(SCENE + scene)
     done = volprep("import", tmp_path / "scan.toml", "-o", tmp_path / "scan.volpkg")
     assert done.returncode == 0, done.stderr

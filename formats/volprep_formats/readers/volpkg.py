@@ -72,9 +72,11 @@ def open_level(path: Path, level: int | None = None) -> VolumeSource:
 def _working_volume(package: Package, recorded: int) -> VolumeSource:
     info = package.manifest.source.info
     file = path_inside(package.path, _WORKING_VOLUME)
-    voxels = VoxelFile(file, np.dtype(info.stored_type), info.grid.shape_zyx, 0)
+    # Given a stream, because voxels that happen to begin as gzip does are voxels all the same.
+    stream = file.open("rb", buffering=0)
+    voxels = VoxelFile(file, np.dtype(info.stored_type), info.grid.shape_zyx, 0, stream)
     actual = file.stat().st_size
-    if voxels.is_packed or not actual == recorded == voxels.end_bytes:
+    if not actual == recorded == voxels.end_bytes:
         voxels.close()
         raise VolprepError("VP4008", path=package.path, file=_WORKING_VOLUME, size=actual, expected=voxels.end_bytes)
     return VoxelSource(info, voxels)
