@@ -99,11 +99,6 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: voxels of NIfTI type {dtype} cannot be read as one grey value each",
         "Convert the file to an integer or floating-point type.",
     ),
-    "VP1023": Diagnostic(
-        ExitStatus.SOURCE,
-        "{path}: the header declares {expected} bytes of voxels after byte {offset}, but the file has {actual}",
-        "The file is incomplete or its header is damaged; get it again from where it came.",
-    ),
     "VP1030": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: no DICOM images here ({files} other files)",

@@ -16,11 +16,12 @@ _FLOAT32_EXACT = 2**24
 
 
 class VoxelSource:
-    """One volume, read slab by slab. After its last slice nothing may follow in a packed stream."""
+    """One volume, read slab by slab. `ends_with_voxels` forbids that anything follows them in a packed stream."""
 
-    def __init__(self, info: SourceInfo, voxels: VoxelFile) -> None:
+    def __init__(self, info: SourceInfo, voxels: VoxelFile, *, ends_with_voxels: bool = True) -> None:
         self._info = info
         self._voxels = voxels
+        self._ends_with_voxels = ends_with_voxels
 
     @property
     def info(self) -> SourceInfo:
@@ -33,8 +34,11 @@ class VoxelSource:
         Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
         """
         slab = read_voxels(self._voxels, z0, z1)
-        if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed and not self._voxels.at_end():
-            raise size_error(self._voxels, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
+        if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed:
+            # A packed stream says only at its end whether its checksum is right.
+            at_end = self._voxels.at_end()
+            if self._ends_with_voxels and not at_end:
+                raise size_error(self._voxels, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 
