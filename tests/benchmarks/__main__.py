@@ -90,11 +90,11 @@ def _decode_table(rows: list[DecodeRow]) -> Table:
 
 
 def _memory_table(rows: list[MemoryRow]) -> Table:
-    table = Table("import of a raw file, GB", "s", "largest memory MB")
-    for column in table.columns:
+    table = Table("work", "s", "largest memory MB")
+    for column in table.columns[1:]:
         column.justify = "right"
     for row in rows:
-        table.add_row(f"{row.size_gb:g}", f"{row.seconds:.0f}", f"{row.peak_mb:.0f}")
+        table.add_row(row.work, f"{row.seconds:.0f}", f"{row.peak_mb:.0f}")
     return table
 
 

@@ -1,4 +1,4 @@
-"""Memory of an import: a raw file of 20 GB, which is a hole on the disk, becomes a draft.
+"""Memory: a head of 384 DICOM files becomes a package; a raw file of 20 GB, a hole on the disk, becomes a draft.
 
 The command runs as a person would start it, in a process of its own, whose peak is what the system counted as resident.
 """
@@ -29,15 +29,16 @@ points = [
     {{ value = 9, colour = "#ffffff", extinction_per_mm = 1 }},
 ]
 """
-_IMPORT = "from volprep_cli.main import main; main()"
+_COMMAND = (sys.executable, "-c", "from volprep_cli.main import main; main()")
+_HEAD_SCENE = Path(__file__).parents[2] / "sample_specs" / "mr-head.toml"
 
 
 @dataclass(frozen=True)
 class MemoryRow:
-    """One file, imported."""
+    """One command."""
 
-    size_gb: float
-    """Size of the file."""
+    work: str
+    """What it does."""
     seconds: float
     """Time of the command."""
     peak_mb: float
@@ -45,33 +46,45 @@ class MemoryRow:
 
 
 def measure_memory(console: Console) -> list[MemoryRow]:
-    """Import a file of 2 GB and one of 20 GB; what the disk has no room for is left out.
+    """Build a head, and import a file of 2 GB and one of 20 GB.
 
     The second has 9000 slices more, of which the sample for the plan keeps 8 kB each; all else must be the same.
+    What the disk has no room for is left out; so is the head where VOLPREP_TEST_DATA does not say where scans are.
     """
     rows = []
+    scans = os.environ.get("VOLPREP_TEST_DATA", "")
     with tempfile.TemporaryDirectory() as name:
+        if scans:
+            series = Path(scans) / "mr_t1_studyforrest" / "dicoms"
+            console.print("measuring memory of a build", style="dim")
+            target = Path(name) / "head.volpkg"
+            rows.append(_measure("build of 384 DICOM files", "build", _HEAD_SCENE, "--source", series, "-o", target))
         for shape_zyx in SHAPES_ZYX:
             size = shape_zyx[0] * shape_zyx[1] * shape_zyx[2] * _VOXEL_BYTES
             if shutil.disk_usage(name).free < size + _SPARE_BYTES:
                 console.print(f"import of {size / 1e9:g} GB is not measured: {name} has no room", style="dim")
                 continue
             console.print(f"measuring memory of the import of {size / 1e9:g} GB", style="dim")
-            rows.append(_measure(Path(name), shape_zyx, size))
+            rows.append(_measure_import(Path(name), shape_zyx, size))
     return rows
 
 
-def _measure(folder: Path, shape_zyx: tuple[int, int, int], size: int) -> MemoryRow:
+def _measure_import(folder: Path, shape_zyx: tuple[int, int, int], size: int) -> MemoryRow:
     raw, scene, draft = folder / "large.raw", folder / "large.toml", folder / "large.volpkg"
     raw.touch()
     os.truncate(raw, size)
     scene.write_text(_SCENE.format(*shape_zyx), encoding="utf-8")
+    row = _measure(f"import of {size / 1e9:g} GB of raw voxels", "import", scene, "-o", draft)
+    shutil.rmtree(draft)
+    return row
+
+
+def _measure(work: str, *arguments: str | Path) -> MemoryRow:
     start = time.perf_counter()
-    process = subprocess.Popen([sys.executable, "-c", _IMPORT, "import", scene, "-o", draft], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([*_COMMAND, *arguments], stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     seconds = time.perf_counter() - start
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, process.args)
-    shutil.rmtree(draft)
-    return MemoryRow(size / 1e9, seconds, used.ru_maxrss * 1024 / 1e6)
+    return MemoryRow(work, seconds, used.ru_maxrss * 1024 / 1e6)
