@@ -10,6 +10,8 @@ from phantom_scene import write_phantom_scene
 from volprep_formats.package.check import check
 
 KILLS = 20
+MOST_TRIES = 3 * KILLS
+"""A build that goes on where another was killed, or on a machine that is less busy now, may end before its kill."""
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -26,14 +28,14 @@ def finish(scene: Path, target: Path) -> float:
 
 def test_a_build_killed_at_a_random_moment_leaves_the_old_package_or_none(tmp_path: Path) -> None:
     # Two scenes that differ in one stage, each built undisturbed first: what there is must be one of these two.
-    scenes, wanted = [], []
+    scenes, wanted, durations_s = [], [], []
     for number, cutoff in enumerate((0.9, 0.8)):
         folder = tmp_path / str(number)
         folder.mkdir()
         scene = write_phantom_scene(folder)
         text = scene.read_text(encoding="utf-8")
         scene.write_text(text.replace("[pyramid]", f"[render]\nopacity_cutoff = {cutoff}\n[pyramid]"), encoding="utf-8")
-        duration_s = finish(scene, folder / "phantom.volpkg")
+        durations_s.append(finish(scene, folder / "phantom.volpkg"))
         scenes.append(scene)
         wanted.append(contents(folder / "phantom.volpkg"))
     assert wanted[0] != wanted[1]
@@ -42,10 +44,10 @@ def test_a_build_killed_at_a_random_moment_leaves_the_old_package_or_none(tmp_pa
     target = tmp_path / "target" / "phantom.volpkg"
     allowed: list[dict[str, bytes]] = []
     killed = 0
-    for kill in range(KILLS):
+    for kill in range(MOST_TRIES):
         new = kill % 2
         process = start_build(scenes[new], target)
-        process.join(moments.uniform(0.0, duration_s))
+        process.join(moments.uniform(0.0, min(durations_s)))
         killed += process.is_alive()
         process.kill()
         process.join()
@@ -61,4 +63,6 @@ def test_a_build_killed_at_a_random_moment_leaves_the_old_package_or_none(tmp_pa
             assert contents(target) == wanted[new]
             assert {path.name for path in target.parent.iterdir()} == {target.name, f"{target.name}.origin.json"}
         allowed = [contents(target)] if target.exists() else []
-    assert killed >= KILLS / 2
+        if killed >= KILLS:
+            break
+    assert killed >= KILLS
