@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.plan.levels import Misfit, texture_bytes
+from volprep.plan.levels import Misfit, by, texture_bytes
 from volprep.plan.probe import PictureError
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.values import SHARE, ValueChoice
@@ -62,13 +62,9 @@ def _border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(
             name="empty border",
             kept=False,
-            reason=f"no transfer function shows it; {_by(plan.grid.shape_zyx)} of {_by(source)} voxels remain",
+            reason=f"no transfer function shows it; {by(plan.grid.shape_zyx)} of {by(source)} voxels remain",
             size_bytes=cropped * stored_bytes,
         )
-
-
-def _by(shape: tuple[int, int, int]) -> str:
-    return "×".join(str(n) for n in shape)
 
 
 def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
@@ -117,7 +113,7 @@ def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
 def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     kept = {volume.level: volume for volume in plan.volumes}
     for level, fit in zip(grounds.candidates, grounds.fits, strict=True):
-        shape = _by(level.shape_zyx)
+        shape = by(level.shape_zyx)
         name = f"level {level.index}"
         if level.index in kept:
             volume = kept[level.index]

@@ -84,7 +84,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> Volume
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if max(level.shape_zyx) > profile.max_3d_texture_size:
         return Misfit(
-            f"{_by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} hold at most "
+            f"{by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} hold at most "
             f"{profile.max_3d_texture_size} along an axis"
         )
     name = f"volume-{level.index}"
@@ -130,5 +130,6 @@ def _first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> Tex
     return next((texel for texel in formats if texel in profile.texture_formats), None)
 
 
-def _by(shape: tuple[int, int, int]) -> str:
+def by(shape: tuple[int, int, int]) -> str:
+    """Write a shape for people."""
     return "×".join(str(n) for n in shape)
