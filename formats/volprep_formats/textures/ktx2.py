@@ -34,6 +34,24 @@ class Ktx2Image:
 
 
 @dataclass(frozen=True)
+class Ktx2Head:
+    """What stands before the texels."""
+
+    format: Ktx2Format
+    """Format of a texel."""
+    shape_zyx: tuple[int, int, int]
+    """Depth, height and width in texels."""
+    dimensions: Dimensions
+    """2 or 3, as in `Ktx2Image`."""
+    dtype: np.dtype[np.generic]
+    """Type of a channel."""
+    channels: int
+    """Channels of a texel."""
+    texels_at: int
+    """Offset of the texels; they end the file."""
+
+
+@dataclass(frozen=True)
 class _Layout:
     vk_format: int
     dtype: np.dtype[np.generic]
@@ -108,6 +126,17 @@ def decode(data: bytes, name: str) -> Ktx2Image:
 
     Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the five formats.
     """
+    head = decode_head(data, len(data), name)
+    texels: NDArray[np.generic] = np.frombuffer(data, dtype=head.dtype, offset=head.texels_at)
+    shape = head.shape_zyx if head.channels == 1 else (*head.shape_zyx, head.channels)
+    return Ktx2Image(head.format, head.shape_zyx, texels.reshape(shape), head.dimensions)
+
+
+def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
+    """Read what stands before the texels, of a file of `file_bytes` of which `data` is at least the first 4 KiB.
+
+    Raises as `decode` does.
+    """
     if len(data) < _HEADER.size:
         _refuse(name, f"it ends after {len(data)} bytes, in the header")
     identifier, *fields = _HEADER.unpack_from(data)
@@ -128,11 +157,9 @@ def decode(data: bytes, name: str) -> Ktx2Image:
     size = math.prod(shape_zyx) * layout.texel_bytes
     if (length, uncompressed) != (size, size):
         _refuse(name, f"its level has {length} bytes instead of {size}")
-    if offset % math.lcm(layout.texel_bytes, 4) or offset < end or offset + size != len(data):
-        _refuse(name, f"{size} bytes of texels at {offset} do not end the file of {len(data)} bytes")
-    texels: NDArray[np.generic] = np.frombuffer(data, dtype=layout.dtype, offset=offset)
-    shape = shape_zyx if layout.channels == 1 else (*shape_zyx, layout.channels)
-    return Ktx2Image(texture_format, shape_zyx, texels.reshape(shape), 3 if depth else 2)
+    if offset % math.lcm(layout.texel_bytes, 4) or offset < end or offset + size != file_bytes:
+        _refuse(name, f"{size} bytes of texels at {offset} do not end the file of {file_bytes} bytes")
+    return Ktx2Head(texture_format, shape_zyx, 3 if depth else 2, layout.dtype, layout.channels, offset)
 
 
 def _check_sections(data: bytes, name: str, layout: _Layout, index: list[int]) -> int:

@@ -1,0 +1,66 @@
+"""A box of texels out of a KTX 2 file: only these texels are read, in as few reads as their places allow."""
+
+import math
+import os
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.textures.ktx2 import decode_head
+
+HEAD_BYTES = 4096
+"""What is read to find the texels: more than any head of the formats that packages have."""
+
+Box = tuple[slice, slice, slice]
+
+
+class Ktx2Box:
+    """An open 3D texture of one channel. It counts what it reads, so that a reader can prove how little that is."""
+
+    def __init__(self, file: BinaryIO, name: str) -> None:
+        """Read the head. Raises VP4030 for what is no such texture."""
+        self._descriptor = file.fileno()
+        self._name = name
+        self.reads = 1
+        """Calls of the system that have read something, the head included."""
+        self.texel_bytes_read = 0
+        """Bytes of texels that were read."""
+        self.head = decode_head(os.pread(self._descriptor, HEAD_BYTES, 0), os.fstat(self._descriptor).st_size, name)
+        if self.head.channels != 1:
+            raise VolprepError("VP4030", name=name, problem=f"it has {self.head.channels} channels instead of one")
+
+    def read(self, box: Box, out: NDArray[np.generic]) -> None:
+        """Read the texels of `box` [z, y, x] into `out`, whose shape and type are theirs.
+
+        One read where the texels lie together: for the whole box, for each slice, or for each row.
+        """
+        depth, height, width = self.head.shape_zyx
+        z, y, x = box
+        rows, columns = y.stop - y.start, x.stop - x.start
+        whole_rows, whole_slices = columns == width, columns == width and rows == height
+        if whole_slices:
+            runs = [(z.start, 0, (z.stop - z.start) * rows * columns)]
+        elif whole_rows:
+            runs = [(k, y.start, rows * columns) for k in range(z.start, z.stop)]
+        else:
+            runs = [(k, j, columns) for k in range(z.start, z.stop) for j in range(y.start, y.stop)]
+        texels = np.empty(math.prod(out.shape), self.head.dtype)
+        target, done = memoryview(texels).cast("B"), 0
+        for k, j, count in runs:
+            at = (k * height + j) * width + (0 if whole_rows else x.start)
+            size = count * self.head.dtype.itemsize
+            self._read_into(target[done : done + size], self.head.texels_at + at * self.head.dtype.itemsize)
+            done += size
+        out[...] = texels.reshape(out.shape)
+
+    def _read_into(self, target: memoryview, offset: int) -> None:
+        found = 0
+        while found < len(target):
+            count = os.preadv(self._descriptor, [target[found:]], offset + found)
+            if count == 0:
+                raise VolprepError("VP4030", name=self._name, problem=f"it ends at {offset + found} bytes")
+            self.reads += 1
+            found += count
+        self.texel_bytes_read += found
