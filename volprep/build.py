@@ -36,9 +36,10 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
         _drop_unusable(partial)
-        draft = import_draft(request, partial, progress)
+        imported = import_draft(request, partial, progress)
+        draft = imported.draft
         progress.start("plan", 1)
-        plan = plan_draft(draft, request.scene, request.profile)
+        plan = plan_draft(draft, request.scene, request.profile, imported.measured)
         progress.advance()
         run_stages(draft, plan, request.scene, progress)
         progress.start("check", 1)

@@ -1,16 +1,16 @@
 """Drafts: begun by importing a source, carried on stage by stage, and finished by seal."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.pipeline import STAGES, generator, is_current, plan_draft, require_inputs, run_stage
 from volprep.repair import open_scan
 from volprep.request import Request, with_grey_ramp
 from volprep.scene import Scene
 from volprep.stages.import_volume import NAME, NOT_MEASURED, import_key, import_volume
-from volprep.work import SCENE
+from volprep.statistics import Measured
+from volprep.work import SCENE, generator, is_current
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.check import check
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord
@@ -28,7 +28,17 @@ _BLANK: dict[str, object] = {
 }
 
 
-def import_draft(request: Request, folder: Path, progress: Progress) -> Draft:
+@dataclass(frozen=True)
+class Imported:
+    """A draft whose source has been imported."""
+
+    draft: Draft
+    """The draft."""
+    measured: Measured | None
+    """What the import measured; None where an earlier one has done it."""
+
+
+def import_draft(request: Request, folder: Path, progress: Progress) -> Imported:
     """Give the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
 
     Raises what the readers raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and
@@ -40,7 +50,7 @@ def import_draft(request: Request, folder: Path, progress: Progress) -> Draft:
     key = import_key(scene.source, generator())
     old = Draft.open(folder) if (folder / MANIFEST).exists() else None
     if old is not None and is_current(NAME, key, old.manifest):
-        return old
+        return Imported(old, None)
     with open_scan(scene.source, Path("/"), progress) as source:
         draft = old or Draft.create(
             folder,
@@ -53,13 +63,14 @@ def import_draft(request: Request, folder: Path, progress: Progress) -> Draft:
                 statistics=NOT_MEASURED,
             ),
         )
-        record, statistics = import_volume(draft, source, progress)
+        measured = import_volume(draft, source, progress)
+        record = SourceRecord(info=source.info, sha256=measured.sha256)
     if request.scene_path is None:
-        scene = with_grey_ramp(scene, statistics, record.info.grid)
+        scene = with_grey_ramp(scene, measured.statistics, record.info.grid)
     draft.write(SCENE, "work", scene.model_dump_json().encode())
     common = {"name": scene.name, "generator": generator(), "profile": request.profile}
-    draft.commit(StageRecord(name=NAME, key=key), source=record, statistics=statistics, **common, **_BLANK)
-    return draft
+    draft.commit(StageRecord(name=NAME, key=key), source=record, statistics=measured.statistics, **common, **_BLANK)
+    return Imported(draft, measured)
 
 
 def scene_of(draft: Draft) -> Scene:
@@ -73,6 +84,9 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
     Raises VP4001 to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are
     missing, and what the stage raises.
     """
+    # Here, because import needs no stage: they took half of the time that it needed to start.
+    from volprep.pipeline import STAGES, plan_draft, require_inputs, run_stage  # noqa: PLC0415
+
     draft = Draft.open(folder)
     scene = change(scene_of(draft))
     plan = plan_draft(draft, scene, draft.manifest.profile)
@@ -86,6 +100,8 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
 
 def require_sound(package: Path) -> None:
     """Raise VP4042 if what was built does not pass the check that every reader of packages may make."""
+    from volprep_formats.package.check import check  # noqa: PLC0415 - as above
+
     findings = check(package)
     if findings:
         raise VolprepError("VP4042", finding=f"{findings[0].code} {findings[0].summary}")

@@ -2,13 +2,12 @@
 
 import hashlib
 import json
-from importlib.metadata import version
 
 from volprep.plan import Plan, make_plan
 from volprep.scene import Scene
 from volprep.stages import Stage, mosaic, pyramid, quantize, seal, shaders, texture, transfer
-from volprep.statistics import measure_again
-from volprep.work import SCENE, source_volume
+from volprep.statistics import Measured, measure_again
+from volprep.work import SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, StageRecord
@@ -68,15 +67,14 @@ def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def is_current(name: str, key: str, manifest: Manifest) -> bool:
-    """Say whether a stage has run with this key."""
-    return any(record.name == name and record.key == key for record in manifest.stages)
+def plan_draft(draft: Draft, scene: Scene, profile: DeviceProfile, measured: Measured | None = None) -> Plan:
+    """Make the plan for a draft whose source has been imported; `measured` is what import has just found, if it ran.
 
-
-def plan_draft(draft: Draft, scene: Scene, profile: DeviceProfile) -> Plan:
-    """Make the plan for a draft whose source has been imported. Raises what `make_plan` raises."""
+    Raises what `make_plan` raises.
+    """
     manifest = draft.manifest
-    measured = measure_again(manifest.source, manifest.statistics, source_volume(draft))
+    if measured is None:
+        measured = measure_again(manifest.source, manifest.statistics, source_volume(draft))
     return make_plan(scene, profile, manifest.source.info, measured)
 
 
@@ -89,8 +87,3 @@ def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:
             continue
         if not is_current(other.name, stage_key(other, plan, draft.manifest), draft.manifest):
             raise VolprepError("VP4040", path=draft.folder, stage=stage.name, missing=other.name)
-
-
-def generator() -> str:
-    """Program and version, as manifests name them."""
-    return f"volprep {version('volprep')}"

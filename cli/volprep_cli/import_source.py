@@ -75,7 +75,7 @@ def import_source(
     if repair:
         request = request.with_source(repair=tuple(repair))
     with progress() as watcher:
-        draft = import_draft(request, output, watcher)
+        draft = import_draft(request, output, watcher).draft
     origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
     write_origin(output, origin)
     shape = "×".join(str(n) for n in draft.manifest.source.info.grid.shape_zyx)

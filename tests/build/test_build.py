@@ -161,6 +161,13 @@ class TestDeterminism:
 
 
 class TestWhatItDoesNotDoTwice:
+    def test_what_import_measured_is_not_measured_again(self, scene, monkeypatch) -> None:
+        def refuse(*_arguments):
+            pytest.fail("the working volume was read a second time")
+
+        monkeypatch.setattr(pipeline, "measure_again", refuse)
+        build_here(scene)
+
     def test_a_build_that_broke_down_is_carried_on(self, scene, monkeypatch) -> None:
         monkeypatch.setattr(pipeline, "STAGES", failing("texture", RuntimeError("broke down")))
         with pytest.raises(RuntimeError):

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from volprep.plan import Plan
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
+
+if TYPE_CHECKING:
+    from volprep.plan import Plan
 
 Changes = Mapping[str, object]
 """New values of fields of the manifest, by the field's name; what is not named stays."""
@@ -21,9 +24,9 @@ class Stage:
     """Name of the stage and of its verb."""
     reads: tuple[str, ...]
     """Names of the stages whose output it uses; it runs again when one of them has changed."""
-    settings: Callable[[Plan], tuple[Record, ...]]
+    settings: "Callable[[Plan], tuple[Record, ...]]"
     """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
-    run: Callable[[Draft, Plan, Progress], Changes]
+    run: "Callable[[Draft, Plan, Progress], Changes]"
     """Writes files with `Draft.write` and gives the changes of the manifest. The pipeline commits them, last."""
 
 

@@ -8,10 +8,10 @@ import json
 from pathlib import Path
 
 from volprep.slabs import bytes_of
-from volprep.statistics import Gauge, source_slabs
+from volprep.statistics import Gauge, Measured, source_slabs
 from volprep.work import SOURCE_VOLUME
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import SourceRecord, Statistics
+from volprep_formats.package.manifest import Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec, VolumeSource
 
@@ -33,13 +33,12 @@ def import_key(spec: SourceSpec, version: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def import_volume(draft: Draft, source: VolumeSource, progress: Progress) -> tuple[SourceRecord, Statistics]:
-    """Write the stored values of a source to the draft; give its digest and what was measured.
+def import_volume(draft: Draft, source: VolumeSource, progress: Progress) -> Measured:
+    """Write the stored values of a source to the draft; give what was measured.
 
     Raises what the reader raises, VP1090 for voxels that are no numbers, VP4020 where the draft cannot be written.
     """
     gauge = Gauge(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])
     draft.write(SOURCE_VOLUME, "work", (bytes_of(slab) for slab in source_slabs(source, gauge, progress)))
-    measured = gauge.result()
-    return SourceRecord(info=source.info, sha256=measured.sha256), measured.statistics
+    return gauge.result()
