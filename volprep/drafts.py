@@ -23,6 +23,7 @@ _BLANK: dict[str, object] = {
     "quantization": None,
     "levels": (),
     "transfer_functions": (),
+    "subvolumes": None,
     "render": None,
     "plan": (),
 }

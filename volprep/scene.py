@@ -99,6 +99,16 @@ class RenderWishes(Record):
     """Width and height of the pictures that validation compares."""
 
 
+class GridSettings(Record):
+    """Level 0 in sub-volumes, for scans that a device cannot hold at full resolution."""
+
+    size: Annotated[int, Field(ge=2, le=2048)] = 128
+    """Largest number of voxels of a sub-volume along an axis; neighbours share one layer."""
+    layout: Literal["files", "single", "both"] = "files"
+    """"files": a file for each sub-volume. "single": the whole level in one file, of which any box can be read by
+    seeking. "both": both."""
+
+
 class Scene(Record):
     """What to make of which scan."""
 
@@ -117,6 +127,8 @@ class Scene(Record):
     """How physical values become stored values."""
     pyramid: PyramidSettings = PyramidSettings()
     """Coarser levels."""
+    grid: GridSettings | None = None
+    """Level 0 in sub-volumes, too; none if absent."""
     render: RenderWishes = RenderWishes()
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()

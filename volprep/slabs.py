@@ -43,6 +43,17 @@ class RawVolume:
         voxels = np.fromfile(self.path, self.dtype, int(np.prod(shape)), offset=z0 * self.slice_bytes)
         return voxels.reshape(shape)
 
+    def read_rows(self, z: slice, y: slice) -> NDArray[np.generic]:
+        """Read rows `y` of the slices `z` as [z, y, x]."""
+        row_bytes = self.shape_zyx[2] * self.dtype.itemsize
+        rows = y.stop - y.start
+        voxels = np.empty((z.stop - z.start, rows, self.shape_zyx[2]), self.dtype)
+        with self.path.open("rb", buffering=0) as file:
+            for plane, k in zip(voxels, range(z.start, z.stop), strict=True):
+                file.seek(k * self.slice_bytes + y.start * row_bytes)
+                file.readinto(plane.data.cast("B"))
+        return voxels
+
 
 def bytes_of(array: NDArray[np.generic]) -> memoryview:
     """Give the bytes of an array in C order, without a copy where it is contiguous."""

@@ -10,6 +10,7 @@ import typer
 from volprep_cli.build import build
 from volprep_cli.doctor import doctor
 from volprep_cli.export import export
+from volprep_cli.grid import grid
 from volprep_cli.import_source import import_source
 from volprep_cli.inspect import inspect
 from volprep_cli.mosaic import mosaic
@@ -52,6 +53,7 @@ app.command()(pyramid)
 app.command()(transfer)
 app.command()(mosaic)
 app.command()(texture)
+app.command()(grid)
 app.command()(shaders)
 app.command()(seal)
 

@@ -489,6 +489,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "a package of this scene for profile {profile} has no stage {stage}, only {needed}",
         "Leave the stage out; volprep plan tells why.",
     ),
+    "VP3030": Diagnostic(
+        ExitStatus.SCENE,
+        "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
+        "Set a smaller grid.size in the scene, take a profile with 3D textures, or leave [grid] out.",
+    ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(

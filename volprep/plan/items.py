@@ -9,6 +9,7 @@ import numpy as np
 from volprep.plan.levels import Misfit, by, texture_bytes
 from volprep.plan.probe import PictureError
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.subvolumes import describe_subvolumes
 from volprep.plan.values import SHARE, ValueChoice
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
@@ -44,6 +45,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_codes(plan, grounds),
         *_levels(plan, grounds),
         *_layout(plan),
+        *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
         *_tables(plan, grounds),
         _shaders(plan),
         _ray_termination(plan, grounds),
@@ -160,8 +162,6 @@ def _layout(plan: Plan) -> Iterator[PlanItem]:
             reason=f"in one channel {_room(plan.profile.max_texture_size, finest.mosaic)} slices have room, "
             f"there are {finest.mosaic.slices}",
         )
-    if plan.levels[0].index == 0:
-        yield PlanItem(name="sub-volumes", kept=False, reason="the whole volume fits into one texture")
 
 
 def _room(texture_size: int, mosaic: MosaicLayout) -> int:

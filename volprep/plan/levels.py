@@ -13,7 +13,7 @@ from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
-_ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",)}
+ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",)}
 _CHANNELS: tuple[Literal[1, 4], ...] = (1, 4)
 _FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
 
@@ -79,7 +79,7 @@ def texture_bytes(volume: VolumePlan) -> int:
 
 
 def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> VolumePlan | Misfit:
-    texel = _first_of(_ONE_CHANNEL[bits], profile)
+    texel = first_of(ONE_CHANNEL[bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if max(level.shape_zyx) > profile.max_3d_texture_size:
@@ -100,7 +100,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> Volume
 
 def _as_mosaic(level: LevelPlan, bits: int, profile: DeviceProfile) -> VolumePlan | Misfit:
     for channels in _CHANNELS:
-        texel = _first_of((_ONE_CHANNEL if channels == 1 else _FOUR_CHANNELS)[bits], profile)
+        texel = first_of((ONE_CHANNEL if channels == 1 else _FOUR_CHANNELS)[bits], profile)
         layout = fit_mosaic(level.shape_zyx, channels, profile.max_texture_size)
         if texel is not None and layout is not None:
             return _mosaic_plan(level, texel, layout)
@@ -126,7 +126,8 @@ def _mosaic_plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout) -
     )
 
 
-def _first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
+def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
+    """Give the first of `formats` that a device class has."""
     return next((texel for texel in formats if texel in profile.texture_formats), None)
 
 

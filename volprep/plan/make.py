@@ -6,7 +6,8 @@ from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import Misfit, candidate_levels, fit_level
 from volprep.plan.probe import Table
-from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, VolumePlan
+from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
@@ -33,6 +34,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
     fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
+    subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes)
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
     opacity = _largest_opacity(functions, measured.statistics, slack, grid)
@@ -44,6 +46,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
         quantize=values.quantize,
         levels=levels,
         volumes=volumes,
+        subvolumes=subvolumes,
         lookups=lookups,
         programs=tuple(_program(function, volumes) for function in functions),
         render=RenderSettings(
@@ -52,7 +55,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
-        stages=_stages(levels, volumes),
+        stages=_stages(levels, volumes, subvolumes),
         items=(),
     )
     return plan.model_copy(update={"items": describe(plan, Grounds(scene, info, values, candidates, fits, opacity))})
@@ -90,10 +93,13 @@ def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...]) -> Pro
     )
 
 
-def _stages(levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...]) -> tuple[str, ...]:
+def _stages(
+    levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...], subvolumes: SubvolumesPlan | None
+) -> tuple[str, ...]:
     pyramid = ("pyramid",) if any(level.index for level in levels) else ()
+    pieces = ("grid",) if subvolumes is not None else ()
     layout = "texture" if volumes[0].mosaic is None else "mosaic"
-    return ("import", "quantize", *pyramid, "transfer", layout, "shaders", "seal")
+    return ("import", "quantize", *pyramid, "transfer", layout, *pieces, "shaders", "seal")
 
 
 def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:

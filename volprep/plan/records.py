@@ -61,6 +61,21 @@ class VolumePlan(Record):
     """Layout of the slices where the texture is a mosaic; none where it is a 3D texture."""
 
 
+class SubvolumesPlan(Record):
+    """Level 0 in pieces that share a layer of voxels with their neighbours."""
+
+    size: Count
+    """Largest number of voxels of a piece along an axis."""
+    format: TextureFormat
+    """Format of a texel."""
+    pieces: bool
+    """Whether each piece is a file."""
+    whole: PackagePath | None
+    """KTX 2 file of the whole level, the texture of level 0 where the package has it; none if it is not wanted."""
+    keep_empty: bool
+    """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
+
+
 class LookupPlan(Record):
     """The lookup table of one transfer function."""
 
@@ -110,6 +125,8 @@ class Plan(Record):
     """Levels that the package holds, finest first."""
     volumes: tuple[VolumePlan, ...]
     """The texture of each level, in the order of `levels`."""
+    subvolumes: SubvolumesPlan | None = None
+    """Level 0 in pieces, where the scene wants it."""
     lookups: tuple[LookupPlan, ...]
     """The lookup table of each transfer function, in their order."""
     programs: tuple[ProgramPlan, ...]

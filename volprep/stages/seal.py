@@ -5,6 +5,7 @@ What is in the package must be what the plan says, file for file and texel for t
 
 from volprep.plan import Plan
 from volprep.plan.items import PREVIEW
+from volprep.plan.subvolumes import ITEM as SUBVOLUMES
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
@@ -26,14 +27,23 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     draft.write(PREVIEW, "preview", picture)
     sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role != "work"}
     sizes[PREVIEW] = len(picture)
-    _check_plan(draft, plan, sizes)
+    items = tuple(_with_pieces(item, draft) for item in plan.items)
+    _check_plan(draft, plan, items, sizes)
     progress.advance()
-    return {"preview": PREVIEW, "plan": tuple(_priced(item, sizes) for item in plan.items), "state": "sealed"}
+    return {"preview": PREVIEW, "plan": tuple(_priced(item, sizes) for item in items), "state": "sealed"}
 
 
-def _check_plan(draft: Draft, plan: Plan, sizes: dict[str, int]) -> None:
+def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
+    """Add the pieces of level 0 to the item that they belong to: which are empty was not known when it was made."""
+    found = draft.manifest.subvolumes
+    if item.name != SUBVOLUMES or found is None:
+        return item
+    return item.model_copy(update={"files": (*item.files, *found.pieces)})
+
+
+def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: dict[str, int]) -> None:
     """Raise VP4042 if a file is missing or nobody's, or if a texture is not as large as its budget was checked for."""
-    planned = [path for item in plan.items for path in item.files]
+    planned = [path for item in items for path in item.files]
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
         raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
@@ -53,7 +63,7 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
-    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "shaders"),
+    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "grid", "shaders"),
     settings=_settings,
     run=_run,
 )

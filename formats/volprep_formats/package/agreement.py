@@ -51,6 +51,10 @@ def _roles(manifest: Manifest) -> Iterator[str]:
     """Every file is used for what its role says, and every use has its file."""
     used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
     used |= {path: "shader" for program in manifest.programs for path in (program.vertex, program.fragment)}
+    if manifest.subvolumes is not None:
+        whole = {manifest.subvolumes.whole} - {None, *used}
+        used |= {path: "subvolume" for path in (*manifest.subvolumes.pieces, *whole) if path is not None}
+        used[manifest.subvolumes.grid] = "grid"
     if manifest.preview is not None:
         used[manifest.preview] = "preview"
     roles = {record.path: record.role for record in manifest.files}

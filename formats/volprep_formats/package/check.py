@@ -11,6 +11,7 @@ from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.files import MANIFEST, names_in
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.reader import Package
+from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
 
@@ -71,8 +72,22 @@ def _errors(package: Package) -> Iterator[VolprepError]:
                 _check_texture(path, textures[record.path], data)
             if record.role == "shader":
                 package.read_text(record.path)
+            if record.role == "subvolume":
+                ktx2.decode(data, f"{path}: {record.path}")
+            if record.role == "grid":
+                _check_grid(package, record.path, data)
         except VolprepError as error:
             yield error
+
+
+def _check_grid(package: Package, name: str, data: bytes) -> None:
+    grid, files = decode_grid(data, package.path, name), package.manifest.subvolumes
+    pieces = tuple(piece.file for piece in grid.subvolumes if piece.file is not None)
+    if files is None or (files.pieces, files.whole) != (pieces, grid.whole):
+        raise VolprepError("VP4011", path=package.path, problem=f"{name} names other files than the manifest")
+    level = package.manifest.grid
+    if level is None or level.shape_zyx != grid.shape_zyx:
+        raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
 
 
 def _check_texture(path: Path, texture: Texture, data: bytes) -> None:

@@ -32,7 +32,7 @@ from volprep_formats.package.lock import Lock
 from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 
-Role = Literal["texture", "shader", "preview", "work"]
+Role = Literal["texture", "shader", "preview", "grid", "subvolume", "work"]
 _STAGE = ".stage"
 
 
@@ -220,6 +220,7 @@ def _after(
     fields = dict(before) | {
         "textures": tuple(texture for texture in before.textures if texture.file in files),
         "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
+        "subvolumes": before.subvolumes if before.subvolumes and before.subvolumes.grid in files else None,
         "preview": before.preview if before.preview in files else None,
     }
     records = {"stages": stages, "files": tuple(files[path] for path in sorted(files))}

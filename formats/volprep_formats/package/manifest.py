@@ -22,7 +22,7 @@ class FileRecord(Record):
 
     path: PackagePath
     """Path inside the package."""
-    role: Literal["texture", "shader", "preview", "work"]
+    role: Literal["texture", "shader", "preview", "grid", "subvolume", "work"]
     """What the file is for. Working data exists in drafts only."""
     size_bytes: ByteCount
     """Size of the file."""
@@ -206,6 +206,17 @@ class RenderSettings(Record):
     """Largest error of a standard view against the oracle."""
 
 
+class SubvolumeFiles(Record):
+    """Level 0 in sub-volumes."""
+
+    grid: PackagePath
+    """JSON file that says where the level is cut and what lies where."""
+    pieces: tuple[PackagePath, ...] = ()
+    """KTX 2 files of the pieces that are not empty, in their order."""
+    whole: PackagePath | None = None
+    """KTX 2 file of the whole level, which may be a texture, too."""
+
+
 class PlanItem(Record):
     """One decision of the plan."""
 
@@ -265,6 +276,8 @@ class Manifest(Record):
     """Textures."""
     programs: tuple[Program, ...] = ()
     """Shader programs."""
+    subvolumes: SubvolumeFiles | None = None
+    """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     render: RenderSettings | None = None
     """How the package wants to be drawn."""
     preview: PackagePath | None = None

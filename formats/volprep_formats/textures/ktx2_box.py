@@ -36,7 +36,7 @@ class Ktx2Box:
 
         One read where the texels lie together: for the whole box, for each slice, or for each row.
         """
-        depth, height, width = self.head.shape_zyx
+        _, height, width = self.head.shape_zyx
         z, y, x = box
         rows, columns = y.stop - y.start, x.stop - x.start
         whole_rows, whole_slices = columns == width, columns == width and rows == height
@@ -47,7 +47,7 @@ class Ktx2Box:
         else:
             runs = [(k, j, columns) for k in range(z.start, z.stop) for j in range(y.start, y.stop)]
         texels = np.empty(math.prod(out.shape), self.head.dtype)
-        target, done = memoryview(texels).cast("B"), 0
+        target, done = texels.data.cast("B"), 0
         for k, j, count in runs:
             at = (k * height + j) * width + (0 if whole_rows else x.start)
             size = count * self.head.dtype.itemsize

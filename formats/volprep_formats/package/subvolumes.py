@@ -1,0 +1,134 @@
+"""subvolumes/grid.json: level 0 in pieces that a device can hold, and how to walk from piece to piece.
+
+The grid of sub-volumes, its numbered points and the walk along the direction of view are those of the Big Volume
+Renderer (Schultz and Bailey, 7.3). There the pieces share nothing, and the picture has a seam at each border; here
+neighbours share one layer of voxels, so that every position lies between voxels of one piece.
+"""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Count
+from volprep_formats.package.manifest import GlFormat, PackagePath
+from volprep_formats.record import Record, problems
+
+Index = Annotated[int, Field(ge=0)]
+Cuts = tuple[Index, ...]
+Move = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
+PointKind = Literal["corner", "edge", "column edge", "plane", "interior"]
+Degrees = Annotated[float, Field(ge=0.0, le=180.0)]
+
+
+class Subvolume(Record):
+    """One piece of level 0."""
+
+    minimum: Index
+    """Smallest code."""
+    maximum: Index
+    """Largest code."""
+    file: PackagePath | None = None
+    """KTX 2 file, a 3D texture. Absent for an empty piece: draw a constant piece of the code `minimum` instead."""
+
+
+class GridPoint(Record):
+    """Where up to eight pieces meet: the eight around a point are what the device holds at a time."""
+
+    kind: PointKind
+    """How many axes it is outermost on: three, a corner; two, an edge, or a column edge where only y varies; one, a
+    plane; none, interior."""
+    subvolumes: tuple[Index, ...]
+    """Numbers of the pieces that touch it, ascending."""
+    moves: tuple[Move, ...]
+    """Directions along the index axes in which there is a next point."""
+
+
+class ViewThresholds(Record):
+    """Which way "forward" leads: the direction of view (x, y, z), along the index axes, becomes up to three moves.
+
+    theta = acos(z), phi = atan2(y, x), in degrees. Between moves along one and along two axes lie the directions
+    22.5° from an axis.
+    """
+
+    plus_z_below_theta: Degrees = 67.5
+    """+z where theta is below this."""
+    minus_z_above_theta: Degrees = 112.5
+    """-z where theta is above this."""
+    sideways_between_theta: tuple[Degrees, Degrees] = (22.5, 157.5)
+    """x and y are looked at only where theta lies between these."""
+    plus_x_below_phi: Degrees = 67.5
+    """+x where the absolute value of phi is below this."""
+    minus_x_above_phi: Degrees = 112.5
+    """-x where the absolute value of phi is above this."""
+    y_between_phi: tuple[Degrees, Degrees] = (22.5, 157.5)
+    """+y or -y, as the sign of phi says, where the absolute value of phi lies between these."""
+
+
+class SubvolumeGrid(Record):
+    """The pieces of level 0, x first, then y, then z, and the points between them, numbered likewise."""
+
+    format: Literal["volpkg-subvolumes"] = "volpkg-subvolumes"
+    """Marks the file."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Number of voxels of level 0 along each axis."""
+    size: Annotated[int, Field(ge=2)]
+    """Largest number of voxels of a piece along an axis, the shared ones included."""
+    cuts_zyx: tuple[Cuts, Cuts, Cuts]
+    """For each axis the voxels at which it is cut, from 0 to the last one. Piece i holds the voxels cuts[i] to
+    cuts[i + 1], both included, so that neighbours share one layer."""
+    gl: GlFormat
+    """How to upload a piece."""
+    whole: PackagePath | None = None
+    """KTX 2 file of the whole level, from which any box can be read by seeking."""
+    subvolumes: tuple[Subvolume, ...]
+    """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
+    points: tuple[GridPoint, ...]
+    """The points: one more along each axis than pieces. Point i along an axis lies on the voxel cuts[i]."""
+    view: ViewThresholds = ViewThresholds()
+    """How the direction of view becomes a move."""
+
+    @property
+    def counts_zyx(self) -> tuple[int, int, int]:
+        """Number of pieces along each axis."""
+        z, y, x = (len(cuts) - 1 for cuts in self.cuts_zyx)
+        return z, y, x
+
+
+def encode_grid(grid: SubvolumeGrid) -> bytes:
+    """UTF-8 JSON: keys sorted, no spaces, absent fields left out. Always the same bytes for the same grid."""
+    record = grid.model_dump(mode="json", exclude_none=True)
+    text = json.dumps(record, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
+    return (text + "\n").encode("utf-8")
+
+
+def decode_grid(data: bytes, package: Path, name: str) -> SubvolumeGrid:
+    """Read the file `name` of `package`. Raises VP4011 for what is no grid or contradicts itself."""
+    try:
+        grid = SubvolumeGrid.model_validate_json(data, strict=True)
+    except ValidationError as error:
+        raise VolprepError("VP4011", path=package, problem=f"{name}: {problems(error)}") from error
+    for problem in _problems(grid):
+        raise VolprepError("VP4011", path=package, problem=f"{name}: {problem}")
+    return grid
+
+
+def _problems(grid: SubvolumeGrid) -> list[str]:
+    found = []
+    for axis, n, cuts in zip("zyx", grid.shape_zyx, grid.cuts_zyx, strict=True):
+        steps = [after - before for before, after in pairwise(cuts)]
+        # One voxel along an axis is one piece from 0 to 0.
+        in_order = all(0 < step < grid.size for step in steps) or (n == 1 and cuts == (0, 0))
+        if len(cuts) < 2 or cuts[0] != 0 or cuts[-1] != n - 1 or not in_order:
+            found.append(f"the cuts along {axis} do not lead from 0 to {n - 1} in steps below {grid.size}")
+    nz, ny, nx = grid.counts_zyx
+    counted = (("sub-volumes", grid.subvolumes, nz * ny * nx), ("points", grid.points, (nz + 1) * (ny + 1) * (nx + 1)))
+    for name, listed, count in counted:
+        if len(listed) != count:
+            found.append(f"it has {len(listed)} {name} instead of {count}")
+    if any(number >= len(grid.subvolumes) for point in grid.points for number in point.subvolumes):
+        found.append("a point names a sub-volume that is not there")
+    return found

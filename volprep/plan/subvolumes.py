@@ -1,0 +1,76 @@
+"""Level 0 in sub-volumes, for scans that a device cannot hold whole at full resolution."""
+
+import math
+from collections.abc import Iterator
+
+from volprep.plan.levels import ONE_CHANNEL, by, first_of
+from volprep.plan.records import LevelPlan, SubvolumesPlan, VolumePlan
+from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.scene import Scene
+from volprep.subvolumes import cuts_along
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+
+GRID = "subvolumes/grid.json"
+"""File that says where level 0 is cut."""
+ITEM = "sub-volumes"
+"""Name of the item; seal adds the files of the pieces, since only the stage knows which are empty."""
+_HELD = 8
+"""Pieces that a device draws at a time: those around a point."""
+
+
+def plan_subvolumes(
+    scene: Scene, profile: DeviceProfile, grid: Grid, bits: int, volumes: tuple[VolumePlan, ...]
+) -> SubvolumesPlan | None:
+    """Decide how level 0 is cut. Raises VP3030 where the profile cannot hold eight pieces of this size."""
+    wanted = scene.grid
+    if wanted is None:
+        return None
+    texel = first_of(ONE_CHANNEL[bits], profile)
+    largest = math.prod(min(n, wanted.size) for n in grid.shape_zyx)
+    if texel is None or wanted.size > profile.max_3d_texture_size:
+        reason = f"3D textures hold at most {profile.max_3d_texture_size} along an axis"
+        raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
+    size = _HELD * largest * BYTES_PER_TEXEL[texel]
+    if size > profile.max_texture_bytes:
+        reason = f"eight of them take {size} bytes of the {profile.max_texture_bytes} for textures"
+        raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
+    # A level 0 that the package has anyway as one 3D texture is the file to seek in.
+    finest = volumes[0].file if volumes[0].level == 0 and volumes[0].mosaic is None else "subvolumes/whole.ktx2"
+    return SubvolumesPlan(
+        size=wanted.size,
+        format=texel,
+        pieces=wanted.layout != "single",
+        whole=None if wanted.layout == "files" else finest,
+        keep_empty=scene.crop == "none",
+    )
+
+
+def describe_subvolumes(
+    plan: SubvolumesPlan | None, grid: Grid, levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...]
+) -> Iterator[PlanItem]:
+    """Say whether there are sub-volumes, and why."""
+    whole_fits = levels[0].index == 0
+    if plan is None:
+        if whole_fits:
+            yield PlanItem(name=ITEM, kept=False, reason="the whole volume fits into one texture")
+        else:
+            yield PlanItem(name=ITEM, kept=False, reason="the scene has no table [grid]")
+        return
+    counts = [len(cuts_along(n, plan.size)) - 1 for n in grid.shape_zyx]
+    z, y, x = counts
+    fits = ", though the whole volume fits into one texture" if whole_fits else ""
+    files = [GRID]
+    if plan.whole is not None and all(plan.whole != volume.file for volume in volumes):
+        files.append(plan.whole)
+    yield PlanItem(
+        name=ITEM,
+        kept=True,
+        reason=f"the scene asks for them{fits}: {by((z, y, x))} pieces of at most {plan.size} voxels along an axis, "
+        "neighbours share a layer",
+        files=tuple(files),
+        size_bytes=math.prod(n + c - 1 for n, c in zip(grid.shape_zyx, counts, strict=True))
+        * BYTES_PER_TEXEL[plan.format],
+    )
