@@ -135,6 +135,32 @@ def count_values(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typi
         If an array has another type or order.
     """
 
+def chebyshev_distance(occupied: Annotated[NDArray[numpy.uint8], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], dst: Annotated[NDArray[numpy.uint8], dict(shape=(None, None, None), order='C', device='cpu')], threads: int = 0) -> None:
+    """
+    Write to dst how far each cell is from the nearest occupied one, as max(|dz|, |dy|, |dx|), at most 255.
+
+    occupied and dst are C-contiguous [z, y, x]; a cell is occupied where it is not 0. Without an occupied cell all distances are
+    255. What lies outside counts as empty. threads: 0 for all; the result does not depend on it. Raises ValueError if a shape
+    does not fit.
+    """
+
+def octant_distance(occupied: Annotated[NDArray[numpy.uint8], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], dst: Annotated[NDArray[numpy.uint8], dict(shape=(None, None, None), order='C', device='cpu')], threads: int = 0) -> None:
+    """
+    Write to dst, for each octant of directions, the edge of the largest empty cube ahead of each cell.
+
+    dst is [8 z, y, x]: eight volumes, octant k looks towards smaller x if k & 1, smaller y if k & 2, smaller z if k & 4, else
+    towards greater. The cube has the cell as its hindmost corner; 0 where that is occupied, at most 255. What lies outside counts
+    as empty. threads: 0 for all. Raises ValueError if a shape does not fit.
+    """
+
+def euclidean_distance(occupied: Annotated[NDArray[numpy.uint8], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], dst: Annotated[NDArray[numpy.uint16], dict(shape=(None, None, None), order='C', device='cpu')], threads: int = 0) -> None:
+    """
+    Write to dst the square of the Euclidean distance of each cell to the nearest occupied one, in cells.
+
+    Exact below 255², 65535 where it is more. occupied and dst are C-contiguous [z, y, x]; a cell is occupied where it is not 0.
+    threads: 0 for all; the result does not depend on it. Raises ValueError if a shape does not fit.
+    """
+
 def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.

@@ -26,8 +26,12 @@ void bin_values(nb::module_& module);
 void block_minmax(nb::module_& module);
 void box_reduce(nb::module_& module);
 void count_values(nb::module_& module);
+void distances(nb::module_& module);
 void oracle(nb::module_& module);
+void pack_tiles(nb::module_& module);
+void preintegrate(nb::module_& module);
 void quantize(nb::module_& module);
+void slice_ranges(nb::module_& module);
 void threads(nb::module_& module);
 void value_range(nb::module_& module);
 

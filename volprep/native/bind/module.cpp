@@ -8,8 +8,12 @@ NB_MODULE(_native, module) {
     volprep::bind::block_minmax(module);
     volprep::bind::box_reduce(module);
     volprep::bind::count_values(module);
+    volprep::bind::distances(module);
     volprep::bind::oracle(module);
+    volprep::bind::pack_tiles(module);
+    volprep::bind::preintegrate(module);
     volprep::bind::quantize(module);
+    volprep::bind::slice_ranges(module);
     volprep::bind::threads(module);
     volprep::bind::value_range(module);
 }

@@ -1,0 +1,18 @@
+// Chebyshev distance of every cell to the nearest occupied one: how many cells a ray may cross without looking.
+#pragma once
+
+#include "volprep/shape.hpp"
+
+namespace volprep {
+
+// dst[c] = the least max(|dz|, |dy|, |dx|) to a cell o with occupied[o] != 0, at most 255; 255 everywhere if there is
+// none. So all cells nearer to c than dst[c], in all directions, are empty; what lies outside the volume counts as
+// empty. dst may not overlap occupied.
+void chebyshev_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int threads) noexcept;
+
+// The same for each octant of directions: dst holds 8 volumes, one after the other. Octant k looks towards smaller x if
+// k & 1, smaller y if k & 2, smaller z if k & 4, else towards greater; in it dst[c] is the edge of the largest cube of
+// empty cells with c as the corner that the others are ahead of, at most 255, 0 where c itself is occupied.
+void octant_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int threads) noexcept;
+
+}  // namespace volprep
