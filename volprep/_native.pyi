@@ -194,6 +194,66 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
+def pack_tiles(planes: Sequence[numpy.typing.NDArray[numpy.uint8]], step: int, gutter: int, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None:
+    """
+    Lay slices side by side in a strip of a 2D texture: a row of mosaic tiles.
+
+    Tile i takes slice i · step of each plane; each plane fills one channel of the texels. A tile is surrounded by `gutter`
+    texels that repeat its edge. Where a plane has no such slice, and right of the last tile, texels are 0.
+
+    Parameters
+    ----------
+    planes
+        The slices of each channel, 1 or 4 arrays of uint8 [slice, row, byte], C-contiguous. Voxels of several bytes come
+        as their bytes.
+    step
+        Slices of a plane from one tile to the next, at least 1.
+    gutter
+        Width of the repeated edge in texels, 0 or more.
+    dst
+        uint8 [row, column, byte of the texel]: height + 2 · gutter rows, and columns for one tile at least. A texel has
+        the bytes of one voxel, or, with 4 planes, of four voxels of 1 or 2 bytes. dst does not overlap the planes.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def preintegrate(front: numpy.typing.NDArray[numpy.float64], back: numpy.typing.NDArray[numpy.float64], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], step_mm: float, light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the light of ray segments along which the value changes linearly.
+
+    All attenuation inside a segment counts. Where there is no extinction the colour is the plain mean; where front and back
+    are equal it is the function's, at a jump the mean of both sides.
+
+    Parameters
+    ----------
+    front, back
+        float64 [n]: values at the ends of each segment, the one nearer to the eye first.
+    values, colours, extinctions_per_mm
+        Control points of the transfer function: float64 [k] ascending, [k, 3] linear RGB, [k] not negative.
+        Two points at one value make a jump.
+    step_mm
+        Length of every segment.
+    light
+        float64 [n, 4], written: light divided by opacity, and the mean extinction per millimetre. The opacity of the segment
+        is 1 - exp(-mean extinction * step).
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit, values do not ascend, or the step is not positive.
+    TypeError
+        If an array has another type or order.
+    """
+
 class QuantizationLoss:
     """
     What quantize lost. The four counts add up to the voxels; adding the losses of slabs gives exactly that of the volume.
@@ -254,6 +314,32 @@ def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: 
     ------
     ValueError
         If a shape or the window does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def slice_ranges(src: numpy.typing.NDArray[numpy.generic], row_low: numpy.typing.NDArray[numpy.generic], row_high: numpy.typing.NDArray[numpy.generic], column_low: numpy.typing.NDArray[numpy.generic], column_high: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> None:
+    """
+    Write the least and the greatest voxel of each row and of each column of every slice of src.
+
+    -0 counts as less than +0, a NaN with a sign as less than -inf, and one without as greater than +inf: where all ranges are
+    finite, all voxels are. All arrays are C-contiguous and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume [z, y, x]: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    row_low, row_high
+        Ranges of the rows [z, y], of the same type as src.
+    column_low, column_high
+        Ranges of the columns [z, x], of the same type as src.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
     TypeError
         If an array has another type or order.
     """
