@@ -12,6 +12,7 @@ from volprep.report.data import Report
 from volprep.scene import Scene
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.subvolumes import SubvolumeGrid
 
 FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {
@@ -19,6 +20,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "profile.schema.json": DeviceProfile,
     "report.schema.json": Report,
     "scene.schema.json": Scene,
+    "subvolumes.schema.json": SubvolumeGrid,
 }
 
 

@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.subvolumes import SubvolumeGrid
 
 SPEC = Path(__file__).parent.parent / "formats" / "SPEC.md"
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -25,9 +26,12 @@ def filled(text: str) -> str:
 
 
 def records_of_manifest() -> dict[str, Schema]:
-    """JSON Schema of the manifest and of every record in it, by name."""
-    schema = Manifest.model_json_schema()
-    return {"Manifest": schema, **schema["$defs"]}
+    """JSON Schema of the manifest, of the grid of sub-volumes, and of every record in them, by name."""
+    records = {}
+    for model in (SubvolumeGrid, Manifest):
+        schema = model.model_json_schema()
+        records |= {model.__name__: schema, **schema["$defs"]}
+    return records
 
 
 def _table(name: str, records: dict[str, Schema]) -> str:
@@ -38,7 +42,7 @@ def _table(name: str, records: dict[str, Schema]) -> str:
         absent = "not allowed" if key in required else _absent(field)
         # A description that is also that of the field's record stands only there.
         described = field if "description" in field else records[field["$ref"].removeprefix("#/$defs/")]
-        lines.append(f"| `{key}` | {_type(field)} | {absent} | {described['description']} |")
+        lines.append(f"| `{key}` | {_type(field)} | {absent} | {' '.join(described['description'].split())} |")
     return "\n".join(lines) + "\n"
 
 

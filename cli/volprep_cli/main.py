@@ -8,6 +8,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from volprep_cli.build import build
+from volprep_cli.cut import cut
 from volprep_cli.doctor import doctor
 from volprep_cli.export import export
 from volprep_cli.grid import grid
@@ -48,6 +49,7 @@ app.command()(validate)
 app.command()(doctor)
 app.command("import")(import_source)
 app.command()(export)
+app.command()(cut)
 app.command()(quantize)
 app.command()(pyramid)
 app.command()(transfer)

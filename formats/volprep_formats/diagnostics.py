@@ -336,6 +336,41 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the active voxels of the grid {grid!r} span {size}, more than the {limit} that a volume may have",
         "Remove stray voxels, clip the grid, or resample it to larger voxels.",
     ),
+    "VP1220": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not sound as OME-TIFF or OME-Zarr: {error}",
+        "Get it again from where it came, or write it anew.",
+    ),
+    "VP1221": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {count} {kind}s, and nothing says which is meant",
+        "Set source.{key} to the name or the number of one:{found}",
+    ),
+    "VP1222": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds no {kind} {wanted}, or several",
+        "Set source.{key} to the name or the number of one:{found}",
+    ),
+    "VP1224": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {what}; that is not read",
+        "Write it anew: integers or floating point, in the current version of its format, with ordinary compression.",
+    ),
+    "VP1225": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: says that it has {size}; more than {limit}",
+        "Choose a coarser level with source.level if there is one; else the file is damaged or hostile.",
+    ),
+    "VP1226": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: names {name!r}, which lies outside of it",
+        "Do not trust this file; a sound one names only what is in it or beside it.",
+    ),
+    "VP1227": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: gives {found} along {axis}, though it gives others",
+        "Correct the physical size of its voxels in the program that wrote it.",
+    ),
     "VP1250": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: holds no level {level}; there are: {found}",
@@ -574,6 +609,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.PACKAGE,
         "{path}: does not say where the package came from: {problem}",
         "Remove this file and name the source with --source, or build again.",
+    ),
+    "VP4050": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package has no sub-volumes to cut from",
+        "Build it from a scene with a table [grid].",
+    ),
+    "VP4051": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: the center {center} lies outside the volume of {shape} voxels, x × y × z",
+        "Name a voxel from 0 on; with --world a place in the patient, in millimetres.",
     ),
     # VP5xxx rendering
     "VP5001": Diagnostic(

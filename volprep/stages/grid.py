@@ -21,7 +21,7 @@ from volprep.texels import texel_reader, texels_of
 from volprep.work import codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import SubvolumeFiles
-from volprep_formats.package.subvolumes import Cuts, Subvolume, SubvolumeGrid, encode_grid
+from volprep_formats.package.subvolumes import Cuts, Subvolume, SubvolumeGrid, ViewThresholds, encode_grid
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -48,6 +48,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         whole=wanted.whole,
         subvolumes=subvolumes,
         points=grid_points((z, y, x)),
+        view=ViewThresholds(),
     )
     draft.write(GRID, "grid", encode_grid(grid))
     files = tuple(piece.file for piece in subvolumes if piece.file is not None)

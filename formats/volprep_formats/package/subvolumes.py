@@ -88,7 +88,7 @@ class SubvolumeGrid(Record):
     """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
     points: tuple[GridPoint, ...]
     """The points: one more along each axis than pieces. Point i along an axis lies on the voxel cuts[i]."""
-    view: ViewThresholds = ViewThresholds()
+    view: ViewThresholds
     """How the direction of view becomes a move."""
 
     @property

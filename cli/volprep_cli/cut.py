@@ -1,0 +1,52 @@
+"""volprep cut: a box of level 0 around a place."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from volprep_cli.console import Json, print_json
+from volprep_cli.inspect import PackageFolder
+
+
+def cut(
+    package: PackageFolder,
+    center: Annotated[
+        str,
+        typer.Option(help="Voxel of level 0 in the middle of the box, for example 120,80,200.", metavar="X,Y,Z"),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder to write: cut.ktx2, cut.json, cut.png.", metavar="FOLDER")
+    ],
+    size: Annotated[int, typer.Option(min=1, help="Voxels of the box along each axis.", metavar="VOXELS")] = 256,
+    *,
+    world: Annotated[
+        bool, typer.Option("--world", help="The center is a place in the patient: millimetres, LPS.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Cut a box out of the full resolution of a package with sub-volumes, and mark it on the coarsest level.
+
+    Reads only the voxels of the box. cut.json says where it lies, in the patient and in each level.
+    """
+    from volprep.cut_files import write_cut  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.package.reader import Package  # noqa: PLC0415
+
+    record = write_cut(Package.open(package), _numbers(center), size, output, world=world, force=force)
+    if as_json:
+        print_json(record.model_dump(mode="json"))
+        return
+    shape = "×".join(str(b - a) for a, b in zip(record.start_zyx, record.stop_zyx, strict=True))
+    print(
+        f"{output}: {shape} voxels z×y×x from {'/'.join(map(str, record.start_zyx))}; "
+        f"{record.texel_bytes_read} bytes of texels in {record.reads} reads of {record.files_read} files"
+    )
+
+
+def _numbers(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise typer.BadParameter("three numbers with commas, for example 120,80,200", param_hint="--center") from None
+    return x, y, z
