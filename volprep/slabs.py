@@ -20,7 +20,7 @@ def slab_ranges(depth: int, slice_bytes: int, multiple: int = 1) -> Iterator[tup
 
 @dataclass(frozen=True)
 class RawVolume:
-    """A file of voxels in C order and native byte order, without a header: the working data of a draft."""
+    """A file of voxels in C order, little-endian, without a header: the working data of a draft."""
 
     path: Path
     """The file."""
@@ -40,8 +40,9 @@ class RawVolume:
         With plain reads: pages of a memory map would count as the process's own memory.
         """
         shape = (z1 - z0, *self.shape_zyx[1:])
-        voxels = np.fromfile(self.path, self.dtype, int(np.prod(shape)), offset=z0 * self.slice_bytes)
-        return voxels.reshape(shape)
+        stored = self.dtype.newbyteorder("<")
+        voxels = np.fromfile(self.path, stored, int(np.prod(shape)), offset=z0 * self.slice_bytes)
+        return voxels.reshape(shape).astype(self.dtype, copy=False)
 
     def read_rows(self, z: slice, y: slice) -> NDArray[np.generic]:
         """Read rows `y` of the slices `z` as [z, y, x]."""
@@ -56,5 +57,5 @@ class RawVolume:
 
 
 def bytes_of(array: NDArray[np.generic]) -> memoryview:
-    """Give the bytes of an array in C order, without a copy where it is contiguous."""
-    return np.ascontiguousarray(array).data.cast("B")
+    """Give the bytes of an array in C order, little-endian, without a copy where it is that already."""
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("<")).data.cast("B")

@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,11 +44,6 @@ class Gauge:
     def __init__(self, info: SourceInfo) -> None:
         """Begin a pass over the source that `info` describes."""
         self._info = info
-        # Only what places and scales the voxels: remarks and the name of the format do not make another scan.
-        identity = info.model_dump(mode="json", include={"grid", "stored_type", "slope", "intercept"})
-        self._digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode())
-        self._low = np.inf
-        self._high = -np.inf
         self._non_finite = 0
         self._first_bad_slice: int | None = None
         self._slices = 0
@@ -54,52 +51,61 @@ class Gauge:
 
     def add(self, slab: NDArray[np.generic]) -> None:
         """Measure the next slices, stored values as [z, y, x]."""
-        little_endian = slab.astype(slab.dtype.newbyteorder("<"), copy=False)
-        self._digest.update(bytes_of(little_endian))
-        if slab.dtype == np.float32:
+        slab = np.ascontiguousarray(slab)
+        finite = self._sampler.add(slab)
+        if not finite.all():
             found = _native.value_range(slab.astype(np.float32, copy=False))
-            bad = found.nan + found.negative_infinite + found.positive_infinite
-            if bad and self._first_bad_slice is None:
-                self._first_bad_slice = self._slices + int(np.argmin(np.isfinite(slab).all(axis=(1, 2))))
-            self._non_finite += bad
-            low, high = found.minimum, found.maximum
-        else:
-            low, high = float(slab.min()), float(slab.max())
-        self._low, self._high = min(self._low, low), max(self._high, high)
-        self._sampler.add(slab)
+            self._non_finite += found.nan + found.negative_infinite + found.positive_infinite
+            if self._first_bad_slice is None:
+                self._first_bad_slice = self._slices + int(np.argmin(finite))
         self._slices += len(slab)
 
-    def result(self) -> Measured:
-        """Give what was found. Raises VP1090 if a voxel is NaN or infinite: no colour and no code belongs to it."""
+    def result(self, values_sha256: str) -> Measured:
+        """Give what was found; `values_sha256` is the SHA-256 of all stored values in C order, little-endian.
+
+        Raises VP1090 if a voxel is NaN or infinite: no colour and no code belongs to it.
+        """
         if self._non_finite:
             raise VolprepError("VP1090", count=self._non_finite, z=self._first_bad_slice)
-        slope, intercept = self._info.slope, self._info.intercept
-        ends = sorted((slope * self._low + intercept, slope * self._high + intercept))
+        ranges_zyx = self._sampler.ranges_zyx(self._info.slope, self._info.intercept)
+        low, high = float(ranges_zyx[0].min()), float(ranges_zyx[0].max())
         return Measured(
-            statistics=Statistics(minimum=ends[0], maximum=ends[1], non_finite=0),
-            sha256=self._digest.hexdigest(),
-            columns=self._sampler.columns() * slope + intercept,
-            ranges_zyx=self._sampler.ranges_zyx(slope, intercept),
+            statistics=Statistics(minimum=low, maximum=high, non_finite=0),
+            sha256=_digest(self._info, values_sha256),
+            columns=self._sampler.columns() * self._info.slope + self._info.intercept,
+            ranges_zyx=ranges_zyx,
         )
 
 
+def _digest(info: SourceInfo, values_sha256: str) -> str:
+    # Only what places and scales the voxels: remarks and the name of the format do not make another scan.
+    identity = info.model_dump(mode="json", include={"grid", "stored_type", "slope", "intercept"})
+    text = json.dumps(identity | {"values_sha256": values_sha256}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iterator[NDArray[np.generic]]:
-    """Read a source slab by slab, measuring each slab before it is given."""
+    """Read a source slab by slab, the next one while this one is used; each is measured before it is given."""
     depth, height, width = source.info.grid.shape_zyx
-    for z0, z1 in slab_ranges(depth, height * width * np.dtype(source.info.stored_type).itemsize):
-        slab = source.read_slab(z0, z1)
-        gauge.add(slab)
-        yield slab
-        progress.advance(z1 - z0)
+    ranges = deque(slab_ranges(depth, height * width * np.dtype(source.info.stored_type).itemsize))
+    with ThreadPoolExecutor(1) as reader:
+        following: Future[NDArray[np.generic]] | None = reader.submit(source.read_slab, *ranges.popleft())
+        while following is not None:
+            slab = following.result()
+            following = reader.submit(source.read_slab, *ranges.popleft()) if ranges else None
+            gauge.add(slab)
+            yield slab
+            progress.advance(len(slab))
 
 
 def measure(source: VolumeSource, progress: Progress) -> Measured:
     """Measure a whole source. Raises what the reader raises, and VP1090 for voxels that are no numbers."""
     gauge = Gauge(source.info)
     progress.start("measure", source.info.grid.shape_zyx[0])
-    for _ in source_slabs(source, gauge, progress):
-        pass
-    return gauge.result()
+    digest = hashlib.sha256()
+    for slab in source_slabs(source, gauge, progress):
+        digest.update(bytes_of(slab))
+    return gauge.result(digest.hexdigest())
 
 
 def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolume) -> Measured:
@@ -116,39 +122,62 @@ def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolum
     )
 
 
+@dataclass
+class _Ends:
+    """Least and greatest stored values, one of each for a plane, a row or a column."""
+
+    low: NDArray[np.generic]
+    high: NDArray[np.generic]
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...], dtype: np.dtype[np.generic]) -> "_Ends":
+        return cls(np.empty(shape, dtype), np.empty(shape, dtype))
+
+    def over(self, axis: int) -> "_Ends":
+        return _Ends(self.low.min(axis=axis), self.high.max(axis=axis))
+
+    def wider(self, other: "_Ends") -> "_Ends":
+        return _Ends(np.minimum(self.low, other.low), np.maximum(self.high, other.high))
+
+    def finite(self) -> NDArray[np.bool_]:
+        both: NDArray[np.bool_] = np.isfinite(self.low) & np.isfinite(self.high)
+        return both
+
+    def physical(self, slope: float, intercept: float) -> Ranges:
+        stored = np.column_stack((self.low, self.high)).astype(np.float64)
+        return np.sort(stored * slope + intercept, axis=1)  # a negative slope turns the order round
+
+
 class _Sampler:
     """Takes a sample of rays, and the range of each plane, from slabs of stored values given in order."""
 
     def __init__(self) -> None:
         self._columns: list[NDArray[np.generic]] = []
-        self._low_z: list[NDArray[np.generic]] = []
-        self._high_z: list[NDArray[np.generic]] = []
-        self._low_yx: NDArray[np.generic] | None = None
-        self._high_yx: NDArray[np.generic] | None = None
+        self._z: list[_Ends] = []
+        self._y: _Ends | None = None
+        self._x: _Ends | None = None
 
-    def add(self, slab: NDArray[np.generic]) -> None:
+    def add(self, slab: NDArray[np.generic]) -> NDArray[np.bool_]:
+        """Take the next slab; say of each slice whether all its voxels are finite numbers."""
         self._columns.append(_sample(slab))
-        # Across y and z, never along x: minima of whole rows are what the processor does at the speed of memory.
-        self._low_z.append(slab.min(axis=1).min(axis=1))
-        self._high_z.append(slab.max(axis=1).max(axis=1))
-        low_yx, high_yx = slab.min(axis=0), slab.max(axis=0)
-        self._low_yx = low_yx if self._low_yx is None else np.minimum(self._low_yx, low_yx)
-        self._high_yx = high_yx if self._high_yx is None else np.maximum(self._high_yx, high_yx)
+        depth, height, width = slab.shape
+        rows, columns = _Ends.empty((depth, height), slab.dtype), _Ends.empty((depth, width), slab.dtype)
+        # One thread is faster than the memory that it reads from; the next slab is being read meanwhile.
+        _native.slice_ranges(slab, rows.low, rows.high, columns.low, columns.high, threads=1)
+        self._z.append(rows.over(axis=1))
+        y, x = rows.over(axis=0), columns.over(axis=0)
+        self._y = y if self._y is None else self._y.wider(y)
+        self._x = x if self._x is None else self._x.wider(x)
+        return self._z[-1].finite()
 
     def columns(self) -> NDArray[np.float64]:
         return np.concatenate(self._columns).astype(np.float64)
 
     def ranges_zyx(self, slope: float, intercept: float) -> tuple[Ranges, Ranges, Ranges]:
-        assert self._low_yx is not None  # noqa: S101 - a volume has at least one slice
-        assert self._high_yx is not None  # noqa: S101 - as above
-        stored = (
-            (np.concatenate(self._low_z), np.concatenate(self._high_z)),
-            (self._low_yx.min(axis=1), self._high_yx.max(axis=1)),
-            (self._low_yx.min(axis=0), self._high_yx.max(axis=0)),
-        )
-        # A negative slope turns the order round.
-        z, y, x = (np.sort(np.column_stack(ends).astype(np.float64) * slope + intercept, axis=1) for ends in stored)
-        return z, y, x
+        assert self._y is not None  # noqa: S101 - a volume has at least one slice
+        assert self._x is not None  # noqa: S101 - as above
+        z = _Ends(np.concatenate([ends.low for ends in self._z]), np.concatenate([ends.high for ends in self._z]))
+        return z.physical(slope, intercept), self._y.physical(slope, intercept), self._x.physical(slope, intercept)
 
 
 def _sample(slab: NDArray[np.generic]) -> NDArray[np.generic]:

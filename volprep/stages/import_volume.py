@@ -40,5 +40,6 @@ def import_volume(draft: Draft, source: VolumeSource, progress: Progress) -> Mea
     """
     gauge = Gauge(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])
-    draft.write(SOURCE_VOLUME, "work", (bytes_of(slab) for slab in source_slabs(source, gauge, progress)))
-    return gauge.result()
+    slabs = source_slabs(source, gauge, progress)
+    written = draft.write(SOURCE_VOLUME, "work", (bytes_of(slab) for slab in slabs))
+    return gauge.result(written.sha256)

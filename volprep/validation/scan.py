@@ -1,5 +1,6 @@
 """Opening the scan that a package was made from, and no other."""
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 from volprep.origin import read_origin
 from volprep.repair import open_scan
 from volprep.scene import RenderWishes, load_scene
+from volprep.slabs import bytes_of
 from volprep.statistics import Gauge, source_slabs
 from volprep.validation.decoded import Volume
 from volprep_formats.diagnostics import VolprepError
@@ -57,11 +59,13 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
         gauge = Gauge(info)
         stored = np.empty(info.grid.shape_zyx, dtype=info.stored_type)
         progress.start("read the scan", info.grid.shape_zyx[0])
+        digest = hashlib.sha256()
         z0 = 0
         for slab in source_slabs(source, gauge, progress):
             stored[z0 : z0 + len(slab)] = slab
+            digest.update(bytes_of(slab))
             z0 += len(slab)
-    found = gauge.result().sha256
+    found = gauge.result(digest.hexdigest()).sha256
     if found != manifest.source.sha256:
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])

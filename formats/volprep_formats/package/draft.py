@@ -11,6 +11,7 @@ import math
 import os
 import shutil
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Self
 
@@ -85,21 +86,30 @@ class Draft:
         """The manifest as of the last commit."""
         return self._manifest
 
-    def write(self, path: str, role: Role, data: bytes | Iterable[bytes | memoryview]) -> None:
-        """Write the file `path` of the package, for example "textures/volume.ktx2".
+    def write(self, path: str, role: Role, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
+        """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
 
         It counts from the next `commit` on; until then only this object sees it. Raises VP4020 where it cannot be
         written, VP4012 while another process runs a stage.
         """
         digest = hashlib.sha256()
         size = 0
-        with output_errors(self._folder / path), self._new_file(path).open("wb") as file:
+        with (
+            output_errors(self._folder / path),
+            self._new_file(path).open("wb") as file,
+            ThreadPoolExecutor(1) as other,
+        ):
             for chunk in (data,) if isinstance(data, bytes) else data:
-                digest.update(chunk)
+                # Digest and disk take about the same time. Whoever gives chunks may use their memory again for the
+                # next, so both are waited for.
+                hashed = other.submit(digest.update, chunk)
                 size += file.write(chunk)
+                hashed.result()
             file.flush()
             os.fsync(file.fileno())
-        self._pending[path] = FileRecord(path=path, role=role, size_bytes=size, sha256=digest.hexdigest())
+        record = FileRecord(path=path, role=role, size_bytes=size, sha256=digest.hexdigest())
+        self._pending[path] = record
+        return record
 
     def read_bytes(self, path: str) -> bytes:
         """Read a file that this or an earlier stage wrote. Raises VP4014 if there is none."""
