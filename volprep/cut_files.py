@@ -69,7 +69,9 @@ def marked_sections(package: Package, found: Cut) -> NDArray[np.uint8]:
         rows, columns = (each for each in range(3) if each != axis)
         section = np.take(grey, middle[axis], axis)
         spacing = np.array(coarsest.grid.spacing_mm_zyx)[[rows, columns]]
-        sections.append(_framed(section, spacing, low[[rows, columns]], high[[rows, columns]]))
+        picture = _framed(section, spacing, low[[rows, columns]], high[[rows, columns]])
+        # People expect the head above: rows along an axis that leads there run from the bottom up.
+        sections.append(picture[::-1] if rows == 0 and coarsest.grid.direction[2][2] > 0.0 else picture)
     height = max(len(section) for section in sections)
     padded = [np.pad(section, ((0, height - len(section)), (0, _GAP), (0, 0))) for section in sections]
     return np.concatenate(padded, axis=1)[:, :-_GAP]
