@@ -1,0 +1,73 @@
+#include "volprep/preintegrate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "checks.hpp"
+#include "volprep/threads.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+
+void run(const Numbers& front, const Numbers& back, const Numbers& values, const Colours& colours,
+         const Numbers& extinctions_per_mm, double step_mm, const Light& light, int threads) {
+    require(back.shape(0) == front.shape(0) && light.shape(0) == front.shape(0),
+            "front, back and light must have one length");
+    const std::size_t count = values.shape(0);
+    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
+            "values, colours and extinctions_per_mm must have one length, at least 1");
+    require(std::is_sorted(values.data(), values.data() + count), "values must ascend");
+    require(step_mm > 0 && std::isfinite(step_mm),
+            "step_mm is " + std::to_string(step_mm) + ", expected a positive number");
+    require_threads(threads);
+    const int team = resolve_threads(threads);
+    const ControlPoints points{static_cast<int64_t>(count), values.data(), colours.data(), extinctions_per_mm.data()};
+    const nb::gil_scoped_release released;
+    volprep::preintegrate(front.data(), back.data(), static_cast<int64_t>(front.shape(0)), points, step_mm,
+                          light.data(), team);
+}
+
+}  // namespace
+
+void preintegrate(nb::module_& module) {
+    module.def("preintegrate", &run, nb::arg("front").noconvert(), nb::arg("back").noconvert(),
+               nb::arg("values").noconvert(), nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
+               nb::arg("step_mm"), nb::arg("light").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def preintegrate(front: numpy.typing.NDArray[numpy.float64], back: "
+                       "numpy.typing.NDArray[numpy.float64], values: numpy.typing.NDArray[numpy.float64], colours: "
+                       "numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], "
+                       "step_mm: float, light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
+               R"(Write the light of ray segments along which the value changes linearly.
+
+All attenuation inside a segment counts. Where there is no extinction the colour is the plain mean; where front and back
+are equal it is the function's, at a jump the mean of both sides.
+
+Parameters
+----------
+front, back
+    float64 [n]: values at the ends of each segment, the one nearer to the eye first.
+values, colours, extinctions_per_mm
+    Control points of the transfer function: float64 [k] ascending, [k, 3] linear RGB, [k] not negative.
+    Two points at one value make a jump.
+step_mm
+    Length of every segment.
+light
+    float64 [n, 4], written: light divided by opacity, and the mean extinction per millimetre. The opacity of the segment
+    is 1 - exp(-mean extinction * step).
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a size does not fit, values do not ascend, or the step is not positive.
+TypeError
+    If an array has another type or order.)");
+}
+
+}  // namespace volprep::bind
