@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tiny_packages import function
 
-from volprep.transfer.lookup import evaluate, lookup_texels
+from volprep.transfer.lookup import lookup_texels
+from volprep.transfer.table import Table
 
 RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
 fractions = st.floats(0.0, 1.0)
@@ -27,7 +28,7 @@ def functions(draw):
 @given(functions())
 def test_without_jumps_it_is_linear_interpolation_clamped_outside(transfer_function):
     values = np.linspace(-310.0, 310.0, 977)
-    colour, extinction = evaluate(transfer_function, values)
+    colour, extinction = Table.exact(transfer_function).at(values)
     at = [point.value for point in transfer_function.points]
     want = np.interp(values, at, [point.extinction_per_mm for point in transfer_function.points])
     np.testing.assert_allclose(extinction, want, rtol=1e-12, atol=1e-12)
@@ -39,7 +40,7 @@ def test_without_jumps_it_is_linear_interpolation_clamped_outside(transfer_funct
 def test_a_jump_is_the_mean_at_its_value_and_sharp_beside_it():
     black, white = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
     jump = function((0.0, black, 0.0), (5.0, black, 1.0), (5.0, white, 3.0), (10.0, white, 3.0))
-    colour, extinction = evaluate(jump, np.array([np.nextafter(5.0, 0), 5.0, np.nextafter(5.0, 10)]))
+    colour, extinction = Table.exact(jump).at(np.array([np.nextafter(5.0, 0), 5.0, np.nextafter(5.0, 10)]))
     np.testing.assert_allclose(extinction, [1.0, 2.0, 3.0], rtol=1e-12)
     np.testing.assert_allclose(colour[:, 0], [0.0, 0.5, 1.0], rtol=1e-12, atol=1e-12)
 
@@ -47,14 +48,14 @@ def test_a_jump_is_the_mean_at_its_value_and_sharp_beside_it():
 def test_a_jump_at_the_first_or_last_value_is_one_too():
     black = (0.0, 0.0, 0.0)
     jump = function((0.0, black, 0.0), (0.0, black, 4.0), (1.0, black, 4.0), (1.0, black, 2.0))
-    _, extinction = evaluate(jump, np.array([-1.0, 0.0, 0.5, 1.0, 2.0]))
+    _, extinction = Table.exact(jump).at(np.array([-1.0, 0.0, 0.5, 1.0, 2.0]))
     np.testing.assert_allclose(extinction, [0.0, 2.0, 4.0, 3.0, 2.0])
 
 
 @given(functions(), st.sampled_from([2, 3, 256, 1000]))
 def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
     window = (-300.0, 300.0)
-    colour, extinction = evaluate(transfer_function, np.linspace(*window, entries))
+    colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, entries))
     table = lookup_texels(transfer_function, window, entries, "RGBA8")
     texels = table.texels[0, 0].astype(np.float64) / 255
     assert table.max_extinction_per_mm == extinction.max()
@@ -68,7 +69,7 @@ def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
 @given(functions())
 def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function):
     window = (-300.0, 300.0)
-    colour, extinction = evaluate(transfer_function, np.linspace(*window, 256))
+    colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, 256))
     table = lookup_texels(transfer_function, window, 256, "RGBA16F")
     texels = table.texels[0, 0].astype(np.float64)
     assert table.max_extinction_per_mm is None

@@ -7,9 +7,9 @@ of these values, nothing between the planes can be seen, and the picture without
 from itertools import pairwise
 from typing import Literal
 
-from volprep.plan.probe import Table
 from volprep.plan.records import CropPlan
 from volprep.statistics import Ranges
+from volprep.transfer.table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 

@@ -4,14 +4,14 @@ import math
 
 from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
-from volprep.plan.levels import Misfit, candidate_levels, fit_level
-from volprep.plan.probe import Table
+from volprep.plan.levels import candidate_levels, fit_level
 from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, SubvolumesPlan, VolumePlan
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep.statistics import Measured
+from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings, Statistics
@@ -32,7 +32,8 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
     candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile)
     table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
-    fits = [fit_level(level, values.quantize.bits, profile, table_bytes) for level in candidates]
+    beside = Beside(units=1, bytes=table_bytes)
+    fits = [fit_level(level, values.quantize.bits, profile, beside, scene.mosaic) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes)
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.transfer_function import TransferFunction
+from volprep.transfer.table import Table
 
 Array = NDArray[np.float64]
 
@@ -40,39 +40,6 @@ class Codes:
         """Physical values of texels."""
         low, high = self.window
         return low + texels * (high - low)
-
-
-@dataclass(frozen=True)
-class Table:
-    """A transfer function as values and what is between them, linearly interpolated."""
-
-    values: Array
-    """Physical values, ascending; two equal ones make a jump."""
-    colour: Array
-    """Linear RGB, [value, 3]."""
-    extinction_per_mm: Array
-    """Extinction."""
-
-    @classmethod
-    def exact(cls, function: TransferFunction) -> "Table":
-        """The function itself."""
-        return cls(
-            np.array([point.value for point in function.points]),
-            np.array([point.colour for point in function.points]),
-            np.array([point.extinction_per_mm for point in function.points]),
-        )
-
-    def largest_extinction(self, low: float, high: float) -> float:
-        """Give the largest extinction per millimetre of any value from `low` to `high`, ends included."""
-        inside = self.extinction_per_mm[(self.values >= low) & (self.values <= high)]
-        ends = np.interp([low, high], self.values, self.extinction_per_mm)
-        return float(max(*ends, *inside))
-
-    def resampled(self, window: tuple[float, float], entries: int) -> "Table":
-        """The lookup table of `entries` texels over `window`."""
-        values = np.linspace(*window, entries)
-        colour = np.column_stack([np.interp(values, self.values, channel) for channel in self.colour.T])
-        return Table(values, colour, np.interp(values, self.values, self.extinction_per_mm))
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from volprep.plan.probe import Codes, PictureError, Table, difference, picture
+from volprep.plan.probe import Codes, PictureError, difference, picture
 from volprep.plan.records import QuantizePlan
 from volprep.plan.window import Window, is_exact, windows
 from volprep.scene import QuantizeSettings, Scene
 from volprep.statistics import Measured
+from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile

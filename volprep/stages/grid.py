@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.plan import Plan
-from volprep.plan.probe import Table
 from volprep.plan.records import SubvolumesPlan
 from volprep.plan.subvolumes import GRID
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
@@ -18,6 +17,7 @@ from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
 from volprep.subvolumes import boxes_zyx, cuts_along, grid_points
 from volprep.texels import texel_reader, texels_of
+from volprep.transfer.table import Table
 from volprep.work import codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import SubvolumeFiles
@@ -38,7 +38,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
     subvolumes = tuple(_pieces(draft, plan, codes, (z, y, x), progress))
-    if wanted.whole is not None and all(wanted.whole != volume.file for volume in plan.volumes):
+    if wanted.whole is not None and all(wanted.whole not in volume.files for volume in plan.volumes):
         draft.write(wanted.whole, "subvolume", _whole(wanted, codes))
     grid = SubvolumeGrid(
         shape_zyx=codes.shape_zyx,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.transfer.table import Table
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -29,18 +30,6 @@ class LookupTexels:
     """For uint8: extinction = this · (alpha / 255)²."""
 
 
-def evaluate(function: TransferFunction, values: Array) -> tuple[Array, Array]:
-    """Colour [n, 3] and extinction per millimetre [n] at physical values [n]; at a jump the mean of both sides."""
-    at = np.array([point.value for point in function.points])
-    colour = np.array([point.colour for point in function.points])
-    extinction = np.array([point.extinction_per_mm for point in function.points])
-    # The upper neighbour, as the limit from below and from above sees it; both agree where there is no jump.
-    uppers = (np.searchsorted(at, values, side="left"), np.searchsorted(at, values, side="right"))
-    limits = [_between(at, np.column_stack([colour, extinction]), values, upper) for upper in uppers]
-    mean = (limits[0] + limits[1]) / 2
-    return mean[:, :3], mean[:, 3]
-
-
 def lookup_texels(
     function: TransferFunction, window: tuple[float, float], entries: int, texel_format: LookupFormat
 ) -> LookupTexels:
@@ -50,7 +39,7 @@ def lookup_texels(
     extinction over its maximum: as a linear byte the faintest extinction would be 1/255 of the largest, which makes
     fog either vanish or come in two or three layers where bone is opaque; as a root it is 1/65025.
     """
-    colour, extinction = evaluate(function, np.linspace(*window, entries))
+    colour, extinction = Table.exact(function).at(np.linspace(*window, entries))
     if texel_format == "RGBA16F":
         half = np.column_stack([colour, np.minimum(extinction, _LARGEST_HALF)]).astype(np.float16)
         return LookupTexels(half.reshape(1, 1, entries, 4), None)
@@ -58,12 +47,3 @@ def lookup_texels(
     root = np.sqrt(extinction / maximum) if maximum > 0.0 else extinction
     byte = np.rint(np.column_stack([colour, root]) * 255).astype(np.uint8)
     return LookupTexels(byte.reshape(1, 1, entries, 4), maximum)
-
-
-def _between(at: Array, channels: Array, values: Array, upper: NDArray[np.intp]) -> Array:
-    last = len(at) - 1
-    low, high = np.clip(upper - 1, 0, last), np.clip(upper, 0, last)
-    distance = at[high] - at[low]
-    weight = np.divide(values - at[low], distance, out=np.zeros_like(values), where=distance > 0)
-    result: Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
-    return result

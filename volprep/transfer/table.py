@@ -1,0 +1,61 @@
+"""A transfer function as arrays: the one place that says what it is at a value, between points, and at a jump."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.package.transfer_function import TransferFunction
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A transfer function as values and what is between them, linearly interpolated."""
+
+    values: Array
+    """Physical values, ascending; two equal ones make a jump."""
+    colour: Array
+    """Linear RGB, [value, 3]."""
+    extinction_per_mm: Array
+    """Extinction."""
+
+    @classmethod
+    def exact(cls, function: TransferFunction) -> "Table":
+        """The function itself."""
+        return cls(
+            np.array([point.value for point in function.points]),
+            np.array([point.colour for point in function.points]),
+            np.array([point.extinction_per_mm for point in function.points]),
+        )
+
+    def at(self, values: Array) -> tuple[Array, Array]:
+        """Colour [n, 3] and extinction per millimetre [n] at physical values [n]; at a jump the mean of both sides."""
+        channels = np.column_stack([self.colour, self.extinction_per_mm])
+        # The upper neighbour, as the limit from below and from above sees it; both agree where there is no jump.
+        below, above = (
+            self._between(channels, values, np.searchsorted(self.values, values, side=side))
+            for side in ("left", "right")
+        )
+        mean = (below + above) / 2
+        return mean[:, :3], mean[:, 3]
+
+    def largest_extinction(self, low: float, high: float) -> float:
+        """Give the largest extinction per millimetre of any value from `low` to `high`, ends included."""
+        inside = self.extinction_per_mm[(self.values >= low) & (self.values <= high)]
+        ends = np.interp([low, high], self.values, self.extinction_per_mm)
+        return float(max(*ends, *inside))
+
+    def resampled(self, window: tuple[float, float], entries: int) -> "Table":
+        """The lookup table of `entries` texels over `window`."""
+        values = np.linspace(*window, entries)
+        return Table(values, *self.at(values))
+
+    def _between(self, channels: Array, values: Array, upper: NDArray[np.intp]) -> Array:
+        last = len(self.values) - 1
+        low, high = np.clip(upper - 1, 0, last), np.clip(upper, 0, last)
+        distance = self.values[high] - self.values[low]
+        weight = np.divide(values - self.values[low], distance, out=np.zeros_like(values), where=distance > 0)
+        result: Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
+        return result
