@@ -1,12 +1,14 @@
 """The base of every record that is read or written: frozen, closed, documented field by field."""
 
-from difflib import get_close_matches
+import itertools
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema, ErrorDetails
 
 _SHOWN = 3
 """Problems that one message names; a key that is wrong everywhere would otherwise fill the screen."""
@@ -15,9 +17,42 @@ _SHOWN = 3
 class Record(BaseModel):
     """A frozen model without unknown keys. The docstring under a field is its documentation in the schema."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False, validate_default=True
-    )
+    # A record is built when the first of its kind is made: a verb uses few of them, and to build all took 0.1 s.
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, defer_build=True)
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: "CoreSchema", handler: "GetJsonSchemaHandler"
+    ) -> "JsonSchemaValue":
+        """Describe each field by its docstring.
+
+        pydantic's own use_attribute_docstrings reads the source of every record whenever it is imported: 0.1 s.
+        """
+        schema = handler(core_schema)
+        properties = handler.resolve_ref_schema(schema)["properties"]
+        for name, text in _field_docstrings(cls).items():
+            field = properties[name]
+            # What the docstring of the field's record says as well stands only there.
+            if "$ref" not in field or handler.resolve_ref_schema(field).get("description") != text:
+                field.setdefault("description", text)
+        return schema
+
+
+def _field_docstrings(record: type[Record]) -> dict[str, str]:
+    """Docstrings of the fields of a record, those that it inherits included."""
+    import ast  # noqa: PLC0415 - only schemas need it
+    import inspect  # noqa: PLC0415 - as above
+
+    found: dict[str, str] = {}
+    for part in reversed(record.__mro__[: record.__mro__.index(Record)]):
+        (definition,) = ast.parse(inspect.cleandoc("\n" + inspect.getsource(part))).body
+        assert isinstance(definition, ast.ClassDef)  # noqa: S101 - the source of a class
+        for field, after in itertools.pairwise(definition.body):
+            if isinstance(field, ast.AnnAssign) and isinstance(after, ast.Expr):
+                assert isinstance(field.target, ast.Name)  # noqa: S101 - a field has a plain name
+                assert isinstance(after.value, ast.Constant)  # noqa: S101 - its docstring
+                found[field.target.id] = inspect.cleandoc(str(after.value.value))
+    return found
 
 
 def problems(error: ValidationError) -> str:
@@ -31,6 +66,8 @@ def problems(error: ValidationError) -> str:
 
 
 def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"]) -> str:
+    from difflib import get_close_matches  # noqa: PLC0415 - only for a message
+
     *parent, key = detail["loc"]
     missing = [str(each["loc"][-1]) for each in details if each["type"] == "missing" and [*each["loc"][:-1]] == parent]
     meant = get_close_matches(str(key), missing, n=1)
