@@ -1,0 +1,48 @@
+"""The two forms in which colours and extinctions travel as texels: half floats, and bytes with a root."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.package.profile import LookupFormat
+
+Array = NDArray[np.float64]
+
+_LARGEST_HALF = 65504.0
+"""Extinction above this is clamped: a micrometre of it has opacity 1 - exp(-65) = 1 in float32 already."""
+
+
+@dataclass(frozen=True)
+class MediumTexels:
+    """Colours and extinctions as texels."""
+
+    texels: NDArray[np.generic]
+    """[..., RGBA], uint8 or float16."""
+    max_extinction_per_mm: float | None
+    """For uint8: extinction = this · (alpha / 255)²."""
+
+
+def medium_texels(colour: Array, extinction_per_mm: Array, texel_format: LookupFormat) -> MediumTexels:
+    """Turn linear colours [..., 3] and extinctions [...] into texels.
+
+    RGBA16F holds both as they are. RGBA8 holds the square root of extinction over its maximum: as a linear byte the
+    faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three layers
+    where bone is opaque; as a root it is 1/65025.
+    """
+    if texel_format == "RGBA16F":
+        half = np.concatenate([colour, np.minimum(extinction_per_mm, _LARGEST_HALF)[..., None]], axis=-1)
+        return MediumTexels(half.astype(np.float16), None)
+    maximum = float(extinction_per_mm.max())
+    root = np.sqrt(extinction_per_mm / maximum) if maximum > 0.0 else extinction_per_mm
+    byte = np.rint(np.concatenate([colour, root[..., None]], axis=-1) * 255).astype(np.uint8)
+    return MediumTexels(byte, maximum)
+
+
+def decoded_texels(medium: MediumTexels) -> tuple[Array, Array]:
+    """Give the colours and extinctions that texels stand for."""
+    if medium.max_extinction_per_mm is None:
+        values = medium.texels.astype(np.float64)
+        return values[..., :3], values[..., 3]
+    values = medium.texels.astype(np.float64) / 255
+    return values[..., :3], medium.max_extinction_per_mm * values[..., 3] ** 2
