@@ -1,0 +1,192 @@
+"""Packages with sub-volumes: the pieces are level 0, empty ones are not stored, and a box is cut out by seeking."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from phantom_scene import write_phantom_scene
+
+from volprep.build import build
+from volprep.cut import cut
+from volprep.cut_files import write_cut
+from volprep.request import load_request
+from volprep.subvolumes import boxes_zyx
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.package.subvolumes import SubvolumeGrid, decode_grid
+from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
+
+
+def built(folder: Path, table: str, profile: str = "gles3") -> Package:
+    scene = write_phantom_scene(folder, profile)
+    text = scene.read_text(encoding="utf-8") + table
+    scene.write_text(text.replace('name = "phantom"', 'name = "phantom"\ncrop = "none"'), encoding="utf-8")
+    build(load_request(scene), folder / "phantom.volpkg", Silent())
+    return Package.open(folder / "phantom.volpkg")
+
+
+def texels(package: Package, path: str) -> np.ndarray:
+    return ktx2.decode(package.read_bytes(path), path).data
+
+
+def grid_of(package: Package) -> SubvolumeGrid:
+    name = package.manifest.subvolumes.grid
+    return decode_grid(package.read_bytes(name), package.path, name)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Package:
+    return built(tmp_path_factory.mktemp("pieces"), '\n[grid]\nsize = 12\nlayout = "both"\n')
+
+
+def test_the_pieces_are_level_0(package) -> None:
+    assert check(package.path) == []
+    whole = texels(package, "textures/volume-0.ktx2")
+    grid = grid_of(package)
+    assert grid.counts_zyx == (2, 3, 4)
+    for box, piece in zip(boxes_zyx(grid.cuts_zyx), grid.subvolumes, strict=True):
+        # The window of the codes makes one code of all that no transfer function tells apart.
+        stored = np.uint8(piece.minimum) if piece.file is None else texels(package, piece.file)
+        np.testing.assert_array_equal(stored, whole[box])
+        assert (piece.minimum, piece.maximum) == (whole[box].min(), whole[box].max())
+
+
+def test_the_single_file_is_the_texture_of_level_0_where_there_is_one(package) -> None:
+    assert package.manifest.subvolumes.whole == "textures/volume-0.ktx2"
+    assert grid_of(package).whole == "textures/volume-0.ktx2"
+
+
+def test_a_level_0_that_is_no_texture_gets_a_file_to_seek_in(tmp_path) -> None:
+    profile = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text().replace("1024", "32")
+    (tmp_path / "small.toml").write_text(profile)
+    package = built(tmp_path, '\n[grid]\nsize = 12\nlayout = "single"\n', "small.toml")
+    assert check(package.path) == []
+    assert package.manifest.levels[0].index == 1
+    assert package.manifest.subvolumes.pieces == ()
+    assert texels(package, "subvolumes/whole.ktx2").shape == (21, 34, 45)
+
+
+def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 550.0")
+    scene.write_text(text + "\n[grid]\nsize = 6\n", encoding="utf-8")
+    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    package = Package.open(tmp_path / "phantom.volpkg")
+    assert check(package.path) == []
+    quantization = package.manifest.quantization
+    low, high = quantization.window
+    entry = (high - low) / (next(t for t in package.manifest.textures if t.role == "transfer").shape_zyx[2] - 1)
+    pieces = grid_of(package).subvolumes
+    for piece in pieces:
+        largest = quantization.slope * piece.maximum + quantization.intercept
+        # The filter of the lookup table reaches to the next entry.
+        assert (piece.file is not None) == (largest > 550.0 - entry)
+    assert 0 < sum(piece.file is not None for piece in pieces) < len(pieces)
+
+
+@pytest.mark.parametrize("layout", ["files", "single", "both"])
+def test_a_cut_is_that_box_of_level_0(tmp_path, layout) -> None:
+    package = built(tmp_path, f'\n[grid]\nsize = 9\nlayout = "{layout}"\n')
+    whole = texels(package, "textures/volume-0.ktx2")
+    generator = np.random.default_rng(3)
+    for _ in range(20):
+        center = tuple(float(generator.integers(0, n)) for n in whole.shape[::-1])
+        size = int(generator.integers(1, 50))
+        found = cut(package, center, size)
+        start, stop = found.record.start_zyx, found.record.stop_zyx
+        box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
+        np.testing.assert_array_equal(found.texels, whole[box])
+        for at, a, b, n in zip(center[::-1], start, stop, whole.shape, strict=True):
+            assert b - a == min(size, n)
+            assert a <= at < b
+            # In the middle, unless the volume ends there.
+            assert abs((a + b - 1) / 2 - at) <= 0.5 or a == 0 or b == n
+
+
+@pytest.mark.parametrize("layout", ["files", "single"])
+def test_a_cut_reads_its_own_voxels_and_no_others(tmp_path, layout) -> None:
+    package = built(tmp_path, f'\n[grid]\nsize = 9\nlayout = "{layout}"\n')
+    record = cut(package, (20.0, 16.0, 10.0), 10).record
+    assert record.texel_bytes_read == 10 * 10 * 10
+    if layout == "single":
+        # One read for each row, and one for the head of the file.
+        assert (record.files_read, record.reads) == (1, 1 + 10 * 10)
+    else:
+        assert record.files_read <= 3**3
+        assert record.reads <= record.files_read + 3 * 10 * 10
+    everything = cut(package, (20.0, 16.0, 10.0), 100).record
+    if layout == "single":
+        assert (everything.texel_bytes_read, everything.reads) == (21 * 34 * 45, 2)
+    else:
+        assert everything.texel_bytes_read < 21 * 34 * 45
+        assert everything.files_read + everything.empty_pieces == 3 * 5 * 6
+
+
+def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path) -> None:
+    package = built(tmp_path, "\n[quantize]\nbits = 16\n\n[grid]\nsize = 9\n")
+    whole = texels(package, "textures/volume-0.ktx2")
+    assert whole.dtype == np.float16
+    found = cut(package, (20.0, 16.0, 10.0), 12)
+    start, stop = found.record.start_zyx, found.record.stop_zyx
+    np.testing.assert_array_equal(found.texels, whole[tuple(slice(a, b) for a, b in zip(start, stop, strict=True))])
+
+
+def test_the_files_of_a_cut_say_where_it_lies(package, tmp_path) -> None:
+    grid = package.manifest.grid
+    world = grid.world_from_index @ [20.0, 16.0, 10.0, 1.0]
+    write_cut(package, tuple(world[:3]), 12, tmp_path / "cut", world=True)
+    record = json.loads((tmp_path / "cut" / "cut.json").read_text())
+    texture = ktx2.decode((tmp_path / "cut" / "cut.ktx2").read_bytes(), "cut.ktx2")
+    assert texture.shape_zyx == (12, 12, 12)
+    assert record["start_zyx"] == [4, 10, 14]
+    # The first voxel of the cut is where it was.
+    np.testing.assert_allclose(record["grid"]["origin_mm_xyz"], (grid.world_from_index @ [14, 10, 4, 1])[:3])
+    mark = next(mark for mark in record["marks"] if mark["level"] == 0)
+    np.testing.assert_allclose(mark["low_str"], np.array([14, 10, 4]) / (45, 34, 21))
+    assert (tmp_path / "cut" / "cut.png").stat().st_size > 100
+    with pytest.raises(VolprepError, match="VP1251"):
+        write_cut(package, tuple(world[:3]), 12, tmp_path / "cut", world=True)
+
+
+def test_a_center_outside_the_volume_is_refused_with_its_size(package) -> None:
+    with pytest.raises(VolprepError, match=r"VP4051.*20,16,21.*45 × 34 × 21"):
+        cut(package, (20.0, 16.0, 21.0), 12)
+    with pytest.raises(VolprepError, match="VP4051"):
+        cut(package, (float("nan"), 16.0, 10.0), 12)
+
+
+def test_a_package_without_pieces_cannot_be_cut(built_package) -> None:
+    with pytest.raises(VolprepError, match="VP4050"):
+        cut(Package.open(built_package), (0.0, 0.0, 0.0), 12)
+
+
+def test_a_profile_without_3d_textures_refuses_pieces(tmp_path) -> None:
+    with pytest.raises(VolprepError, match=r"VP3030.*gles2-2048"):
+        built(tmp_path, "\n[grid]\n", "gles2-2048")
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda grid: grid["cuts_zyx"][2].pop(), "cuts along x"),
+        (lambda grid: grid["points"].pop(), "59 points instead of 60"),
+        (lambda grid: grid["points"][0].update(subvolumes=[99]), "not there"),
+        (lambda grid: grid.update(size=3), "cuts along z"),
+        (lambda grid: grid.update(more=1), "unknown key"),
+    ],
+)
+def test_a_grid_that_contradicts_itself_is_refused(package, change, problem) -> None:
+    record = json.loads(package.read_bytes(package.manifest.subvolumes.grid))
+    change(record)
+    with pytest.raises(VolprepError, match=f"VP4011.*{problem}"):
+        decode_grid(json.dumps(record).encode(), package.path, "grid.json")
+
+
+def test_the_same_scene_gives_the_same_pieces(package, tmp_path) -> None:
+    again = built(tmp_path, '\n[grid]\nsize = 12\nlayout = "both"\n')
+    assert [(file.path, file.sha256) for file in again.manifest.files] == [
+        (file.path, file.sha256) for file in package.manifest.files
+    ]
