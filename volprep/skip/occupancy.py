@@ -1,0 +1,70 @@
+"""Which blocks a transfer function shows, by counting the entries of its lookup table that are not empty.
+
+With S[j] the number of entries 0 to j whose extinction is above a threshold, a block from value a to value b is empty
+if no such entry lies between, S[ceil(b)] = S[floor(a) - 1] with values in entries: what a texture filter makes of the
+entries around a value is never more than the greater of the two. The range is taken one entry wider at both ends, for
+two reasons. A shader finds position and block in float32, and may believe a sample to be in the next block; it is then
+a rounding beyond the face that both share, and its value as little beyond the range. And a pre-integrated segment sees
+all values between those of its ends: where both ends lie in blocks that touch, what is between lies in their ranges.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.skip.ranges import BlockRanges
+
+Occupied = NDArray[np.bool_]
+
+
+def occupied_blocks(
+    ranges: BlockRanges, extinction_per_mm: NDArray[np.float64], threshold_per_mm: float = 0.0
+) -> Occupied:
+    """Say of each block, [z, y, x], whether a sample inside may have an extinction above `threshold_per_mm`.
+
+    Parameters
+    ----------
+    ranges
+        Of a level.
+    extinction_per_mm
+        The lookup table as a shader sees it, decoded: entry j of N is at the normalised stored value j / (N - 1).
+    threshold_per_mm
+        Extinction that still counts as empty.
+    """
+    entries = len(extinction_per_mm)
+    # seen[j]: visible entries before entry j.
+    seen = np.concatenate([[0], np.cumsum(extinction_per_mm > threshold_per_mm)])
+    if ranges.low.dtype == np.uint8:
+        # 256 codes: the answer for each, once.
+        codes = np.arange(256) * (entries - 1) / 255
+        before, until = seen[_first(codes, entries)], seen[_last(codes, entries) + 1]
+        return until[ranges.high] > before[ranges.low]
+    occupied = np.empty(ranges.low.shape, np.bool_)
+    for z in range(len(occupied)):
+        low, high = (ends[z].astype(np.float64) * (entries - 1) for ends in (ranges.low, ranges.high))
+        occupied[z] = seen[_last(high, entries) + 1] > seen[_first(low, entries)]
+    return occupied
+
+
+def threshold_per_mm(epsilon: float, longest_mm: float) -> float:
+    """Extinction of which `longest_mm`, a whole ray, have the opacity `epsilon`: what skipping may cost."""
+    return -math.log1p(-epsilon) / longest_mm
+
+
+def with_neighbours(occupied: Occupied) -> Occupied:
+    """Count a block as occupied if it or one of its 26 neighbours is: the thesis' second pass."""
+    result = occupied
+    for axis in range(3):
+        length = occupied.shape[axis]
+        ahead, behind = (np.take(result, np.clip(np.arange(length) + k, 0, length - 1), axis) for k in (1, -1))
+        result = result | ahead | behind
+    return result
+
+
+def _first(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
+    return np.clip(np.floor(position) - 1, 0, entries - 1).astype(np.intp)
+
+
+def _last(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
+    return np.clip(np.ceil(position) + 1, 0, entries - 1).astype(np.intp)
