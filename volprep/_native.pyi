@@ -161,6 +161,61 @@ def euclidean_distance(occupied: Annotated[NDArray[numpy.uint8], dict(shape=(Non
     threads: 0 for all; the result does not depend on it. Raises ValueError if a shape does not fit.
     """
 
+def gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], matrix: Sequence[float], dst: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> None:
+    """
+    Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
+
+    The kernels are forward, central, thesis, sobel and isotropic; their sums are the slope of a ramp, per voxel, times 1, 2,
+    44, 32 and 72. What lies outside the volume is the voxel at its edge, and the difference along the axis is one-sided there.
+
+    Parameters
+    ----------
+    src
+        The slab: uint8, uint16 or float32, C-contiguous [z, y, x].
+    kernel
+        Name of the kernel.
+    halo
+        Whether the first and the last slice belong to the neighbours: they are read, and get no vector. Where there is no
+        halo the volume ends.
+    matrix
+        3×3, row by row: what turns the sums into the wanted unit and space.
+    dst
+        float32 [z, y, x, 3], without the halo.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a name does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def largest_gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], matrix: Sequence[float], threads: int = 0) -> float:
+    """
+    Length of the longest vector that gradient would give for uint8 or uint16.
+    """
+
+def normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], matrix: Sequence[float], code: str, magnitude_factor: float, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None:
+    """
+    Write the code of the direction of each vector that gradient would give.
+
+    The codes are biased8, snorm8, oct8 and oct12, of 3, 3, 2 and 3 bytes; native/include/volprep/normals.hpp defines them. With
+    a magnitude_factor above 0 one more byte holds min(round(magnitude_factor · length), 255), or 127 for snorm8. dst is uint8
+    [z, y, x, bytes], without the halo. The other arguments, and what is raised, are those of gradient.
+    """
+
+def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], factors_zyx: Sequence[int], matrix: Sequence[float], code: str, magnitude_factor: float, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None:
+    """
+    Write the code of the mean vector of each block of factors_zyx voxels of uint8 or uint16.
+
+    Where the vectors of a block cancel, as on the two sides of a thin sheet, they are turned to one side first. A block that
+    hangs over the edge repeats the edge voxel; of the slabs of a volume only the last may have one along z. dst is uint8
+    [z, y, x, bytes] with ceil(n / factor) blocks along each axis, where n counts no halo. The other arguments are those of
+    normals.
+    """
+
 def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.

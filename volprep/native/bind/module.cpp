@@ -9,6 +9,7 @@ NB_MODULE(_native, module) {
     volprep::bind::box_reduce(module);
     volprep::bind::count_values(module);
     volprep::bind::distances(module);
+    volprep::bind::normals(module);
     volprep::bind::oracle(module);
     volprep::bind::pack_tiles(module);
     volprep::bind::preintegrate(module);

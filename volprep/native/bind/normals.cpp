@@ -1,0 +1,213 @@
+#include "volprep/normals.hpp"
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "checks.hpp"
+#include "voxels.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Matrix = std::array<float, 9>;
+using Ends = std::tuple<bool, bool>;
+using Vectors = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
+using Codes = nb::ndarray<uint8_t, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
+
+GradientKernel kernel_of(const std::string& name) {
+    constexpr std::pair<const char*, GradientKernel> known[] = {{"forward", GradientKernel::forward},
+                                                                {"central", GradientKernel::central},
+                                                                {"thesis", GradientKernel::thesis},
+                                                                {"sobel", GradientKernel::sobel},
+                                                                {"isotropic", GradientKernel::isotropic}};
+    for (const auto& [text, kernel] : known) {
+        if (name == text) {
+            return kernel;
+        }
+    }
+    throw nb::value_error(("kernel is " + name + ", expected forward, central, thesis, sobel or isotropic").c_str());
+}
+
+NormalCode code_of(const std::string& name) {
+    constexpr std::pair<const char*, NormalCode> known[] = {{"biased8", NormalCode::biased8},
+                                                            {"snorm8", NormalCode::snorm8},
+                                                            {"oct8", NormalCode::oct8},
+                                                            {"oct12", NormalCode::oct12}};
+    for (const auto& [text, code] : known) {
+        if (name == text) {
+            return code;
+        }
+    }
+    throw nb::value_error(("code is " + name + ", expected biased8, snorm8, oct8 or oct12").c_str());
+}
+
+GradientMatrix matrix_of(const Matrix& values) {
+    GradientMatrix matrix{};
+    for (int k = 0; k < 9; ++k) {
+        require(std::isfinite(values[k]), "matrix has a number that is not finite");
+        matrix.m[k] = values[k];
+        matrix.rotates = matrix.rotates || (k % 4 != 0 && values[k] != 0.0F);
+    }
+    return matrix;
+}
+
+Shape3 checked_slab(const AnyVolume& src, Halo halo) {
+    const Shape3 shape = shape_of(src);
+    require_voxels(shape);
+    require(shape.z > halo.slices(), "src has " + std::to_string(shape.z) + " slices, halo included: none is left");
+    return shape;
+}
+
+template <typename Array>
+void require_vectors(const Array& array, Shape3 shape, int64_t last) {
+    require_shape("dst", array, shape);
+    require(static_cast<int64_t>(array.shape(3)) == last,
+            "dst has " + std::to_string(array.shape(3)) + " numbers a voxel, expected " + std::to_string(last));
+}
+
+void require_factor(float magnitude_factor) {
+    require(magnitude_factor >= 0.0F && std::isfinite(magnitude_factor),
+            "magnitude_factor is " + std::to_string(magnitude_factor) + ", expected a number of at least 0");
+}
+
+void bind_gradient(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix, const Vectors& dst,
+                   int threads) {
+    const Halo halo{std::get<0>(ends), std::get<1>(ends)};
+    const Shape3 shape = checked_slab(src, halo);
+    const GradientKernel taken = kernel_of(kernel);
+    const GradientMatrix transform = matrix_of(matrix);
+    require_threads(threads);
+    require_vectors(dst, {shape.z - halo.slices(), shape.y, shape.x}, 3);
+    with_type_of<uint8_t, uint16_t, float>("src", src, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::gradient(static_cast<const T*>(src.data()), shape, halo, taken, transform, dst.data(), threads);
+    });
+}
+
+float bind_largest(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix, int threads) {
+    const Halo halo{std::get<0>(ends), std::get<1>(ends)};
+    const Shape3 shape = checked_slab(src, halo);
+    const GradientKernel taken = kernel_of(kernel);
+    const GradientMatrix transform = matrix_of(matrix);
+    require_threads(threads);
+    float longest = 0.0F;
+    with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        longest = volprep::largest_gradient(static_cast<const T*>(src.data()), shape, halo, taken, transform, threads);
+    });
+    return longest;
+}
+
+void bind_normals(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix,
+                  const std::string& code, float magnitude_factor, const Codes& dst, int threads) {
+    const Halo halo{std::get<0>(ends), std::get<1>(ends)};
+    const Shape3 shape = checked_slab(src, halo);
+    const GradientKernel taken = kernel_of(kernel);
+    const NormalCode wanted = code_of(code);
+    const GradientMatrix transform = matrix_of(matrix);
+    require_threads(threads);
+    require_factor(magnitude_factor);
+    require_vectors(dst, {shape.z - halo.slices(), shape.y, shape.x}, normal_bytes(wanted, magnitude_factor));
+    with_type_of<uint8_t, uint16_t, float>("src", src, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::normals(static_cast<const T*>(src.data()), shape, halo, taken, transform, wanted, magnitude_factor,
+                         dst.data(), threads);
+    });
+}
+
+void bind_coarse(const AnyVolume& src, const std::string& kernel, Ends ends, Triple factors_zyx, const Matrix& matrix,
+                 const std::string& code, float magnitude_factor, const Codes& dst, int threads) {
+    const Halo halo{std::get<0>(ends), std::get<1>(ends)};
+    const Shape3 shape = checked_slab(src, halo);
+    const Shape3 factors{factors_zyx[0], factors_zyx[1], factors_zyx[2]};
+    require(factors.z >= 1 && factors.y >= 1 && factors.x >= 1 && factors.z <= max_normal_rows &&
+                factors.y <= max_normal_rows / factors.z && factors.x <= max_normal_rows,
+            "factors_zyx is " + text(factors) +
+                ", expected factors of at least 1, with a product along z and y of at " + "most 2^16");
+    const GradientKernel taken = kernel_of(kernel);
+    const NormalCode wanted = code_of(code);
+    const GradientMatrix transform = matrix_of(matrix);
+    require_threads(threads);
+    require_factor(magnitude_factor);
+    const auto blocks = [](int64_t length, int64_t factor) { return (length + factor - 1) / factor; };
+    require_vectors(
+        dst, {blocks(shape.z - halo.slices(), factors.z), blocks(shape.y, factors.y), blocks(shape.x, factors.x)},
+        normal_bytes(wanted, magnitude_factor));
+    with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::coarse_normals(static_cast<const T*>(src.data()), shape, halo, taken, factors, transform, wanted,
+                                magnitude_factor, dst.data(), threads);
+    });
+}
+
+}  // namespace
+
+void normals(nb::module_& module) {
+    module.def("gradient", &bind_gradient, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
+               nb::arg("matrix"), nb::arg("dst").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], "
+                       "matrix: collections.abc.Sequence[float], dst: numpy.typing.NDArray[numpy.float32], "
+                       "threads: int = 0) -> None"),
+               R"(Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
+
+The kernels are forward, central, thesis, sobel and isotropic; their sums are the slope of a ramp, per voxel, times 1, 2,
+44, 32 and 72. What lies outside the volume is the voxel at its edge, and the difference along the axis is one-sided there.
+
+Parameters
+----------
+src
+    The slab: uint8, uint16 or float32, C-contiguous [z, y, x].
+kernel
+    Name of the kernel.
+halo
+    Whether the first and the last slice belong to the neighbours: they are read, and get no vector. Where there is no
+    halo the volume ends.
+matrix
+    3×3, row by row: what turns the sums into the wanted unit and space.
+dst
+    float32 [z, y, x, 3], without the halo.
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a shape or a name does not fit.
+TypeError
+    If an array has another type or order.)");
+    module.def("largest_gradient", &bind_largest, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
+               nb::arg("matrix"), nb::arg("threads") = 0,
+               nb::sig("def largest_gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, "
+                       "bool], matrix: collections.abc.Sequence[float], threads: int = 0) -> float"),
+               "Length of the longest vector that gradient would give for uint8 or uint16.");
+    module.def("normals", &bind_normals, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
+               nb::arg("matrix"), nb::arg("code"), nb::arg("magnitude_factor"), nb::arg("dst").noconvert(),
+               nb::arg("threads") = 0,
+               nb::sig("def normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], "
+                       "matrix: collections.abc.Sequence[float], code: str, magnitude_factor: float, dst: "
+                       "numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None"),
+               R"(Write the code of the direction of each vector that gradient would give.
+
+The codes are biased8, snorm8, oct8 and oct12, of 3, 3, 2 and 3 bytes; native/include/volprep/normals.hpp defines them. With
+a magnitude_factor above 0 one more byte holds min(round(magnitude_factor · length), 255), or 127 for snorm8. dst is uint8
+[z, y, x, bytes], without the halo. The other arguments, and what is raised, are those of gradient.)");
+    module.def("coarse_normals", &bind_coarse, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
+               nb::arg("factors_zyx"), nb::arg("matrix"), nb::arg("code"), nb::arg("magnitude_factor"),
+               nb::arg("dst").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, "
+                       "bool], factors_zyx: collections.abc.Sequence[int], matrix: collections.abc.Sequence[float], "
+                       "code: str, magnitude_factor: float, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) "
+                       "-> None"),
+               R"(Write the code of the mean vector of each block of factors_zyx voxels of uint8 or uint16.
+
+Where the vectors of a block cancel, as on the two sides of a thin sheet, they are turned to one side first. A block that
+hangs over the edge repeats the edge voxel; of the slabs of a volume only the last may have one along z. dst is uint8
+[z, y, x, bytes] with ceil(n / factor) blocks along each axis, where n counts no halo. The other arguments are those of
+normals.)");
+}
+
+}  // namespace volprep::bind

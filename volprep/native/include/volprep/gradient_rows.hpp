@@ -1,0 +1,316 @@
+// Sums of differences row by row, for the kernels that measure, encode or reduce gradients. Slices are folded along z
+// into a ring of three rows, the ring along y, and the result along x: 3 rows are read for each row of gradients, and
+// what lies between stays in the L1 cache. Integers are summed in the narrowest type that holds every sum.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "volprep/clones.hpp"
+#include "volprep/gradient.hpp"
+
+namespace volprep::gradients {
+
+// Largest sum: 36 times the largest value for `isotropic`, twice that at the border.
+template <typename T>
+struct SumOf;
+template <>
+struct SumOf<uint8_t> {
+    using type = int16_t;
+};
+template <>
+struct SumOf<uint16_t> {
+    using type = int32_t;
+};
+template <>
+struct SumOf<float> {
+    using type = float;
+};
+template <typename T>
+using Sum = typename SumOf<T>::type;
+
+// Voxels of a row that are worked on at a time, and the longest run of rows that share a ring: of 64 rows, 2 are folded
+// for their neighbours' sake.
+inline constexpr int64_t tile_length = 512;
+inline constexpr int64_t band_length = 64;
+
+struct Span {
+    int64_t begin;
+    int64_t end;
+
+    constexpr int64_t size() const noexcept { return end - begin; }
+};
+
+// Weight of an edge beside that of a corner, 1; what the product of two (1 edge 1) has too much in the centre.
+template <GradientKernel K>
+inline constexpr int edge = K == GradientKernel::thesis  ? 3
+                            : K == GradientKernel::sobel ? 2
+                                                         : 4;
+template <GradientKernel K>
+inline constexpr int surplus = K == GradientKernel::thesis ? 3 : 0;
+template <GradientKernel K>
+inline constexpr bool smooths = K != GradientKernel::forward && K != GradientKernel::central;
+
+// Indices between which the difference at `index` is taken, and what makes it as long as one over two voxels.
+struct Difference {
+    int64_t low;
+    int64_t high;
+    int factor;
+};
+
+template <GradientKernel K>
+constexpr Difference difference_at(int64_t index, int64_t count) noexcept {
+    if constexpr (K == GradientKernel::forward) {
+        const int64_t low = std::max<int64_t>(0, std::min(index, count - 2));
+        return {low, std::min(low + 1, count - 1), 1};
+    } else {
+        const bool border = index == 0 || index == count - 1;
+        return {std::max<int64_t>(index - 1, 0), std::min(index + 1, count - 1), border ? 2 : 1};
+    }
+}
+
+// One row folded along z: smoothed, its slope along z, and as it is.
+template <typename S>
+struct Folded {
+    S smooth[tile_length + 2];
+    S slope[tile_length + 2];
+    S plain[tile_length + 2];
+};
+
+template <typename T, GradientKernel K>
+VOLPREP_CLONES void fold_z(const T* below, const T* at, const T* above, const T* low, const T* high, int64_t count,
+                           Sum<T>* __restrict smooth, Sum<T>* __restrict slope, Sum<T>* __restrict plain) noexcept {
+    using S = Sum<T>;
+    for (int64_t x = 0; x < count; ++x) {
+        const S centre = at[x];
+        if constexpr (smooths<K>) {
+            smooth[x] = static_cast<S>(static_cast<S>(below[x]) + edge<K> * centre + static_cast<S>(above[x]));
+        } else {
+            smooth[x] = centre;
+        }
+        slope[x] = static_cast<S>(static_cast<S>(high[x]) - static_cast<S>(low[x]));
+        if constexpr (surplus<K> != 0) {
+            plain[x] = centre;
+        }
+    }
+}
+
+// Three folded rows become one: smoothed across x, and the slopes along y and z before they are smoothed along x.
+template <typename S>
+struct Crossed {
+    S across[tile_length + 2];
+    S slope_y[tile_length + 2];
+    S slope_z[tile_length + 2];
+    S plain_y[tile_length + 2];
+};
+
+template <typename S, GradientKernel K>
+VOLPREP_CLONES void fold_y(const Folded<S>& before, const Folded<S>& at, const Folded<S>& after, const S* low,
+                           const S* high, int64_t count, Crossed<S>& __restrict row) noexcept {
+    for (int64_t x = 0; x < count; ++x) {
+        row.slope_y[x] = static_cast<S>(high[x] - low[x]);
+        if constexpr (smooths<K>) {
+            S across = static_cast<S>(before.smooth[x] + edge<K> * at.smooth[x] + after.smooth[x]);
+            if constexpr (surplus<K> != 0) {
+                across = static_cast<S>(across - surplus<K> * at.plain[x]);
+                row.plain_y[x] = static_cast<S>(after.plain[x] - before.plain[x]);
+            }
+            row.across[x] = across;
+            row.slope_z[x] = static_cast<S>(before.slope[x] + edge<K> * at.slope[x] + after.slope[x]);
+        } else {
+            row.across[x] = at.smooth[x];
+            row.slope_z[x] = at.slope[x];
+        }
+    }
+}
+
+// Sums of differences of a run of voxels.
+template <typename S>
+struct Sums {
+    S x[tile_length];
+    S y[tile_length];
+    S z[tile_length];
+};
+
+template <typename S, GradientKernel K>
+VOLPREP_CLONES void fold_x(const Crossed<S>& row, const S* slope_z, int64_t count, Sums<S>& __restrict sums) noexcept {
+    constexpr int64_t low = K == GradientKernel::forward ? 1 : 0;
+    for (int64_t x = 0; x < count; ++x) {
+        sums.x[x] = static_cast<S>(row.across[x + 2] - row.across[x + low]);
+        if constexpr (smooths<K>) {
+            S along_y = static_cast<S>(row.slope_y[x] + edge<K> * row.slope_y[x + 1] + row.slope_y[x + 2]);
+            S along_z = static_cast<S>(row.slope_z[x] + edge<K> * row.slope_z[x + 1] + row.slope_z[x + 2]);
+            if constexpr (surplus<K> != 0) {
+                along_y = static_cast<S>(along_y - surplus<K> * row.plain_y[x + 1]);
+                along_z = static_cast<S>(along_z - surplus<K> * slope_z[x + 1]);
+            }
+            sums.y[x] = along_y;
+            sums.z[x] = along_z;
+        } else {
+            sums.y[x] = row.slope_y[x + 1];
+            sums.z[x] = row.slope_z[x + 1];
+        }
+    }
+}
+
+// The rows of one slice of a slab, over a span of at most tile_length voxels along x.
+template <typename T, GradientKernel K>
+class Rows {
+  public:
+    Rows(const T* src, Shape3 shape, int64_t z, Span x) noexcept
+        : src_(src),
+          shape_(shape),
+          z_(z),
+          along_z_(difference_at<K>(z, shape.z)),
+          columns_{std::max<int64_t>(x.begin - 1, 0), std::min(x.end + 1, shape.x)},
+          x_(x) {}
+
+    // Calls sink(y, sums, factor_y, factor_z) for each row in y: its sums of differences along y and z are yet to be
+    // multiplied by these factors, 2 at a border and else 1.
+    template <typename Sink>
+    void run(Span y, const Sink& sink) noexcept {
+        const int64_t last = shape_.y - 1;
+        for (int64_t row = std::max<int64_t>(y.begin - 1, 0); row < std::min(y.begin + 1, shape_.y); ++row) {
+            fold(row);
+        }
+        for (int64_t row = y.begin; row < y.end; ++row) {
+            if (row < last) {
+                fold(row + 1);
+            }
+            // A backward difference at the last row of a band of one row needs the row before: it is in the ring.
+            const Difference along_y = difference_at<K>(row, shape_.y);
+            const Folded<S>& at = ring(row);
+            fold_y<S, K>(ring(std::max<int64_t>(row - 1, 0)), at, ring(std::min(row + 1, last)),
+                         ring(along_y.low).smooth, ring(along_y.high).smooth, x_.size() + 2, crossed_);
+            fold_x<S, K>(crossed_, at.slope, x_.size(), sums_);
+            mend_ends();
+            sink(row, sums_, along_y.factor, along_z_.factor);
+        }
+    }
+
+  private:
+    using S = Sum<T>;
+
+    Folded<S>& ring(int64_t y) noexcept { return ring_[y % 3]; }
+
+    const T* row_of(int64_t z, int64_t y) const noexcept {
+        return src_ + (z * shape_.y + y) * shape_.x + columns_.begin;
+    }
+
+    void fold(int64_t y) noexcept {
+        Folded<S>& row = ring(y);
+        const int64_t at = columns_.begin - (x_.begin - 1);
+        const int64_t count = columns_.size();
+        fold_z<T, K>(row_of(std::max<int64_t>(z_ - 1, 0), y), row_of(z_, y), row_of(std::min(z_ + 1, shape_.z - 1), y),
+                     row_of(along_z_.low, y), row_of(along_z_.high, y), count, row.smooth + at, row.slope + at,
+                     row.plain + at);
+        for (S* values : {row.smooth, row.slope, row.plain}) {
+            if (at > 0) {
+                values[0] = values[1];
+            }
+            if (at + count < x_.size() + 2) {
+                values[at + count] = values[at + count - 1];
+            }
+        }
+    }
+
+    // The ends of a row of the volume, where the difference along x is one-sided.
+    void mend_ends() noexcept {
+        if constexpr (K == GradientKernel::forward) {
+            if (x_.end == shape_.x) {
+                const int64_t last = x_.size() - 1;
+                sums_.x[last] = static_cast<S>(crossed_.across[last + 1] - crossed_.across[last]);
+            }
+        } else if (shape_.x > 1) {
+            if (x_.begin == 0) {
+                sums_.x[0] = static_cast<S>(2 * sums_.x[0]);
+            }
+            if (x_.end == shape_.x) {
+                sums_.x[x_.size() - 1] = static_cast<S>(2 * sums_.x[x_.size() - 1]);
+            }
+        }
+    }
+
+    const T* src_;
+    Shape3 shape_;
+    int64_t z_;
+    Difference along_z_;
+    Span columns_;
+    Span x_;
+    Folded<S> ring_[3];
+    Crossed<S> crossed_;
+    Sums<S> sums_;
+};
+
+// Calls run.operator()<K>() for a kernel that is known at run time only.
+template <typename Run>
+void with_kernel(GradientKernel kernel, const Run& run) {
+    switch (kernel) {
+        case GradientKernel::forward:
+            return run.template operator()<GradientKernel::forward>();
+        case GradientKernel::central:
+            return run.template operator()<GradientKernel::central>();
+        case GradientKernel::thesis:
+            return run.template operator()<GradientKernel::thesis>();
+        case GradientKernel::sobel:
+            return run.template operator()<GradientKernel::sobel>();
+        case GradientKernel::isotropic:
+            return run.template operator()<GradientKernel::isotropic>();
+    }
+}
+
+// The matrix with its columns for y and z multiplied by the factors of a row.
+inline GradientMatrix scaled(const GradientMatrix& matrix, int factor_y, int factor_z) noexcept {
+    GradientMatrix result = matrix;
+    for (int row = 0; row < 3; ++row) {
+        result.m[3 * row + 1] *= static_cast<float>(factor_y);
+        result.m[3 * row + 2] *= static_cast<float>(factor_z);
+    }
+    return result;
+}
+
+struct Vector {
+    float x;
+    float y;
+    float z;
+};
+
+template <bool ROTATES, typename S>
+Vector transformed(const GradientMatrix& matrix, S x, S y, S z) noexcept {
+    const auto gx = static_cast<float>(x);
+    const auto gy = static_cast<float>(y);
+    const auto gz = static_cast<float>(z);
+    const float* const m = matrix.m;
+    if constexpr (ROTATES) {
+        return {m[0] * gx + m[1] * gy + m[2] * gz, m[3] * gx + m[4] * gy + m[5] * gz,
+                m[6] * gx + m[7] * gy + m[8] * gz};
+    } else {
+        return {m[0] * gx, m[4] * gy, m[8] * gz};
+    }
+}
+
+// Calls sink(z, y, x, count, sums, matrix) for every run of voxels of a slab without its halo, on all threads; z counts
+// from the first slice that gets gradients.
+template <typename T, typename Sink>
+void each_run(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix, int threads,
+              const Sink& sink) noexcept {
+    const int64_t slices = shape.z - halo.slices();
+    const int64_t bands = (shape.y + band_length - 1) / band_length;
+    const int64_t tiles = (shape.x + tile_length - 1) / tile_length;
+    with_kernel(kernel, [&]<GradientKernel K>() {
+#pragma omp parallel for num_threads(threads) schedule(static)
+        for (int64_t index = 0; index < slices * bands * tiles; ++index) {
+            const int64_t z = index / tiles / bands;
+            const int64_t y = index / tiles % bands * band_length;
+            const int64_t x = index % tiles * tile_length;
+            const Span columns{x, std::min(x + tile_length, shape.x)};
+            Rows<T, K> rows(src, shape, z + int64_t{halo.below}, columns);
+            rows.run({y, std::min(y + band_length, shape.y)},
+                     [&](int64_t row, const Sums<Sum<T>>& sums, int factor_y, int factor_z) {
+                         sink(z, row, x, columns.size(), sums, scaled(matrix, factor_y, factor_z));
+                     });
+        }
+    });
+}
+
+}  // namespace volprep::gradients

@@ -1,0 +1,127 @@
+// Codes of a run of vectors: shared by the normals of level 0 and those of coarser levels.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "volprep/gradient_rows.hpp"
+#include "volprep/normals.hpp"
+
+namespace volprep::gradients {
+
+static_assert(std::endian::native == std::endian::little, "codes are packed as little-endian words");
+
+// Adding this leaves no bits for a fraction: the nearest integer is in the low bits, halves to even.
+inline constexpr float rounder = 0x1.8p23F;
+
+// round(value) + bias for |value| < 2^21.
+inline uint32_t rounded(float value, float bias) noexcept {
+    return std::bit_cast<uint32_t>(value + (rounder + bias)) & 0x3fffffU;
+}
+
+inline float copied_sign(float magnitude, float sign) noexcept {
+    return std::bit_cast<float>(std::bit_cast<uint32_t>(magnitude) | (std::bit_cast<uint32_t>(sign) & 0x80000000U));
+}
+
+template <NormalCode CODE>
+uint32_t cartesian_code(Vector v, float scale) noexcept {
+    constexpr float bias = CODE == NormalCode::biased8 ? 128.0F : 0.0F;
+    return (rounded(v.x * scale, bias) & 0xff) | (rounded(v.y * scale, bias) & 0xff) << 8 |
+           (rounded(v.z * scale, bias) & 0xff) << 16;
+}
+
+template <NormalCode CODE>
+uint32_t octahedral_code(Vector v) noexcept {
+    constexpr float largest = CODE == NormalCode::oct8 ? 127.0F : 2047.0F;
+    const float sum = std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
+    const float scale = largest / sum;
+    const float px = v.x * scale;
+    const float py = v.y * scale;
+    // The lower half is folded outwards over the edges of the square.
+    const float qx = copied_sign(largest - std::abs(py), v.x);
+    const float qy = copied_sign(largest - std::abs(px), v.y);
+    const uint32_t a = rounded(v.z < 0.0F ? qx : px, largest + 1.0F);
+    const uint32_t b = rounded(v.z < 0.0F ? qy : py, largest + 1.0F);
+    const uint32_t word = CODE == NormalCode::oct8 ? (a & 0xff) | (b & 0xff) << 8 : (a & 0xfff) | (b & 0xfff) << 12;
+    return sum > 0.0F ? word : 0;
+}
+
+// Words of codes, the first byte lowest.
+template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
+VOLPREP_CLONES void encode_words(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor,
+                                 int64_t count, uint32_t* __restrict words) noexcept {
+    constexpr bool cartesian = CODE == NormalCode::biased8 || CODE == NormalCode::snorm8;
+    constexpr float largest = CODE == NormalCode::snorm8 ? 127.0F : 255.0F;
+    for (int64_t x = 0; x < count; ++x) {
+        const Vector v = transformed<ROTATES>(matrix, sums.x[x], sums.y[x], sums.z[x]);
+        const float squared = v.x * v.x + v.y * v.y + v.z * v.z;
+        uint32_t word;
+        if constexpr (cartesian) {
+            // Root and quotient round the same way on every machine, as approximations of 1/√x do not; two Newton steps
+            // from an integer guess take as long.
+            word = cartesian_code<CODE>(v, squared > 0.0F ? 127.0F / std::sqrt(squared) : 0.0F);
+        } else {
+            word = octahedral_code<CODE>(v);
+        }
+        if constexpr (MAGNITUDE) {
+            const float length = magnitude_factor * std::sqrt(squared);
+            word |= (rounded(length < largest ? length : largest, 0.0F) & 0xff) << (8 * direction_bytes(CODE));
+        }
+        words[x] = word;
+    }
+}
+
+// The low BYTES of each word, side by side. Three of four bytes are shuffled together four voxels at a time, and what
+// is written too much is written over: a store for each voxel took a quarter of the whole pass.
+template <int BYTES>
+VOLPREP_CLONES void pack_words(const uint32_t* words, int64_t count, uint8_t* dst) noexcept {
+    int64_t x = 0;
+    if constexpr (BYTES == 3) {
+        using Bytes = uint8_t __attribute__((vector_size(16)));
+        for (; x + 6 <= count; x += 4) {
+            Bytes four;
+            std::memcpy(&four, words + x, sizeof four);
+            four = __builtin_shufflevector(four, four, 0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 3, 7, 11, 15);
+            std::memcpy(dst + 3 * x, &four, sizeof four);
+        }
+    }
+    for (; x < count; ++x) {
+        std::memcpy(dst + BYTES * x, words + x, BYTES);
+    }
+}
+
+template <typename S>
+using Encoder = void (*)(const Sums<S>&, const GradientMatrix&, float, int64_t, uint8_t*) noexcept;
+
+template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
+void encode(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor, int64_t count,
+            uint8_t* dst) noexcept {
+    uint32_t words[tile_length];
+    encode_words<S, CODE, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, words);
+    pack_words<static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE}>(words, count, dst);
+}
+
+template <typename S, NormalCode CODE>
+Encoder<S> encoder_of(bool rotates, bool magnitude) noexcept {
+    if (rotates) {
+        return magnitude ? encode<S, CODE, true, true> : encode<S, CODE, true, false>;
+    }
+    return magnitude ? encode<S, CODE, false, true> : encode<S, CODE, false, false>;
+}
+
+template <typename S>
+Encoder<S> encoder(NormalCode code, bool rotates, bool magnitude) noexcept {
+    switch (code) {
+        case NormalCode::biased8:
+            return encoder_of<S, NormalCode::biased8>(rotates, magnitude);
+        case NormalCode::snorm8:
+            return encoder_of<S, NormalCode::snorm8>(rotates, magnitude);
+        case NormalCode::oct8:
+            return encoder_of<S, NormalCode::oct8>(rotates, magnitude);
+        default:
+            return encoder_of<S, NormalCode::oct12>(rotates, magnitude);
+    }
+}
+
+}  // namespace volprep::gradients
