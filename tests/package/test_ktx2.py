@@ -13,14 +13,16 @@ from hypothesis import strategies as st
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header
 
-DTYPES = {"R8": "u1", "RGBA8": "u1", "R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2"}
+DTYPES = {"R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2", "RGB8_SNORM": "i1", "RGBA8_SNORM": "i1"}
+CHANNELS = {"RG8": 2, "RGB8": 3, "RGB8_SNORM": 3, "RGBA8": 4, "RGBA8_SNORM": 4, "RGBA16F": 4}
 SHAPES = [((1, 1, 1), 2), ((1, 1, 1), 3), ((1, 5, 3), 2), ((1, 5, 3), 3), ((7, 1, 1), 3), ((3, 2, 5), 3)]
 
 
 def image(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: int) -> Ktx2Image:
-    shape = (*shape_zyx, 4) if texture_format.startswith("RGBA") else shape_zyx
+    channels = CHANNELS.get(texture_format)
+    shape = (*shape_zyx, channels) if channels else shape_zyx
     values = np.random.default_rng(0).integers(0, 256, shape)
-    return Ktx2Image(texture_format, shape_zyx, values.astype(DTYPES[texture_format]), dimensions)
+    return Ktx2Image(texture_format, shape_zyx, values.astype(DTYPES.get(texture_format, "u1")), dimensions)
 
 
 def file(texture_format: Ktx2Format = "R8", shape_zyx: tuple[int, int, int] = (3, 2, 5), dimensions: int = 3) -> bytes:
@@ -81,13 +83,22 @@ def test_half_floats_are_described_as_signed_floats_from_minus_one_to_one() -> N
     assert data[124] == 8  # bytes of a texel
 
 
+def test_signed_bytes_are_described_as_two_complements_from_minus_127_to_127() -> None:
+    data = header("RGB8_SNORM", (1, 1, 16), 2)
+    samples = [struct.unpack_from("<HBB4sii", data, 104 + 28 + 16 * channel) for channel in range(3)]
+    assert samples == [(8 * channel, 7, 0x40 + channel, bytes(4), -127, 127) for channel in range(3)]
+    assert data[124] == 3  # bytes of a texel
+
+
 def test_a_2d_texture_has_no_depth_and_rows_that_go_down() -> None:
     data = header("RGBA8", (1, 4, 6), 2)
     assert struct.unpack_from("<3I", data, 20) == (6, 4, 0)
     assert b"KTXorientation\0rd\0" in data
 
 
-@pytest.mark.parametrize(("texture_format", "alignment"), [("R8", 4), ("R16", 4), ("RGBA8", 4), ("RGBA16F", 8)])
+@pytest.mark.parametrize(
+    ("texture_format", "alignment"), [("R8", 4), ("R16", 4), ("RG8", 4), ("RGB8", 12), ("RGBA8", 4), ("RGBA16F", 8)]
+)
 def test_texels_begin_where_their_size_and_four_bytes_allow(texture_format: Ktx2Format, alignment: int) -> None:
     for shape_zyx, dimensions in SHAPES:
         data = header(texture_format, shape_zyx, dimensions)

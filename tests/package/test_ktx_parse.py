@@ -20,12 +20,22 @@ READ = Path(__file__).with_name("read_ktx2.mjs")
 # vkFormat, type size, bits and DFD channel type (with qualifiers) of each sample, and the values of 0 or -1 and of 1.
 EXPECTED: dict[Ktx2Format, tuple[int, int, int, list[int], int, int]] = {
     "R8": (9, 1, 8, [0], 0, 255),
+    "RG8": (16, 1, 8, [0, 1], 0, 255),
+    "RGB8": (23, 1, 8, [0, 1, 2], 0, 255),
+    "RGB8_SNORM": (24, 1, 8, [0x40, 0x41, 0x42], 2**32 - 127, 127),
     "RGBA8": (37, 1, 8, [0, 1, 2, 15], 0, 255),
+    "RGBA8_SNORM": (38, 1, 8, [0x40, 0x41, 0x42, 0x4F], 2**32 - 127, 127),
     "R16": (70, 2, 16, [0], 0, 65535),
     "R16F": (76, 2, 16, [0xC0], 0xBF800000, 0x3F800000),
     "RGBA16F": (97, 2, 16, [0xC0, 0xC1, 0xC2, 0xCF], 0xBF800000, 0x3F800000),
 }
-DTYPES = {"R8": np.uint8, "RGBA8": np.uint8, "R16": np.uint16, "R16F": np.float16, "RGBA16F": np.float16}
+DTYPES = {
+    "R16": np.uint16,
+    "R16F": np.float16,
+    "RGBA16F": np.float16,
+    "RGB8_SNORM": np.int8,
+    "RGBA8_SNORM": np.int8,
+}
 
 
 @pytest.fixture(scope="session")
@@ -60,9 +70,12 @@ def test_ktx_parse_reads_every_format_in_2d_and_3d(tmp_path: Path, ktx_parse: Pa
     images = []
     for texture_format in EXPECTED:
         for shape_zyx, dimensions in (((1, 3, 5), 2), ((1, 3, 5), 3), ((4, 3, 5), 3)):
-            shape = (*shape_zyx, 4) if texture_format.startswith("RGBA") else shape_zyx
-            texels = np.random.default_rng(len(images)).random(shape) * 200
-            images.append(Ktx2Image(texture_format, shape_zyx, texels.astype(DTYPES[texture_format]), dimensions))
+            channels = len(EXPECTED[texture_format][3])
+            shape = shape_zyx if channels == 1 else (*shape_zyx, channels)
+            texels = np.random.default_rng(len(images)).random(shape) * 100
+            images.append(
+                Ktx2Image(texture_format, shape_zyx, texels.astype(DTYPES.get(texture_format, np.uint8)), dimensions)
+            )
     files = [tmp_path / f"{number}.ktx2" for number in range(len(images))]
     for path, image in zip(files, images, strict=True):
         path.write_bytes(b"".join(encode(image)))

@@ -71,13 +71,15 @@ def test_the_limits_in_the_text_are_those_of_the_code() -> None:
     assert manifest.PackagePath.__metadata__[0].metadata[0].pattern in SPEC
 
 
-@pytest.mark.parametrize("texture_format", ["R8", "RGBA8", "R16F", "RGBA16F"])
+@pytest.mark.parametrize(
+    "texture_format", ["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16F", "RGBA16F"]
+)
 def test_the_layout_of_a_texture_file_is_the_one_in_the_text(texture_format: ktx2.Ktx2Format) -> None:
     data = ktx2.header(texture_format, (1, 3, 5), 2)
     (vk_format,) = struct.unpack_from("<I", data, 12)
     (row,) = [line for line in SPEC.splitlines() if line.startswith("|") and f"| {vk_format}, " in line]
     texel_bytes = int(row.split("|")[-2])
-    channels = 4 if "four" in row else 1
+    channels = next(n for n, word in enumerate(("one", "two", "three", "four"), 1) if f" {word} channel" in row)
     assert struct.unpack_from("<2I", data, 48) == (104, 28 + 16 * channels)
     assert struct.unpack_from("<Q", data, 80) == (len(data),)
     assert len(data) % math.lcm(4, texel_bytes) == 0

@@ -8,28 +8,49 @@ from volprep_formats.textures.ktx2 import Ktx2Format
 
 Target = Literal["TEXTURE_2D", "TEXTURE_3D"]
 
-BYTES_PER_TEXEL: dict[TextureFormat, int] = {"LUMINANCE8": 1, "R8": 1, "R16F": 2, "RGBA8": 4, "RGBA16F": 8}
-"""Size of a texel, in the file and in the memory of the GPU."""
+BYTES_PER_TEXEL: dict[TextureFormat, int] = {
+    "LUMINANCE8": 1,
+    "LUMINANCE_ALPHA8": 2,
+    "R8": 1,
+    "RG8": 2,
+    "RGB8": 3,
+    "RGB8_SNORM": 3,
+    "R16F": 2,
+    "RGBA8": 4,
+    "RGBA8_SNORM": 4,
+    "RGBA16F": 8,
+}
+"""Size of a texel, in the file and in the memory of the GPU; many drivers keep four bytes where three would do."""
 
 KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "LUMINANCE8": "R8",
+    "LUMINANCE_ALPHA8": "RG8",
     "R8": "R8",
+    "RG8": "RG8",
+    "RGB8": "RGB8",
+    "RGB8_SNORM": "RGB8_SNORM",
     "R16F": "R16F",
     "RGBA8": "RGBA8",
+    "RGBA8_SNORM": "RGBA8_SNORM",
     "RGBA16F": "RGBA16F",
 }
-"""Format of the file. KTX 2 has no luminance; its one channel is red."""
+"""Format of the file. KTX 2 has no luminance; its one channel is red, and alpha beside it green."""
 
 
 def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
     """Arguments of glTexImage2D or glTexImage3D for a texture of this format.
 
-    OpenGL ES 2.0 knows unsized internal formats only, so RGBA8 is called RGBA there.
+    OpenGL ES 2.0 knows unsized internal formats only, so RGB8 and RGBA8 are called RGB and RGBA there.
     """
     internal, pixels, kind = {
         "LUMINANCE8": ("LUMINANCE", "LUMINANCE", "UNSIGNED_BYTE"),
+        "LUMINANCE_ALPHA8": ("LUMINANCE_ALPHA", "LUMINANCE_ALPHA", "UNSIGNED_BYTE"),
+        "RGB8": ("RGB" if api == "es2.0" else "RGB8", "RGB", "UNSIGNED_BYTE"),
         "RGBA8": ("RGBA" if api == "es2.0" else "RGBA8", "RGBA", "UNSIGNED_BYTE"),
         "R8": ("R8", "RED", "UNSIGNED_BYTE"),
+        "RG8": ("RG8", "RG", "UNSIGNED_BYTE"),
+        "RGB8_SNORM": ("RGB8_SNORM", "RGB", "BYTE"),
+        "RGBA8_SNORM": ("RGBA8_SNORM", "RGBA", "BYTE"),
         "R16F": ("R16F", "RED", "HALF_FLOAT"),
         "RGBA16F": ("RGBA16F", "RGBA", "HALF_FLOAT"),
     }[name]

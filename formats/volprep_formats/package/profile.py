@@ -7,7 +7,9 @@ from pydantic import Field
 from volprep_formats.record import Record
 
 Api = Literal["es2.0", "es3.0"]
-TextureFormat = Literal["LUMINANCE8", "RGBA8", "R8", "R16F", "RGBA16F"]
+TextureFormat = Literal[
+    "LUMINANCE8", "LUMINANCE_ALPHA8", "RGB8", "RGBA8", "R8", "RG8", "RGB8_SNORM", "RGBA8_SNORM", "R16F", "RGBA16F"
+]
 LookupFormat = Literal["RGBA8", "RGBA16F"]
 
 
@@ -26,6 +28,10 @@ class DeviceProfile(Record):
     """Number of textures that a fragment shader may read."""
     texture_formats: tuple[TextureFormat, ...]
     """Formats that can be uploaded and filtered linearly."""
+    npot: bool = True
+    """Whether textures may have sizes that are no powers of two."""
+    square: bool = False
+    """Whether textures must be as high as they are wide. Tables of one row are not meant."""
     index_bits: Literal[16, 32]
     """Widest index of a draw call."""
     max_texture_bytes: Annotated[int, Field(ge=1)]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 
-Ktx2Format = Literal["R8", "RGBA8", "R16", "R16F", "RGBA16F"]
+Ktx2Format = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
 Dimensions = Literal[2, 3]
 
 
@@ -24,11 +24,11 @@ class Ktx2Image:
     """One texture."""
 
     format: Ktx2Format
-    """R8 and RGBA8 hold uint8, R16 uint16, R16F and RGBA16F float16."""
+    """What ends in 8 holds uint8, in _SNORM int8, in 16 uint16 and in 16F float16."""
     shape_zyx: tuple[int, int, int]
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     data: NDArray[np.generic]
-    """Texels, [z, y, x] for one channel and [z, y, x, 4] for four. Row 0 is at t = 0, slice 0 at r = 0."""
+    """Texels, [z, y, x] for one channel and [z, y, x, channel] for more. Row 0 is at t = 0, slice 0 at r = 0."""
     dimensions: Dimensions
     """2 for TEXTURE_2D; 3 for TEXTURE_3D, also where its depth is 1."""
 
@@ -62,10 +62,15 @@ class _Layout:
         return self.dtype.itemsize * self.channels
 
 
-# vkFormat is the value of VK_FORMAT_R8_UNORM, _R8G8B8A8_UNORM, _R16_UNORM, _R16_SFLOAT and _R16G16B16A16_SFLOAT.
+# vkFormat is the value of VK_FORMAT_R8_UNORM, _R8G8_UNORM, _R8G8B8_UNORM, _R8G8B8_SNORM, _R8G8B8A8_UNORM,
+# _R8G8B8A8_SNORM, _R16_UNORM, _R16_SFLOAT and _R16G16B16A16_SFLOAT.
 _LAYOUTS: dict[Ktx2Format, _Layout] = {
     "R8": _Layout(9, np.dtype("u1"), 1),
+    "RG8": _Layout(16, np.dtype("u1"), 2),
+    "RGB8": _Layout(23, np.dtype("u1"), 3),
+    "RGB8_SNORM": _Layout(24, np.dtype("i1"), 3),
     "RGBA8": _Layout(37, np.dtype("u1"), 4),
+    "RGBA8_SNORM": _Layout(38, np.dtype("i1"), 4),
     "R16": _Layout(70, np.dtype("<u2"), 1),
     "R16F": _Layout(76, np.dtype("<f2"), 1),
     "RGBA16F": _Layout(97, np.dtype("<f2"), 4),
@@ -80,7 +85,7 @@ _MODEL_RGBSDA = 1
 _TRANSFER_LINEAR = 1
 _PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; the manifest says what
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
-_SIGNED_FLOAT = 0xC0
+_QUALIFIERS = {"u": 0, "i": 0x40, "f": 0xC0}  # unsigned, signed, signed float
 _WRITER = "volprep (volpkg 1.0)"
 
 
@@ -124,7 +129,7 @@ def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
 def decode(data: bytes, name: str) -> Ktx2Image:
     """Read a texture; `name` is for messages. The texels are a view of `data`.
 
-    Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the five formats.
+    Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the nine formats.
     """
     head = decode_head(data, len(data), name)
     texels: NDArray[np.generic] = np.frombuffer(data, dtype=head.dtype, offset=head.texels_at)
@@ -197,12 +202,10 @@ def _check_values(values: bytes, name: str) -> None:
 
 
 def _descriptor(layout: _Layout) -> bytes:
-    floating = layout.dtype.kind == "f"
     bits = layout.dtype.itemsize * 8
-    # The values that stand for 0 and 1 (for -1 and 1 as float32 bits where the type has a sign).
-    lower, upper = struct.unpack("<2I", struct.pack("<2f", -1.0, 1.0)) if floating else (0, 2**bits - 1)
+    lower, upper = _range(layout.dtype)
     samples = b"".join(
-        _SAMPLE.pack(position * bits, bits - 1, channel | (_SIGNED_FLOAT if floating else 0), bytes(4), lower, upper)
+        _SAMPLE.pack(position * bits, bits - 1, channel | _QUALIFIERS[layout.dtype.kind], bytes(4), lower, upper)
         for position, channel in enumerate(_CHANNELS[: layout.channels])
     )
     size = _DESCRIPTOR.size + len(samples)
@@ -213,6 +216,15 @@ def _descriptor(layout: _Layout) -> bytes:
         *(bytes(4), planes),  # a block is one texel
     )
     return head + samples
+
+
+def _range(dtype: np.dtype[np.generic]) -> tuple[int, int]:
+    """Words that stand for 0 and 1, or for -1 and 1 where the type has a sign: of two's complement the last but one."""
+    if dtype.kind == "f":
+        return struct.unpack("<2I", struct.pack("<2f", -1.0, 1.0))
+    bits = dtype.itemsize * 8
+    largest = 2 ** (bits - 1) - 1
+    return (2**32 - largest, largest) if dtype.kind == "i" else (0, 2**bits - 1)
 
 
 def _entry(key: str, value: str) -> bytes:
