@@ -529,6 +529,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
         "Set a smaller grid.size in the scene, take a profile with 3D textures, or leave [grid] out.",
     ),
+    "VP3040": Diagnostic(
+        ExitStatus.SCENE,
+        "classification {classification} needs more than OpenGL ES {api} of profile {profile} has",
+        "Choose another render.classification, or a profile of OpenGL ES 3.0.",
+    ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(

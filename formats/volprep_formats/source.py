@@ -12,7 +12,20 @@ from volprep_formats.record import Record
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
 SourceFormat = Literal[
-    "auto", "dicom", "metaimage", "mosaic", "nifti", "nrrd", "raw", "stack", "vdb", "volpkg", "vti", "vtk"
+    "auto",
+    "dicom",
+    "metaimage",
+    "mosaic",
+    "nifti",
+    "nrrd",
+    "ome-tiff",
+    "ome-zarr",
+    "raw",
+    "stack",
+    "vdb",
+    "volpkg",
+    "vti",
+    "vtk",
 ]
 
 
@@ -66,9 +79,14 @@ class SourceSpec(Record):
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
     series: str | None = None
-    """DICOM only: SeriesInstanceUID, or a unique ending of it, when the folder holds several series."""
+    """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
+    or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM only: which volume to read, from 1, of a series that holds several: time points, echoes, phases."""
+    """DICOM, OME: which volume to read, from 1, where there are several: time points, echoes, phases."""
+    channel: str | Count | None = None
+    """OME only: name of the channel, or its number from 1, when there are several."""
+    level: Annotated[int, Field(ge=0)] | None = None
+    """OME-Zarr only: which resolution to read; 0, the finest, if it is not given."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""

@@ -1,6 +1,8 @@
 """Every kind of file that is read, each with a small sound one. A new format adds a line to `SUBJECTS`."""
 
 import gzip
+import io
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +11,7 @@ from tempfile import TemporaryDirectory
 import nibabel
 import numpy as np
 import OpenImageIO
+import tifffile
 from dicom_files import compressed, image, save
 from numpy.typing import NDArray
 from pydicom.uid import (
@@ -21,6 +24,7 @@ from pydicom.uid import (
     RLELossless,
 )
 from tiny_packages import function, tiny_package
+from zarr_stores import multiscales, write_store, zipped
 
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
@@ -49,9 +53,9 @@ class Subject:
     """Compresses what has been damaged, which else would never be more than a damaged stream."""
 
 
-def read_volume(path: Path, raw: RawLayout | None = None) -> None:
+def read_volume(path: Path, raw: RawLayout | None = None, **told: object) -> None:
     """Read a volume in two slabs and hold it against its description."""
-    with open_source(SourceSpec(path=str(path), raw=raw), Path(), Silent()) as source:
+    with open_source(SourceSpec(path=str(path), raw=raw, **told), Path(), Silent()) as source:
         info = source.info
         shape = info.grid.shape_zyx
         assert min(shape) > 0
@@ -137,6 +141,57 @@ def _pictures(suffix: str, kind: str, pages: int = 1) -> Callable[[Path], bytes]
     return make
 
 
+def _ome_tiff(*, packed: bool) -> Callable[[Path], bytes]:
+    def make(folder: Path) -> bytes:
+        file = folder / "sound.ome.tif"
+        told = {"axes": "CZYX", "PhysicalSizeX": 0.5, "PhysicalSizeY": 0.5, "PhysicalSizeZ": 2.0}
+        told["Channel"] = {"Name": ["one", "two"]}
+        compression = "zlib" if packed else None
+        tifffile.imwrite(
+            file, _noise((2, *_SHAPE_ZYX)), ome=True, photometric="minisblack", compression=compression, metadata=told
+        )
+        return file.read_bytes()
+
+    return make
+
+
+def _read_first_channel(path: Path) -> None:
+    read_volume(path, format="ome-tiff", channel=1)
+
+
+_ZARR_PARTS = ("zarr.json", "0/zarr.json", "0/c/0/0/0/0")
+_BETWEEN = b"\0|\0"
+
+
+def _zarr_store(folder: Path) -> Path:
+    told = multiscales("czyx", scale=(1.0, 2.0, 0.5, 0.5))
+    return write_store(
+        folder / "sound.zarr", [_noise((2, *_SHAPE_ZYX))], told, chunks=(1, 2, 5, 4), labels=("one", "two")
+    )
+
+
+def _zarr_zip(folder: Path) -> bytes:
+    return zipped(_zarr_store(folder), folder / "sound.zip").read_bytes()
+
+
+def _zarr_parts(folder: Path) -> bytes:
+    store = _zarr_store(folder)
+    return _BETWEEN.join((store / name).read_bytes() for name in _ZARR_PARTS)
+
+
+def _zip_of_parts(data: bytes) -> bytes:
+    """A store whose metadata and first chunk are damaged, but not the zip around them, whose checksums would tell."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as output:
+        for name, part in zip(_ZARR_PARTS, data.split(_BETWEEN, len(_ZARR_PARTS) - 1), strict=False):
+            output.writestr(zipfile.ZipInfo(name), part)
+    return stream.getvalue()
+
+
+def _read_first_zarr_channel(path: Path) -> None:
+    read_volume(path, format="ome-zarr", channel=1)
+
+
 SUBJECTS = (
     Subject("raw, gzipped", ".raw.gz", _raw, _read_raw),
     Subject("NIfTI-1", ".nii", _nifti(".nii", "int16", nibabel.Nifti1Image), read_volume),
@@ -152,6 +207,10 @@ SUBJECTS = (
     Subject("DICOM JPEG 2000", "", _dicom(JPEG2000Lossless), read_volume),
     Subject("PNG", ".png", _pictures(".png", "uint8"), read_volume),
     Subject("TIFF", ".tif", _pictures(".tif", "uint16", 3), read_volume),
+    Subject("OME-TIFF", ".ome.tif", _ome_tiff(packed=False), _read_first_channel),
+    Subject("OME-TIFF deflated", ".ome.tif", _ome_tiff(packed=True), _read_first_channel),
+    Subject("OME-Zarr", ".zarr.zip", _zarr_zip, _read_first_zarr_channel),
+    Subject("OME-Zarr within zip", ".zarr.zip", _zarr_parts, _read_first_zarr_channel, _zip_of_parts),
     Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
     Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),

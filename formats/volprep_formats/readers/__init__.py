@@ -13,9 +13,12 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.image_stack import holds_only_pictures
 from volprep_formats.readers.picture_file import is_picture
+from volprep_formats.readers.tiff_chain import description_of
+from volprep_formats.readers.zarr_files import is_zarr
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
+_OME = frozenset(("ome-tiff", "ome-zarr"))
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,13 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
     return spec.stack is not None or holds_only_pictures(folder)
 
 
+def _is_ome_tiff(spec: SourceSpec, path: Path, head: bytes) -> bool:
+    if spec.stack is not None or head[:2] not in {b"II", b"MM"} or not is_picture(head):
+        return False
+    text = description_of(path, _HEAD_BYTES) or b""
+    return b"<OME" in text and b"openmicroscopy.org" in text
+
+
 def _is_package(folder: Path) -> bool:
     return folder.suffix == ".volpkg" and (folder / "manifest.json").is_file()
 
@@ -41,6 +51,8 @@ READERS = (
     Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
     Reader("mosaic", "volprep_formats.readers.mosaic", lambda spec, _path, _head: spec.mosaic is not None),
     Reader("volpkg", "volprep_formats.readers.volpkg", lambda _spec, path, _head: _is_package(path)),
+    Reader("ome-zarr", "volprep_formats.readers.ome_zarr", lambda _spec, path, head: is_zarr(path, head)),
+    Reader("ome-tiff", "volprep_formats.readers.ome_tiff", _is_ome_tiff),
     Reader(
         "dicom",
         "volprep_formats.readers.dicom",
@@ -95,16 +107,18 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     if not path.exists():
         raise VolprepError("VP1001", path=path)
     reader = _reader(spec, path)
-    for key, value, format_name in (
-        ("raw", spec.raw, "raw"),
-        ("series", spec.series, "dicom"),
-        ("volume", spec.volume, "dicom"),
-        ("repair", spec.repair or None, "dicom"),
-        ("grid", spec.grid, "vdb"),
-        ("stack", spec.stack, "stack"),
-        ("mosaic", spec.mosaic, "mosaic"),
+    for key, value, format_names in (
+        ("raw", spec.raw, {"raw"}),
+        ("series", spec.series, {"dicom", *_OME}),
+        ("volume", spec.volume, {"dicom", *_OME}),
+        ("channel", spec.channel, _OME),
+        ("level", spec.level, {"ome-zarr"}),
+        ("repair", spec.repair or None, {"dicom"}),
+        ("grid", spec.grid, {"vdb"}),
+        ("stack", spec.stack, {"stack"}),
+        ("mosaic", spec.mosaic, {"mosaic"}),
     ):
-        if value is not None and reader.name != format_name:
+        if value is not None and reader.name not in format_names:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
     try:
         return getattr(import_module(reader.module), function)(spec, path, progress)

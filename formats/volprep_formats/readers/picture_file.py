@@ -24,8 +24,8 @@ SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
 """File names that are taken as pictures where a folder is looked through, in lower case."""
 MAX_PIXELS = 2**28
 """Most pixels that one page may have."""
-_MAX_PAGES = 2**16
-_MAX_RATIO = 2**16
+MAX_PAGES = 2**16
+MAX_RATIO = 2**16
 """No picture unpacks to more times its size. Deflate reaches 1032, LZW 2730, a blank fax page as bytes 40,000."""
 _MAGIC = {
     b"\x89PNG": "png",
@@ -49,8 +49,8 @@ _TYPES: dict[str, StoredType] = {
 }
 _STORED: tuple[StoredType, ...] = ("uint8", "int16", "uint16", "float32")
 _BITS = {"uint8": 8, "int16": 16, "uint16": 16, "float32": 32}
-_MEMORY_BYTES, _MEMORY_BYTES_PER_PIXEL = 2**28, 16
-_SECONDS, _SECONDS_PER_PIXEL = 30.0, 1e-6
+MEMORY_BYTES, MEMORY_BYTES_PER_PIXEL = 2**28, 16
+SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def is_picture(head: bytes) -> bool:
 
 def header_request(path: Path) -> Request:
     """Ask for the pages of a picture file in a worker; `pages_of` understands the answer."""
-    return Request(_headers, path, path, _MAX_PAGES * 8 * 8, _MEMORY_BYTES, _SECONDS)
+    return Request(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
 
 
 def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
@@ -145,8 +145,8 @@ def decode_request(part: Part) -> Request:
         part,
         part.path,
         values * _BITS[page.stored_type] // 8,
-        _MEMORY_BYTES + _MEMORY_BYTES_PER_PIXEL * decoded,
-        _SECONDS + _SECONDS_PER_PIXEL * decoded * (part.last - part.first),
+        MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
+        SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
     )
 
 
@@ -155,17 +155,18 @@ def _kind(head: bytes) -> str | None:
 
 
 def _headers(path: Path) -> NDArray[np.generic]:
-    with _coded_errors(path):
+    with coded_errors(path):
         return np.array([astuple(page) for page in _list_pages(path)], dtype=np.int64)
 
 
 def _decode(part: Part) -> NDArray[np.generic]:
-    with _coded_errors(part.path):
+    with coded_errors(part.path):
         return _decode_pages(part)
 
 
 @contextmanager
-def _coded_errors(path: Path) -> Iterator[None]:
+def coded_errors(path: Path) -> Iterator[None]:
+    """Turn whatever a decoder raises on the file `path` into an error with a code."""
     try:
         yield
     except OSError as error:
@@ -173,31 +174,31 @@ def _coded_errors(path: Path) -> Iterator[None]:
     except (VolprepError, MemoryError):
         raise
     except Exception as error:  # on damaged bytes any can come, as for text that is no UTF-8
-        raise _unsound(path, f"{type(error).__name__} in its decoder") from error
+        raise unsound(path, f"{type(error).__name__} in its decoder") from error
 
 
 def _list_pages(path: Path) -> list[Page]:
     _check_ends(path)
-    picture = _opened(path)
+    picture = opened(path)
     size = path.stat().st_size
     pages: list[Page] = []
     total = 0
     while picture.seek_subimage(len(pages), 0):
-        if len(pages) == _MAX_PAGES:
-            raise VolprepError("VP1166", path=path, what=f"more than {_MAX_PAGES} pages")
+        if len(pages) == MAX_PAGES:
+            raise VolprepError("VP1166", path=path, what=f"more than {MAX_PAGES} pages")
         page = _page(path, picture.spec())
         total += page.columns * page.rows * page.channels * _BITS[page.stored_type] // 8
-        if page.columns * page.rows > MAX_PIXELS or total > size * _MAX_RATIO:
+        if page.columns * page.rows > MAX_PIXELS or total > size * MAX_RATIO:
             raise VolprepError(
                 "VP1167", path=path, columns=page.columns, rows=page.rows, size=size, limit=MAX_PIXELS, page=len(pages)
             )
         pages.append(page)
-    if picture.format_name() == "tiff" and count_pages(path, _MAX_PAGES) != len(pages):
-        raise _unsound(path, "its chain of pages is broken")
+    if picture.format_name() == "tiff" and count_pages(path, MAX_PAGES) != len(pages):
+        raise unsound(path, "its chain of pages is broken")
     if not pages:
-        raise _unsound(path, picture.geterror())
+        raise unsound(path, picture.geterror())
     picture.close()
-    first = _opened(path)
+    first = opened(path)
     _check_order(path, _description(first.spec()), len(pages))
     first.close()
     return pages
@@ -209,12 +210,13 @@ def _check_ends(path: Path) -> None:
         file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
         tail = file.read()
     if kind is None:
-        raise _unsound(path, "it begins like none of PNG, TIFF, JPEG, OpenEXR and BMP")
+        raise unsound(path, "it begins like none of PNG, TIFF, JPEG, OpenEXR and BMP")
     if kind in _ENDS and _ENDS[kind] not in tail:
-        raise _unsound(path, "its end is missing")
+        raise unsound(path, "its end is missing")
 
 
-def _opened(path: Path) -> Any:
+def opened(path: Path) -> Any:
+    """Open a picture as OpenImageIO's ImageInput, which has no types. In workers only. Raises VP1165."""
     import OpenImageIO  # noqa: PLC0415 - in workers only
 
     OpenImageIO.attribute("threads", 1)
@@ -224,7 +226,7 @@ def _opened(path: Path) -> Any:
         kind = _kind(file.read(8))
     picture = OpenImageIO.ImageInput.open(str(path), as_stored)
     if picture is None or picture.format_name() != kind:
-        raise _unsound(path, OpenImageIO.geterror())
+        raise unsound(path, OpenImageIO.geterror())
     return picture
 
 
@@ -234,7 +236,7 @@ def _page(path: Path, spec: Any) -> Page:
         what = "deep pixels" if spec.deep else f"{spec.depth} layers" if spec.depth > 1 else f"pixels of type {kind}"
         raise VolprepError("VP1166", path=path, what="channels of several types" if spec.channelformats else what)
     if min(spec.width, spec.height, spec.nchannels) < 1:
-        raise _unsound(path, f"it has {spec.width}×{spec.height} pixels of {spec.nchannels} channels")
+        raise unsound(path, f"it has {spec.width}×{spec.height} pixels of {spec.nchannels} channels")
     stored = _TYPES[kind]
     return Page(
         spec.width,
@@ -271,16 +273,16 @@ def _check_order(path: Path, description: str, pages: int) -> None:
 
 
 def _decode_pages(part: Part) -> NDArray[np.generic]:
-    picture = _opened(part.path)
+    picture = opened(part.path)
     page = part.page
     height = part.row1 - part.row0
     result = np.empty((part.last - part.first, height, part.columns), page.stored_type)
     for index in range(part.first, part.last):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
-            raise _unsound(part.path, f"page {index} is not what it was")
+            raise unsound(part.path, f"page {index} is not what it was")
         values = _values(picture, index, part)
         if values is None or values.size != height * page.columns * page.channels:
-            raise _unsound(part.path, picture.geterror())
+            raise unsound(part.path, picture.geterror())
         values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
         result[index - part.first] = _grey(part.path, page, values)
     picture.close()
@@ -310,7 +312,8 @@ def _grey(path: Path, page: Page, values: NDArray[np.generic]) -> NDArray[np.gen
     return first
 
 
-def _unsound(path: Path, error: str) -> VolprepError:
+def unsound(path: Path, error: str) -> VolprepError:
+    """Give VP1165, with the first line of what a decoder says."""
     # Decoders name the whole path in every line.
     line = (error.strip().splitlines() or ["its decoder does not say why"])[0].replace(str(path), path.name)
     return VolprepError("VP1165", path=path, error=line[:200])

@@ -1,7 +1,8 @@
 """A source over voxels that lie one after the other, whatever header describes them."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.source import SourceInfo, StoredType
 
 _KEPT: dict[str, StoredType] = {"uint8": "uint8", "int8": "int16", "int16": "int16", "uint16": "uint16"}
+_SMALL: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
 _FLOAT32_EXACT = 2**24
 
 
@@ -81,21 +83,26 @@ def size_error(voxels: VoxelFile, actual: int) -> VolprepError:
 
 def find_stored_type(voxels: VoxelFile, progress: Progress) -> tuple[StoredType, list[str]]:
     """Smallest type that holds the voxels, and what is lost in it; wide integers are looked through for their range."""
-    name = voxels.dtype.name
+    return stored_type_of(voxels.dtype.name, voxels.shape_zyx[0], lambda z: read_voxels(voxels, z, z + 1), progress)
+
+
+def stored_type_of(
+    name: str, depth: int, read_slice: Callable[[int], NDArray[np.generic]], progress: Progress
+) -> tuple[StoredType, list[str]]:
+    """Smallest type that holds `depth` slices of numpy's type `name`, and what is lost in it."""
     if name in _KEPT:
         return _KEPT[name], []
     if name == "float64":
         return "float32", ["64-bit floating-point voxels are read as 32-bit ones"]
-    if name == "float32":
+    if name in {"float16", "float32"}:
         return "float32", []
-    depth = voxels.shape_zyx[0]
     progress.start(f"finding the range of {name} voxels", depth)
     low, high = 0, 0
     for z in range(depth):
-        values = read_voxels(voxels, z, z + 1)
+        values: NDArray[Any] = read_slice(z)
         low, high = min(low, int(values.min())), max(high, int(values.max()))
         progress.advance()
-    for kind in ("uint8", "int16", "uint16"):
+    for kind in _SMALL:
         if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
             return kind, []
     exact = max(-low, high) <= _FLOAT32_EXACT
