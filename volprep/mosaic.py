@@ -1,66 +1,156 @@
-"""Mosaics: the slices of a level side by side in one 2D texture, for devices without 3D textures.
+"""Mosaics: the slices of a level side by side in 2D textures, for devices without 3D textures.
 
-Several slices in the channels of one texel are the idea of Noguera and Jiménez (WSCG 2012) and of the mobile volume
-rendering thesis (6.7). Here consecutive slices share a texel, so that with four channels one fetch mostly serves both
-neighbours of a position; and tiles abut, because a position that is clamped inside its tile needs nothing between
-tiles: 2048² holds 16 tiles of 512², but only 9 with a gutter of one texel.
+Several slices in the channels of one texel, and several textures, are the idea of Noguera and Jiménez (WSCG 2012) and
+of the mobile volume rendering thesis (6.7). How slices are put in order is ours: interleaved, consecutive slices share
+a texel, so that with four channels one fetch mostly serves both neighbours of a position; overlapping, the fourth
+channel repeats the first slice of the next texel, so that one fetch always does. Tiles abut where a position is
+clamped inside its tile, which needs nothing between tiles: 2048² holds 16 tiles of 512², but only 9 with a gutter.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.manifest import MosaicLayout
+from volprep import _native
+from volprep_formats.package.manifest import MosaicLayout, MosaicOrder
+from volprep_formats.textures.mosaic import slices_of_tile, tiles_of
+
+Texels = NDArray[np.generic]
 
 
-def fit_mosaic(shape_zyx: tuple[int, int, int], channels: Literal[1, 4], max_texture_size: int) -> MosaicLayout | None:
-    """Find the mosaic of least area whose width and height are at most `max_texture_size`; None if there is none.
+@dataclass(frozen=True)
+class Packing:
+    """How voxels are put into texels."""
 
-    Among equal areas the one nearest to a square wins, then the one with fewer columns.
+    channels: Literal[1, 4] = 1
+    """Slices in a texel."""
+    order: MosaicOrder = "interleaved"
+    """Which slices share a texel, where there are four."""
+    gutter: int = 0
+    """Texels around each tile that repeat its edge; 0 where the shader clamps positions to the tile."""
+    components: int = 1
+    """Data channels of a voxel, 1 to 4; more than one only with one slice in a texel."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """The textures that a mosaic may take."""
+
+    size: int
+    """Largest width and height, in texels."""
+    textures: int = 1
+    """Number of textures."""
+    npot: bool = True
+    """Whether sizes other than powers of two are allowed."""
+    square: bool = False
+    """Whether width and height must be equal."""
+
+
+def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) -> MosaicLayout | None:
+    """Find the mosaic that takes the fewest textures, and of those the least area; None if there is no room.
+
+    All textures of a mosaic have the same size. Among equal areas the one nearest to a square wins, then the one with
+    fewer columns.
     """
     slices, height, width = shape_zyx
-    tiles = -(-slices // channels)
-    layouts = [
-        MosaicLayout(
-            tile_shape_yx=(height, width),
-            slices=slices,
-            channels=channels,
-            tiles_x=tiles_x,
-            tiles_y=-(-tiles // tiles_x),
-        )
-        for tiles_x in range(1, min(tiles, max_texture_size // width) + 1)
-        if -(-tiles // tiles_x) * height <= max_texture_size
-    ]
-    return min(layouts, key=_area_then_longest_side, default=None)
+    rows, columns = height + 2 * packing.gutter, width + 2 * packing.gutter
+    tiles = tiles_of(slices, packing.channels, packing.order)
+    for textures in range(1, min(room.textures, tiles) + 1):
+        each = -(-tiles // textures)
+        fitting = [
+            (shape, tiles_x)
+            for tiles_x in range(1, min(each, room.size // columns) + 1)
+            if max(shape := _texture_shape(-(-each // tiles_x) * rows, tiles_x * columns, room)) <= room.size
+        ]
+        if fitting:
+            (shape_yx, tiles_x) = min(fitting, key=lambda fit: (fit[0][0] * fit[0][1], max(fit[0]), fit[1]))
+            return MosaicLayout(
+                tile_shape_yx=(height, width),
+                slices=slices,
+                components=packing.components,
+                channels=packing.channels,
+                order=packing.order if packing.channels > 1 else "interleaved",
+                gutter=packing.gutter,
+                tiles_x=tiles_x,
+                tiles_y=-(-each // tiles_x),
+                textures=textures,
+                texture_shape_yx=shape_yx,
+            )
+    return None
 
 
-def mosaic_shape_yx(layout: MosaicLayout) -> tuple[int, int]:
-    """Height and width of the texture, in texels."""
-    height, width = layout.tile_shape_yx
-    return layout.tiles_y * height, layout.tiles_x * width
+def most_slices(tile_shape_yx: tuple[int, int], packing: Packing, room: Room) -> int:
+    """Number of slices of this size that have room."""
+    height, width = (n + 2 * packing.gutter for n in tile_shape_yx)
+    side = room.size if room.npot else 1 << (room.size.bit_length() - 1)
+    tiles = (side // height) * (side // width) * room.textures
+    if packing.channels == 4 and packing.order == "overlapping":
+        return 3 * tiles + 1 if tiles else 0
+    return packing.channels * tiles
 
 
-def pack_mosaic(
-    read_slab: Callable[[int, int], NDArray[np.generic]], layout: MosaicLayout
-) -> Iterator[NDArray[np.generic]]:
-    """Give the texels of a mosaic, one row of tiles after the other, each [y, x, channel].
+def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, part: int = 0) -> Iterator[Texels]:
+    """Give the texels of one texture of a mosaic, a strip of rows after the other, each [y, x, channel].
 
-    `read_slab(z0, z1)` gives the texels of slices z0 to z1 - 1 as [z, y, x] and is asked for each slice once, in
-    order. Where the last row has no slice, texels are 0: they never count.
+    `read_slab(z0, z1)` gives the texels of slices z0 to z1 - 1 as [z, y, x], or as [z, y, x, component] where a voxel
+    has several; uint8, uint16 or float16. Texels that no slice fills are 0.
     """
     height, width = layout.tile_shape_yx
-    slices_in_row = layout.tiles_x * layout.channels
-    for z0 in range(0, layout.slices, slices_in_row):
-        slab = read_slab(z0, min(z0 + slices_in_row, layout.slices))
-        row = np.zeros((height, layout.tiles_x, width, layout.channels), dtype=slab.dtype)
-        for channel in range(layout.channels):
-            tiles = slab[channel :: layout.channels]
-            row[:, : len(tiles), :, channel] = tiles.transpose(1, 0, 2)
-        yield row.reshape(height, layout.tiles_x * width, layout.channels)
+    rows, columns = height + 2 * layout.gutter, layout.texture_shape_yx[1]
+    channels = layout.channels * layout.components
+    step = {"interleaved": layout.channels, "overlapping": 3, "planar": 1}[layout.order]
+    strip: Texels | None = None
+    for row in range(layout.tiles_y):
+        first_tile = (part * layout.tiles_y + row) * layout.tiles_x
+        planes = list(_planes(read_slab, layout, first_tile))
+        dtype = next((plane.dtype for plane in planes if plane is not None), strip.dtype if strip is not None else None)
+        assert dtype is not None  # noqa: S101 - the first tile of each texture has a slice
+        strip = np.empty((rows, columns, channels), dtype)
+        row_bytes = width * layout.components * dtype.itemsize
+        octets = [
+            np.empty((0, height, row_bytes), np.uint8)
+            if plane is None
+            else np.ascontiguousarray(plane).view(np.uint8).reshape(len(plane), height, row_bytes)
+            for plane in planes
+        ]
+        _native.pack_tiles(octets, step, layout.gutter, strip.view(np.uint8).reshape(rows, columns, -1))
+        yield strip
+    below = layout.texture_shape_yx[0] - layout.tiles_y * rows
+    if below and strip is not None:
+        yield np.zeros((below, columns, channels), strip.dtype)
 
 
-def _area_then_longest_side(layout: MosaicLayout) -> tuple[int, int]:
-    rows, columns = mosaic_shape_yx(layout)
-    return rows * columns, max(rows, columns)
+def _planes(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, first_tile: int) -> Iterator[Texels | None]:
+    """Read, for each channel, the slices of a row of tiles; None where there are none.
+
+    The slices of a channel begin with that of the row's first tile and end with that of its last.
+    """
+    tiles = range(first_tile, first_tile + layout.tiles_x)
+    held = [
+        [slice_ for tile in tiles if (slice_ := slices_of_tile(layout, tile)[channel]) is not None]
+        for channel in range(layout.channels)
+    ]
+    if layout.order == "planar":
+        yield from (read_slab(own[0], own[-1] + 1) if own else None for own in held)
+        return
+    # The channels share one slab; each begins at its own first slice.
+    every = [slice_ for own in held for slice_ in own]
+    if not every:
+        yield from (None for _ in held)
+        return
+    start = min(every)
+    slab = read_slab(start, max(every) + 1)
+    yield from (slab[own[0] - start : own[-1] - start + 1] if own else None for own in held)
+
+
+def _texture_shape(rows: int, columns: int, room: Room) -> tuple[int, int]:
+    if not room.npot:
+        rows, columns = _power_of_two(rows), _power_of_two(columns)
+    return (max(rows, columns),) * 2 if room.square else (rows, columns)
+
+
+def _power_of_two(length: int) -> int:
+    return 1 << (length - 1).bit_length()

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.manifest import ClassificationName, MosaicOrder, Tolerance
+from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
@@ -86,17 +87,40 @@ class PyramidSettings(Record):
     """Filter that makes a level."""
 
 
+class MosaicSettings(Record):
+    """How slices are put into 2D textures, for devices without 3D textures."""
+
+    order: Literal["auto"] | MosaicOrder = "auto"
+    """Which slices share a texel where one channel is not enough; "auto" takes what was measured to be fastest."""
+    gutter: Annotated[int, Field(ge=0, le=16)] = 0
+    """Texels around each tile that repeat its edge. With 0 the shader clamps positions, and no texel is lost."""
+
+
 class RenderWishes(Record):
     """How the scene is to be drawn."""
 
-    step_voxels: Annotated[float, Field(gt=0.0)] = 0.5
-    """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds."""
+    classification: ClassificationName = "lookup"
+    """What becomes a colour: "lookup" each sample, by a lookup table; "preintegrated" each segment between two
+    samples, by a table of segments, which needs far fewer of them; "palette" each sample, by few constants of the
+    shader, without a texture."""
+    palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
+    """Entries of a palette."""
+    step_voxels: Annotated[float, Field(gt=0.0)] | None = None
+    """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
+    absent 0.5, or 1 between the ends of pre-integrated segments."""
     opacity_cutoff: Fraction = 0.998
     """A ray stops when its opacity passes this. What is left behind 0.998 rounds to nothing in 8 bits."""
     projection: Literal["orthographic", "perspective"] = "orthographic"
     """Projection of the standard views."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""
+
+    @property
+    def step_or_default_voxels(self) -> float:
+        """Distance of the samples in voxels, whoever chose it."""
+        if self.step_voxels is not None:
+            return self.step_voxels
+        return 1.0 if self.classification == "preintegrated" else 0.5
 
 
 class GridSettings(Record):
@@ -107,6 +131,24 @@ class GridSettings(Record):
     layout: Literal["files", "single", "both"] = "files"
     """"files": a file for each sub-volume. "single": the whole level in one file, of which any box can be read by
     seeking. "both": both."""
+
+
+class SkipSettings(Record):
+    """Empty-space skipping: rays jump over blocks of which the transfer function shows nothing."""
+
+    kind: Literal["auto", "none"] | SkipKind = "auto"
+    """What a table says of a block. "auto" takes what was measured to be fastest, and only for transfer functions that
+    leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the longest axis and only
+    where the 26 neighbours are empty too. "distance": how many blocks around are. "octants": the same for each of eight
+    directions. "pyramid": the largest empty cell of a pyramid that holds it. "euclidean": the radius of the largest empty
+    sphere. "none": no table."""
+    block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
+    """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that skipping may take from a ray: what is fainter counts as empty."""
+    ranges: bool = False
+    """Whether the package also holds the least and greatest value of each block, for an app whose users change the
+    transfer function: it makes new tables from them."""
 
 
 class Scene(Record):
@@ -129,6 +171,10 @@ class Scene(Record):
     """Coarser levels."""
     grid: GridSettings | None = None
     """Level 0 in sub-volumes, too; none if absent."""
+    mosaic: MosaicSettings = MosaicSettings()
+    """How slices are put into 2D textures, for devices without 3D textures."""
+    skip: SkipSettings | None = None
+    """Empty-space skipping; none if absent."""
     render: RenderWishes = RenderWishes()
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()

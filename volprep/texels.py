@@ -10,7 +10,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.plan import VolumePlan
+from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume
+from volprep_formats.package.manifest import Texture
+from volprep_formats.package.profile import DeviceProfile
 
 Texels = NDArray[np.generic]
 
@@ -30,3 +34,17 @@ def texel_reader(volume: RawVolume) -> Callable[[int, int], Texels]:
         return texels_of(volume.read_slab(z0, z1))
 
     return read
+
+
+def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:
+    """Give the manifest's entry of a level's texture, or of one part of its mosaic."""
+    return Texture(
+        name=volume.names[part],
+        role="volume",
+        file=volume.files[part],
+        shape_zyx=volume.shape_zyx,
+        gl=gl_format(volume.format, "TEXTURE_3D" if volume.mosaic is None else "TEXTURE_2D", profile.api),
+        level=volume.level,
+        mosaic=volume.mosaic,
+        part=part,
+    )

@@ -89,7 +89,14 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
     shape = level.grid.shape_zyx
     if mosaic:
         slices, height, width = shape
-        layout = MosaicLayout(tile_shape_yx=(height, width), slices=slices, channels=1, tiles_x=3, tiles_y=2)
+        layout = MosaicLayout(
+            tile_shape_yx=(height, width),
+            slices=slices,
+            channels=1,
+            tiles_x=3,
+            tiles_y=2,
+            texture_shape_yx=(2 * height, 3 * width),
+        )
         tiles = np.zeros((6, height, width), np.uint8)
         tiles[:slices] = voxels
         voxels = tiles.reshape(2, 3, height, width).swapaxes(1, 2).reshape(1, 2 * height, 3 * width)

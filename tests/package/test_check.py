@@ -56,6 +56,14 @@ def drop(*path: str | int) -> Change:
     return change
 
 
+def both(*changes: Change) -> Change:
+    def change(manifest: dict) -> None:
+        for each in changes:
+            each(manifest)
+
+    return change
+
+
 def twice(name: str) -> Change:
     return lambda manifest: manifest[name].append(manifest[name][-1])
 
@@ -156,23 +164,38 @@ CONTRADICTIONS: dict[str, Change] = {
     ),
     "texture volume-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
     "texture lookup-bone is 2D, but has 2 slices": set_to("textures", 2, "shape_zyx", 0, to=2),
-    "texture lookup-bone is the lookup table of skin, which is no transfer function": set_to(
+    "texture lookup-bone is the table of skin, which is no transfer function": set_to(
         "textures", 2, "transfer", to="skin"
     ),
-    "texture lookup-bone is a lookup table, but has a level": set_to("textures", 2, "level", to=0),
+    "texture lookup-bone has not one row as a lookup table, or as many rows": set_to(
+        "textures", 2, "shape_zyx", 1, to=2
+    ),
+    "texture lookup-bone is pre-integrated for segments of no length": set_to("textures", 2, "segment_mm", to=0.5),
+    "a palette is that of skin, which is no transfer function": set_to(
+        "palettes",
+        to=[{"transfer": "skin", "entries": [{"colour": [0.0, 0.0, 0.0], "extinction_per_mm": 0.0}] * 2}],
+    ),
+    "program raycast samples transfer for its classification preintegrated": set_to(
+        "programs", 0, "classification", to="preintegrated"
+    ),
+    "program raycast draws bone, of which there is not one palette table": set_to(
+        "programs", 0, "classification", to="palette"
+    ),
+    "texture lookup-bone is a table of a transfer function, but has a level": set_to("textures", 2, "level", to=0),
     "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 2, "max_extinction_per_mm"),
     "texture volume-0 holds level 7, which is not among the levels": set_to("textures", 0, "level", to=7),
     "texture volume-0 holds level None": drop("textures", 0, "level"),
     "texture volume-0 has no mosaic, so it must be 3D and have the shape (5, 4, 5)": set_to(
         "textures", 0, "level", to=1
     ),
+    "texture volume-0 is part 1, but of no mosaic": set_to("textures", 0, "part", to=1),
     "texture volume-0 is a volume, but has a transfer function": set_to("textures", 0, "transfer", to="bone"),
     "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(1),
     "program raycast draws level 0, but no texture holds it in the form that raycast_mosaic": set_to(
         "programs", 0, "technique", to="raycast_mosaic"
     ),
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
-    "program raycast draws skin, which has no lookup table": set_to("programs", 0, "transfer", to="skin"),
+    "program raycast draws skin, of which there is not one lookup table": set_to("programs", 0, "transfer", to="skin"),
     "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
     "program raycast samples volume instead": lambda manifest: manifest["programs"][0]["samplers"].pop(),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
@@ -230,8 +253,24 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
     ),
     "texture volume-0: its mosaic has no room for 5 slices": set_to("textures", 0, "mosaic", "tiles_y", to=1),
     "texture volume-0: its shape (1, 14, 27) is not that of its mosaic": set_to(
+        "textures", 0, "mosaic", "texture_shape_yx", to=[14, 36]
+    ),
+    "texture volume-0: its tiles do not fit into textures of (14, 27)": set_to(
         "textures", 0, "mosaic", "tiles_x", to=4
     ),
+    "texture volume-0: its mosaic has several components and several slices in a texel": both(
+        set_to("textures", 0, "mosaic", "channels", to=4), set_to("textures", 0, "mosaic", "components", to=2)
+    ),
+    "texture volume-0: its mosaic has one slice in a texel, but these are planar": set_to(
+        "textures", 0, "mosaic", "order", to="planar"
+    ),
+    "the mosaics of the volume of level 0 differ in layout or format": lambda manifest: manifest["textures"].append(
+        manifest["textures"][0] | {"gl": manifest["textures"][1]["gl"]}
+    ),
+    "the mosaic of the volume of level 0 needs the parts 0 to 1, once each": set_to(
+        "textures", 0, "mosaic", "textures", to=2
+    ),
+    "program raycast samples volume, transfer instead": set_to("programs", 0, "samplers", 0, "part", to=1),
     "texture volume-0: its mosaic has 4 channels, its format is LUMINANCE": set_to(
         "textures", 0, "mosaic", "channels", to=4
     ),

@@ -6,6 +6,7 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
+from volprep.mosaic import Packing
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
@@ -31,7 +32,12 @@ def package(request, tmp_path):
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
     folder = tmp_path / "tiny.volpkg"
     tiny_package(
-        folder, [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES, ramp, profile, channels=channels, grid=GRID
+        folder,
+        [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES,
+        ramp,
+        profile,
+        packing=Packing(channels),
+        grid=GRID,
     )
     quantized = Quantization(
         bits=8,

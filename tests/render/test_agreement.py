@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.mosaic import Packing
 from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.truth.convergence import fit_order
@@ -76,7 +77,7 @@ def test_in_oblique_views_the_error_falls_as_fast_down_to_what_float32_leaves(tm
 @pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-1", "mosaic-4"])
 @pytest.mark.parametrize("view", ["left", "inferior", "posterior-left"])
 def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
-    package = tiny_package(tmp_path / "p", CODES, BENT, profile, grid=GRID, channels=channels)
+    package = tiny_package(tmp_path / "p", CODES, BENT, profile, grid=GRID, packing=Packing(channels))
     truth = oracle(CODES, GRID, BENT, view)
     # Bytes: colour is off by 0.5 / 255, extinction by (2 · 0.5 / 255) of its largest, 0.4 per mm, on paths of up to
     # 17 mm; half floats by 2^-12 of each. Midpoint at 0.05 mm adds less than either.
@@ -89,7 +90,7 @@ def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
 def test_mosaic_and_3d_texture_give_the_same_picture(tmp_path, channels, view):
     """A value that is off by e changes a picture by at most e (colour' + 2 · extinction' · path), here 14 e."""
     one = tiny_package(tmp_path / "3d", CODES, BENT, ES3_BYTES, grid=GRID)
-    other = tiny_package(tmp_path / "2d", CODES, BENT, ES2, grid=GRID, channels=channels)
+    other = tiny_package(tmp_path / "2d", CODES, BENT, ES2, grid=GRID, packing=Packing(channels))
     difference = draw(one, GRID, view) - draw(other, GRID, view)
     steepest = 255 * np.abs(
         np.diff([p.extinction_per_mm for p in BENT.points]) / np.diff([p.value for p in BENT.points])

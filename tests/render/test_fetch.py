@@ -5,6 +5,8 @@ import pytest
 from fetch import Fetch, trilinear
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.mosaic import Packing
+
 SHAPES = [(1, 1, 1), (1, 7, 5), (2, 3, 1), (3, 1, 13), (5, 4, 4), (13, 11, 7), (31, 17, 5), (192, 5, 3), (64, 29, 23)]
 SPACING = (2.5, 0.7, 1.1)
 LAYOUTS = [(ES3, 1), (ES2, 1), (ES2, 4)]
@@ -43,7 +45,7 @@ def planes(extent_xyz):
 def test_the_shader_samples_the_trilinear_field_up_to_the_borders(tmp_path, profile, channels, shape_zyx):
     codes = np.random.default_rng(3).integers(0, 256, shape_zyx, dtype=np.uint8)
     package = tiny_package(
-        tmp_path / "p", codes, NOTHING, profile, spacing_mm_zyx=SPACING, channels=channels, step_mm=1.0
+        tmp_path / "p", codes, NOTHING, profile, spacing_mm_zyx=SPACING, packing=Packing(channels), step_mm=1.0
     )
     extent_xyz = np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1])
     with Fetch(package) as fetch:
@@ -56,7 +58,7 @@ def test_the_shader_samples_the_trilinear_field_up_to_the_borders(tmp_path, prof
 @layouts
 def test_at_voxel_centres_the_shader_finds_the_code_itself(tmp_path, profile, channels):
     codes = np.random.default_rng(4).integers(0, 256, (9, 48, 48), dtype=np.uint8)
-    package = tiny_package(tmp_path / "p", codes, NOTHING, profile, channels=channels)
+    package = tiny_package(tmp_path / "p", codes, NOTHING, profile, packing=Packing(channels))
     with Fetch(package) as fetch:
         for k in range(9):
             _, found = fetch.plane(
@@ -82,7 +84,7 @@ const float numberOfSlices = 192.0;
 const float slicesOverX = 16.0;
 const float slicesOverY = 12.0;
 float stored_value(vec3 at) {
-  vec3 volpos = at / vec3(TILE, numberOfSlices);
+  vec3 volpos = at / vec3(PITCH, numberOfSlices);
   float s1 = floor(volpos.z * numberOfSlices);
   float s2 = s1 + 1.0;
   float dx1 = fract(s1 / slicesOverX);

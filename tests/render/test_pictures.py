@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.mosaic import Packing
 from volprep.render.camera import Camera, standard_views, view_from
 from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
@@ -22,7 +23,7 @@ def homogeneous(folder, grid, extinction_per_mm, profile=ES3, channels=1, **sett
     """Package of a constant volume. A constant extinction is its own maximum, and so exact in RGBA8 too."""
     codes = np.full(grid.shape_zyx, 93, np.uint8)
     constant = function((0.0, COLOUR, extinction_per_mm))
-    return tiny_package(folder, codes, constant, profile, grid=grid, channels=channels, **settings)
+    return tiny_package(folder, codes, constant, profile, grid=grid, packing=Packing(channels), **settings)
 
 
 def chords_mm(grid, box_from_clip, shape_hw=SHAPE_HW):

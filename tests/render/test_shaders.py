@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.mosaic import Packing
 from volprep.render.compose import compose, literal
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
@@ -27,7 +28,9 @@ VARIANTS = {
 @pytest.fixture(params=VARIANTS.values(), ids=VARIANTS.keys())
 def package(request, tmp_path):
     profile, channels, shape, cutoff = request.param
-    return tiny_package(tmp_path / "p", np.zeros(shape, np.uint8), GREY, profile, channels=channels, cutoff=cutoff)
+    return tiny_package(
+        tmp_path / "p", np.zeros(shape, np.uint8), GREY, profile, packing=Packing(channels), cutoff=cutoff
+    )
 
 
 def texts(package):
@@ -78,7 +81,7 @@ def test_one_slice_needs_no_interpolation_between_slices(package):
 
 
 def test_one_channel_needs_no_choice_of_channel(tmp_path):
-    package = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES2, channels=1)
+    package = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES2)
     assert "channel" not in package.read_text(package.manifest.programs[0].fragment).split("main")[1]
     assert "weights" not in package.read_text(package.manifest.programs[0].fragment)
 
@@ -122,5 +125,5 @@ def test_literals_are_the_shortest_text_of_the_float32(values, text):
 
 def test_the_same_plan_gives_the_same_text(tmp_path):
     codes = np.zeros((5, 4, 3), np.uint8)
-    one, other = (texts(tiny_package(tmp_path / name, codes, GREY, ES2, channels=4)) for name in "ab")
+    one, other = (texts(tiny_package(tmp_path / name, codes, GREY, ES2, packing=Packing(4))) for name in "ab")
     assert one == other

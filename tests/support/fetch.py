@@ -29,16 +29,19 @@ class Fetch:
     def __init__(self, package: Package, fragment: str | None = None) -> None:
         manifest = package.manifest
         program = manifest.programs[0]
-        (volume,) = [texture for texture in manifest.textures if texture.role == "volume"]
+        volumes = [texture for texture in manifest.textures if texture.role == "volume"]
+        names = {sampler.part: sampler.name for sampler in program.samplers if sampler.role == "volume"}
         text = fragment or probe_text(package.read_text(program.fragment))
         with ExitStack() as stack:
             self._gl = Gl(stack.enter_context(Context(manifest.profile.api)))
             stack.callback(self._gl.close)
             vertex = ShaderText(program.vertex, package.read_text(program.vertex))
             self._program = stack.enter_context(self._gl.program("probe", vertex, ShaderText("probe", text)))
-            image = ktx2.decode(package.read_bytes(volume.file), volume.file)
-            handle = stack.enter_context(self._gl.texture(volume, image.data))
-            self._textures = {"u_volume": (volume.gl.target, handle)}
+            self._textures = {}
+            for volume in volumes:
+                image = ktx2.decode(package.read_bytes(volume.file), volume.file)
+                handle = stack.enter_context(self._gl.texture(volume, image.data))
+                self._textures[names[volume.part]] = (volume.gl.target, handle)
             self._triangle = stack.enter_context(self._gl.triangle())
             self._target = stack.enter_context(self._gl.target("rgba32f", (_SIZE, _SIZE)))
             self._stack = stack.pop_all()

@@ -2,20 +2,36 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.mosaic import fit_mosaic, mosaic_shape_yx
-from volprep.plan import CropPlan, LevelPlan, LookupPlan, Plan, ProgramPlan, QuantizePlan, VolumePlan
+from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.plan import (
+    CropPlan,
+    LevelPlan,
+    LookupPlan,
+    PalettePlan,
+    Plan,
+    PreintegratedPlan,
+    ProgramPlan,
+    QuantizePlan,
+    VolumePlan,
+)
 from volprep.profiles import load_profile
 from volprep.stages import mosaic, shaders, texture, transfer
 from volprep.work import codes_name, levels_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Manifest, RenderSettings, SourceRecord, StageRecord, Statistics
+from volprep_formats.package.manifest import (
+    ClassificationName,
+    Manifest,
+    RenderSettings,
+    SourceRecord,
+    StageRecord,
+    Statistics,
+)
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -23,6 +39,8 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 KEY = "0" * 64
+ONE_CHANNEL = Packing()
+FOUR_CHANNELS = Packing(channels=4)
 ES2 = load_profile("gles2-2048", Path())
 ES3 = load_profile("gles3", Path())
 Point = tuple[float, tuple[float, float, float], float]
@@ -43,21 +61,25 @@ def tiny_package(
     profile: DeviceProfile = ES3,
     *,
     spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0),
-    channels: Literal[1, 4] = 1,
+    packing: Packing = ONE_CHANNEL,
+    textures: int = 1,
     step_mm: float = 0.5,
     cutoff: float | None = None,
     entries: int = 256,
     window: tuple[float, float] = (0.0, 255.0),
     grid: Grid | None = None,
+    classification: ClassificationName = "lookup",
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
-    `window` are the physical values of the smallest and the largest code.
+    `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
     render = RenderSettings(step_mm=step_mm, opacity_cutoff=cutoff)
-    plan = _plan(levels, grid, transfer_function, profile, channels, entries, window, render)
+    volumes = tuple(_volume(index, level, profile, packing, textures) for index, level in enumerate(levels))
+    plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, render)
+    plan = _classified(plan, classification)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
     manifest = Manifest(
         state="draft",
@@ -83,13 +105,12 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     grid: Grid,
     transfer_function: TransferFunction,
     profile: DeviceProfile,
-    channels: Literal[1, 4],
+    volumes: tuple[VolumePlan, ...],
     entries: int,
     window: tuple[float, float],
     render: RenderSettings,
 ) -> Plan:
     texture3d = profile.max_3d_texture_size > 0
-    volumes = tuple(_volume(index, level, profile, channels) for index, level in enumerate(levels))
     lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
     return Plan(
         profile=profile,
@@ -123,14 +144,38 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     )
 
 
-def _volume(index: int, codes: NDArray[np.generic], profile: DeviceProfile, channels: Literal[1, 4]) -> VolumePlan:
+def _classified(plan: Plan, name: ClassificationName) -> Plan:
+    """Give the plan with another kind of table in place of its lookup table."""
+    if name == "lookup":
+        return plan
+    (lookup,), (program,) = plan.lookups, plan.programs
+    tables: dict[str, object] = {}
+    if name == "palette":
+        tables["palettes"] = (PalettePlan(transfer=lookup.transfer, entries=lookup.entries),)
+    else:
+        table = PreintegratedPlan(**lookup.model_dump(), segment_mm=plan.render.step_mm)
+        tables["preintegrated"] = (table,)
+    program = program.model_copy(update={"classification": name})
+    return plan.model_copy(update={"lookups": (), "programs": (program,), **tables})
+
+
+def _volume(
+    index: int, codes: NDArray[np.generic], profile: DeviceProfile, packing: Packing, textures: int
+) -> VolumePlan:
     name = f"volume-{index}"
-    file = f"{name}.ktx2"
     if profile.max_3d_texture_size > 0:
         texel = "R8" if codes.dtype == np.uint8 else "R16F"
-        return VolumePlan(level=index, name=name, file=file, format=texel, shape_zyx=codes.shape, mosaic=None)
-    layout = fit_mosaic(codes.shape, channels, profile.max_texture_size)
-    assert layout is not None, f"{codes.shape} does not fit a mosaic of {channels} channels"
-    texel = "LUMINANCE8" if channels == 1 else "RGBA8"
-    shape_zyx = (1, *mosaic_shape_yx(layout))
-    return VolumePlan(level=index, name=name, file=file, format=texel, shape_zyx=shape_zyx, mosaic=layout)
+        return VolumePlan(
+            level=index, names=(name,), files=(f"{name}.ktx2",), format=texel, shape_zyx=codes.shape, mosaic=None
+        )
+    layout = fit_mosaic(codes.shape, packing, Room(profile.max_texture_size, textures, profile.npot, profile.square))
+    assert layout is not None, f"{codes.shape} does not fit {textures} textures with {packing}"
+    names = tuple(f"{name}-{part}" for part in range(layout.textures))
+    return VolumePlan(
+        level=index,
+        names=names,
+        files=tuple(f"{each}.ktx2" for each in names),
+        format="LUMINANCE8" if packing.channels == 1 else "RGBA8",
+        shape_zyx=(1, *layout.texture_shape_yx),
+        mosaic=layout,
+    )

@@ -16,20 +16,20 @@ def package(built_package) -> Package:
 
 
 def test_slices_come_out_of_a_mosaic_with_more_columns_than_rows() -> None:
-    layout = MosaicLayout(tile_shape_yx=(2, 3), slices=11, channels=4, tiles_x=2, tiles_y=2)
+    layout = MosaicLayout(tile_shape_yx=(2, 3), slices=11, channels=4, tiles_x=2, tiles_y=2, texture_shape_yx=(4, 6))
     atlas = np.full((4, 6, 4), 255, dtype=np.uint8)
     for k in range(11):
         tile, channel = k // 4, k % 4
         row, column = tile // 2, tile % 2
         atlas[2 * row : 2 * row + 2, 3 * column : 3 * column + 3, channel] = 10 * k + np.arange(6).reshape(2, 3)
     expected = 10 * np.arange(11)[:, None, None] + np.arange(6).reshape(2, 3)
-    np.testing.assert_array_equal(slices_of_mosaic(atlas, layout), expected)
+    np.testing.assert_array_equal(slices_of_mosaic([atlas], layout), expected)
 
 
 def test_slices_come_out_of_a_mosaic_of_one_channel() -> None:
-    layout = MosaicLayout(tile_shape_yx=(1, 2), slices=3, channels=1, tiles_x=2, tiles_y=2)
+    layout = MosaicLayout(tile_shape_yx=(1, 2), slices=3, channels=1, tiles_x=2, tiles_y=2, texture_shape_yx=(2, 4))
     atlas = np.array([[1, 2, 3, 4], [5, 6, 0, 0]], dtype=np.uint8)
-    np.testing.assert_array_equal(slices_of_mosaic(atlas, layout), [[[1, 2]], [[3, 4]], [[5, 6]]])
+    np.testing.assert_array_equal(slices_of_mosaic([atlas], layout), [[[1, 2]], [[3, 4]], [[5, 6]]])
 
 
 def test_the_finest_level_holds_the_scan_up_to_the_error_in_the_manifest(package) -> None:

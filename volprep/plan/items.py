@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.plan.levels import Misfit, by, texture_bytes
-from volprep.plan.probe import PictureError
+from volprep.plan.classification import Tables, describe_tables
+from volprep.plan.levels import by
+from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.room import Misfit, texture_bytes
 from volprep.plan.subvolumes import describe_subvolumes
 from volprep.plan.values import SHARE, ValueChoice
-from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
-from volprep_formats.package.manifest import MosaicLayout, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceInfo
 
 PREVIEW = "preview.png"
@@ -36,6 +37,8 @@ class Grounds:
     """How the device class can hold each of them."""
     opacity: float
     """Bound on the opacity of any ray."""
+    tables: Tables
+    """What the package classifies with."""
 
 
 def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
@@ -46,7 +49,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_levels(plan, grounds),
         *_layout(plan),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
-        *_tables(plan, grounds),
+        *describe_tables(plan, grounds.tables),
         _shaders(plan),
         _ray_termination(plan, grounds),
         _normals(plan),
@@ -74,7 +77,7 @@ def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     values = grounds.values
     tolerance = grounds.scene.tolerance
-    change = f"they change the sample of rays by {_error(values.error)}"
+    change = f"they change the sample of rays by {values.error.text}"
     limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
     exact = "every stored value of the source has a code of its own; " if values.exact else ""
     wide = PlanItem(
@@ -90,17 +93,10 @@ def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     yield wide.model_copy(update={"reason": f"window {low:g} to {high:g}; {_why_wide(grounds)}; {change}; {limit}"})
 
 
-def _error(error: PictureError) -> str:
-    # Below this it is the rounding of double precision, which says nothing about codes.
-    if error.maximum < 1e-12:
-        return "nothing"
-    return f"RMSE {error.rmse:.2g}, {error.maximum:.2g} at most"
-
-
 def _why_wide(grounds: Grounds) -> str:
     narrow = grounds.values.narrow_error
     if narrow is not None:
-        return f"8 bits would change the sample of rays by {_error(narrow)}"
+        return f"8 bits would change the sample of rays by {narrow.text}"
     return "the scene asks for 16 bits" if grounds.scene.quantize.bits == 16 else "the profile has no narrower format"
 
 
@@ -121,12 +117,12 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
             volume = kept[level.index]
             layout = "3D texture"
             if volume.mosaic is not None:
-                layout = f"mosaic of {volume.mosaic.tiles_y}×{volume.mosaic.tiles_x} tiles"
+                layout = mosaic_text(volume.mosaic)
             yield PlanItem(
                 name=name,
                 kept=True,
                 reason=f"{shape} voxels as a {volume.format} {layout}",
-                files=(volume.file,),
+                files=volume.files,
                 size_bytes=texture_bytes(volume),
             )
             continue
@@ -156,28 +152,7 @@ def _layout(plan: Plan) -> Iterator[PlanItem]:
             reason=f"profile {plan.profile.name} has none",
             size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
         )
-        yield PlanItem(
-            name="four channels",
-            kept=finest.mosaic.channels == 4,
-            reason=f"in one channel {_room(plan.profile.max_texture_size, finest.mosaic)} slices have room, "
-            f"there are {finest.mosaic.slices}",
-        )
-
-
-def _room(texture_size: int, mosaic: MosaicLayout) -> int:
-    height, width = mosaic.tile_shape_yx
-    return (texture_size // height) * (texture_size // width)
-
-
-def _tables(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
-    for lookup in plan.lookups:
-        yield PlanItem(
-            name=f"lookup table {lookup.transfer}",
-            kept=True,
-            reason=f"{lookup.entries} entries: the sample of rays changes by {_error(grounds.values.error)}",
-            files=(lookup.file,),
-            size_bytes=lookup.entries * BYTES_PER_TEXEL[lookup.format],
-        )
+        yield from describe_mosaic(finest.mosaic, plan.profile)
 
 
 def _shaders(plan: Plan) -> PlanItem:

@@ -2,20 +2,22 @@
 
 import math
 
+from volprep.plan.classification import StepLengths, choose_tables, require_classification, tables_bytes
 from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import candidate_levels, fit_level
-from volprep.plan.records import LevelPlan, LookupPlan, Plan, ProgramPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.records import LevelPlan, Plan, ProgramPlan, SkipPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.room import Beside, Misfit
+from volprep.plan.skip import Found, describe_skip, plan_skip
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
-from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import RenderSettings, Statistics
-from volprep_formats.package.profile import DeviceProfile, LookupFormat
+from volprep_formats.package.manifest import ClassificationName, RenderSettings, Statistics
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -23,19 +25,25 @@ from volprep_formats.source import SourceInfo
 def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
     """Decide everything that the stages need to know.
 
-    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level.
+    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3040 for a
+    classification that it cannot do.
     """
+    require_classification(scene.render, profile)
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
     values = choose_values(scene, profile, info, measured, functions)
-    lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
     crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
     candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile)
-    table_bytes = values.entries * BYTES_PER_TEXEL[lookups[0].format]
-    beside = Beside(units=1, bytes=table_bytes)
+    table_bytes = tables_bytes(scene.render, profile, values.entries)
+    beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     fits = [fit_level(level, values.quantize.bits, profile, beside, scene.mosaic) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes)
+    step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
+    step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
+    tables = choose_tables(scene, profile, functions, values, measured, step)
+    found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured)
+    skip = plan_skip(scene.skip, functions, found) if scene.skip else None
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
     opacity = _largest_opacity(functions, measured.statistics, slack, grid)
@@ -48,24 +56,23 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
         levels=levels,
         volumes=volumes,
         subvolumes=subvolumes,
-        lookups=lookups,
-        programs=tuple(_program(function, volumes) for function in functions),
+        lookups=tables.lookups,
+        preintegrated=tables.preintegrated,
+        palettes=tables.palettes,
+        skip=skip,
+        programs=tuple(_program(function, volumes, scene.render.classification) for function in functions),
         render=RenderSettings(
-            step_mm=scene.render.step_voxels * _finest_spacing_mm(grid, levels[0]),
+            step_mm=step_mm,
             opacity_cutoff=scene.render.opacity_cutoff if opacity > scene.render.opacity_cutoff else None,
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
-        stages=_stages(levels, volumes, subvolumes),
+        stages=_stages(levels, volumes, subvolumes, skip),
         items=(),
     )
-    return plan.model_copy(update={"items": describe(plan, Grounds(scene, info, values, candidates, fits, opacity))})
-
-
-def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
-    texel: LookupFormat = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
-    name = f"transfer-{function.name}"
-    return LookupPlan(transfer=function.name, name=name, file=f"textures/{name}.ktx2", format=texel, entries=entries)
+    grounds = Grounds(scene, info, values, candidates, fits, opacity, tables)
+    skipping = describe_skip(skip, functions, scene.skip, found) if scene.skip else ()
+    return plan.model_copy(update={"items": (*describe(plan, grounds), *skipping)})
 
 
 def _kept(
@@ -82,11 +89,14 @@ def _kept(
     return tuple(level for level, _ in fitting), tuple(volume for _, volume in fitting)
 
 
-def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...]) -> ProgramPlan:
+def _program(
+    function: TransferFunction, volumes: tuple[VolumePlan, ...], classification: ClassificationName
+) -> ProgramPlan:
     name = f"raycast-{function.name}"
     return ProgramPlan(
         name=name,
         technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
+        classification=classification,
         vertex="shaders/raycast.vert",
         fragment=f"shaders/{name}.frag",
         levels=tuple(volume.level for volume in volumes),
@@ -95,12 +105,16 @@ def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...]) -> Pro
 
 
 def _stages(
-    levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...], subvolumes: SubvolumesPlan | None
+    levels: tuple[LevelPlan, ...],
+    volumes: tuple[VolumePlan, ...],
+    subvolumes: SubvolumesPlan | None,
+    skip: SkipPlan | None,
 ) -> tuple[str, ...]:
     pyramid = ("pyramid",) if any(level.index for level in levels) else ()
     pieces = ("grid",) if subvolumes is not None else ()
     layout = "texture" if volumes[0].mosaic is None else "mosaic"
-    return ("import", "quantize", *pyramid, "transfer", layout, *pieces, "shaders", "seal")
+    skipping = ("skip",) if skip is not None and (skip.tables or skip.ranges) else ()
+    return ("import", "quantize", *pyramid, "transfer", layout, *skipping, *pieces, "shaders", "seal")
 
 
 def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 _SAMPLES = (0.25, 0.75)
 """Positions of the samples between two voxels."""
+_NOTHING = 1e-12
 _CHUNK = 64
 """Slices that are composited at one time."""
 
@@ -50,6 +51,14 @@ class PictureError:
     """Root mean square over all rays and channels."""
     maximum: float
     """Largest difference of one channel of one ray."""
+
+    @property
+    def text(self) -> str:
+        """The numbers for people."""
+        # Below this it is the rounding of double precision, which says nothing about codes.
+        if self.maximum < _NOTHING:
+            return "nothing"
+        return f"RMSE {self.rmse:.2g}, {self.maximum:.2g} at most"
 
 
 def picture(columns: Array, spacing_mm: float, table: Table) -> Array:

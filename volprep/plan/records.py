@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid
-from volprep_formats.package.manifest import MosaicLayout, PackagePath, PlanItem, RenderSettings
+from volprep_formats.package.manifest import ClassificationName, MosaicLayout, PackagePath, PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
+from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
 
@@ -45,20 +46,20 @@ class LevelPlan(Record):
 
 
 class VolumePlan(Record):
-    """The texture of one level."""
+    """The texture of one level, or the textures of its mosaic."""
 
     level: int
     """Level that it holds."""
-    name: str
-    """Name of the texture."""
-    file: PackagePath
-    """Its KTX 2 file."""
+    names: tuple[str, ...]
+    """Name of each texture: one, unless a mosaic takes several."""
+    files: tuple[PackagePath, ...]
+    """The KTX 2 file of each."""
     format: TextureFormat
     """Format of a texel."""
     shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width in texels; depth is 1 for a mosaic."""
+    """Depth, height and width of each in texels; depth is 1 for a mosaic."""
     mosaic: MosaicLayout | None
-    """Layout of the slices where the texture is a mosaic; none where it is a 3D texture."""
+    """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
 
 
 class SubvolumesPlan(Record):
@@ -91,6 +92,87 @@ class LookupPlan(Record):
     """Number of texels: entry j holds the function at the normalised stored value j / (entries - 1)."""
 
 
+class PreintegratedPlan(Record):
+    """The pre-integrated table of one transfer function."""
+
+    transfer: str
+    """Name of the transfer function."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    format: LookupFormat
+    """RGBA8 (mean extinction as a square root, scaled by its maximum) or RGBA16F (mean extinction per millimetre)."""
+    entries: Count
+    """Texels of a row and of a column: front values along a row, back values along a column."""
+    segment_mm: Annotated[float, Field(gt=0.0)]
+    """Length of the segments whose colours it holds."""
+
+
+class PalettePlan(Record):
+    """The palette of one transfer function, which the shader holds as constants."""
+
+    transfer: str
+    """Name of the transfer function."""
+    entries: Annotated[int, Field(ge=2, le=256)]
+    """Number of entries."""
+
+
+class SkipTablePlan(Record):
+    """The skip table of one transfer function on one level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    level: int
+    """Level."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    kind: SkipKind
+    """What an entry means."""
+    block: Count
+    """Cells along an edge of a block."""
+    format: TextureFormat
+    """Format of a texel."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a mosaic."""
+    mosaic: MosaicLayout | None
+    """Layout of the table's slices where it is a mosaic."""
+
+
+class BlockRangesPlan(Record):
+    """The least and greatest texel of each block of one level, for apps that make tables."""
+
+    level: int
+    """Level."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    block: Count
+    """Cells along an edge of a block."""
+    format: TextureFormat
+    """Format of a texel: that of the level."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a mosaic."""
+    mosaic: MosaicLayout | None
+    """Layout of the slices where it is a mosaic."""
+
+
+class SkipPlan(Record):
+    """Empty-space skipping."""
+
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)]
+    """Largest opacity that it may take from a ray."""
+    shares: tuple[float, ...]
+    """Part of the blocks of 16³ voxels that each transfer function leaves empty."""
+    tables: tuple[SkipTablePlan, ...]
+    """One for each level of each transfer function for which it pays."""
+    ranges: tuple[BlockRangesPlan, ...]
+    """One for each level, where apps are to make tables."""
+
+
 class ProgramPlan(Record):
     """One shader program."""
 
@@ -98,6 +180,8 @@ class ProgramPlan(Record):
     """Name of the program."""
     technique: Literal["raycast_texture3d", "raycast_mosaic"]
     """How it samples the volume."""
+    classification: ClassificationName = "lookup"
+    """How it classifies samples."""
     vertex: PackagePath
     """Vertex shader, which programs share."""
     fragment: PackagePath
@@ -128,7 +212,13 @@ class Plan(Record):
     subvolumes: SubvolumesPlan | None = None
     """Level 0 in pieces, where the scene wants it."""
     lookups: tuple[LookupPlan, ...]
-    """The lookup table of each transfer function, in their order."""
+    """The lookup table of each transfer function, in their order; none where samples are classified otherwise."""
+    preintegrated: tuple[PreintegratedPlan, ...] = ()
+    """The pre-integrated table of each transfer function, where segments are classified by one."""
+    palettes: tuple[PalettePlan, ...] = ()
+    """The palette of each transfer function, where samples are classified by one."""
+    skip: SkipPlan | None = None
+    """How empty space is skipped, where it is."""
     programs: tuple[ProgramPlan, ...]
     """A program for each transfer function, in their order."""
     render: RenderSettings
@@ -137,6 +227,15 @@ class Plan(Record):
     """Names of the stages that this plan needs, in order."""
     items: tuple[PlanItem, ...]
     """Every decision with its reason, cost and files."""
+
+    @property
+    def value_slack(self) -> float:
+        """Physical distance over which the coarsest table mixes values, or rounds them."""
+        low, high = self.quantize.window
+        entries = [table.entries for table in self.lookups]
+        entries += [table.entries for table in self.preintegrated]
+        entries += [palette.entries for palette in self.palettes]
+        return (high - low) / (min(entries) - 1)
 
     def level(self, index: int) -> LevelPlan:
         """Give the level of this number."""

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Iterator
 
-from volprep.plan.levels import ONE_CHANNEL, by, first_of
+from volprep.plan.levels import by
 from volprep.plan.records import LevelPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.room import ONE_CHANNEL, first_of
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep.subvolumes import cuts_along
@@ -38,7 +39,7 @@ def plan_subvolumes(
         reason = f"eight of them take {size} bytes of the {profile.max_texture_bytes} for textures"
         raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
     # A level 0 that the package has anyway as one 3D texture is the file to seek in.
-    finest = volumes[0].file if volumes[0].level == 0 and volumes[0].mosaic is None else "subvolumes/whole.ktx2"
+    finest = volumes[0].files[0] if volumes[0].level == 0 and volumes[0].mosaic is None else "subvolumes/whole.ktx2"
     return SubvolumesPlan(
         size=wanted.size,
         format=texel,
@@ -63,7 +64,7 @@ def describe_subvolumes(
     z, y, x = counts
     fits = ", though the whole volume fits into one texture" if whole_fits else ""
     files = [GRID]
-    if plan.whole is not None and all(plan.whole != volume.file for volume in volumes):
+    if plan.whole is not None and all(plan.whole not in volume.files for volume in volumes):
         files.append(plan.whole)
     yield PlanItem(
         name=ITEM,

@@ -1,8 +1,9 @@
 """Shaders from parts: the files in shaders/ are put together and specialised for one package, nothing is switched off.
 
 A line `//#part slot` in a part gives way to the file that the slot names, indented as the line is, or to nothing where
-the slot names none. `$WORD` gives way to a constant or to a keyword of the dialect. Lines that begin with `//:` tell
-who works on the parts what goes in and out; they do not ship.
+the slot names none. `$WORD` gives way to a constant or to a keyword of the dialect. The lines between `//#each WORD`
+and `//#end` stand once for each of the words that the constant WORD lists, with $WORD for it. Lines that begin with
+`//:` tell who works on the parts what goes in and out; they do not ship.
 """
 
 import re
@@ -19,6 +20,7 @@ Dialect = Literal["es100", "es300"]
 
 _FOLDER = Path(__file__).parent / "shaders"
 _HEAD = re.compile(r"^//:.*\n", re.MULTILINE)
+_EACH = re.compile(r"^ *//#each (\w+)\n(.*?)^ *//#end\n", re.MULTILINE | re.DOTALL)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
 _HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n"}
 _KEYWORDS: dict[Dialect, dict[str, str]] = {
@@ -45,8 +47,8 @@ def compose(part: str, dialect: Dialect, slots: Mapping[str, str | None], consta
     Raises VP9001 for a constant that no part uses: it would be dead.
     """
     text = _HEADS[dialect] + _filled(part, slots)
-    template = Template(text)
-    unused = constants.keys() - set(template.get_identifiers())
+    template = Template(_EACH.sub(lambda match: _repeated(match, constants), text))
+    unused = constants.keys() - set(template.get_identifiers()) - set(_each_words(text))
     if unused:
         raise VolprepError("VP9001", error=f"shader constants that no part uses: {sorted(unused)}")
     composed = template.substitute({**_KEYWORDS[dialect], **constants})
@@ -57,6 +59,15 @@ def literal(*values: float) -> str:
     """GLSL literal of a float, vec2 or vec3: the shortest digits that give the same float32."""
     numbers = [str(np.float32(value)) for value in values]
     return numbers[0] if len(numbers) == 1 else f"vec{len(numbers)}({', '.join(numbers)})"
+
+
+def _each_words(text: str) -> list[str]:
+    return [match[1] for match in _EACH.finditer(text)]
+
+
+def _repeated(match: re.Match[str], constants: Mapping[str, str]) -> str:
+    word, lines = match[1], match[2]
+    return "".join(Template(lines).safe_substitute({word: each}) for each in constants[word].split())
 
 
 def _filled(part: str, slots: Mapping[str, str | None]) -> str:

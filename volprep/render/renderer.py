@@ -135,6 +135,7 @@ class Renderer:
             "box_from_clip": box_from_clip,
             "step_mm": step,
             "texture_from_box": self._level.texture_from_box_per_mm_xyz,
+            "blocks_from_box": _blocks_from_box(self._package, self._program, self._level.index),
         }
         uniforms = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in self._program.uniforms}
         self._gl.draw(self._linked, Bindings(self._handles, uniforms), target, self._triangle)
@@ -207,14 +208,26 @@ def _find_textures(package: Package, program: Program, level: int) -> list[Textu
         matches = [
             texture
             for texture in package.manifest.textures
-            if texture.role == sampler.role
-            and (texture.level == level if sampler.role == "volume" else texture.transfer == program.transfer)
+            if (texture.role, texture.part) == (sampler.role, sampler.part)
+            and _is_for(texture, program.transfer, level)
         ]
         if len(matches) != 1:
             fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
             raise VolprepError("VP5018", package=package.path, **fields)
         found.append(matches[0])
     return found
+
+
+def _is_for(texture: Texture, transfer: str, level: int) -> bool:
+    """Say whether what a texture holds is for this level and this transfer function, or for all."""
+    return texture.level in {None, level} and texture.transfer in {None, transfer}
+
+
+def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:
+    tables = package.manifest.skipping.tables if package.manifest.skipping else ()
+    table = next((each for each in tables if (each.transfer, each.level) == (program.transfer, level)), None)
+    # Only a program that skips asks for it, and check_uniforms has seen whether it does.
+    return (0.0, 0.0, 0.0) if table is None else table.blocks_from_box_per_mm_xyz
 
 
 def _check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:

@@ -28,7 +28,18 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return () if plan.subvolumes is None else (plan.subvolumes, plan.quantize, *plan.transfer_functions, *plan.lookups)
+    return (
+        ()
+        if plan.subvolumes is None
+        else (
+            plan.subvolumes,
+            plan.quantize,
+            *plan.transfer_functions,
+            *plan.lookups,
+            *plan.preintegrated,
+            *plan.palettes,
+        )
+    )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -88,9 +99,8 @@ def _is_empty(plan: Plan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
         return False
     first, last = plan.quantize.window
     width = (last - first) / (2**plan.quantize.bits - 1)
-    # The filter of a lookup table reaches to the next entry.
-    slack = max((last - first) / (lookup.entries - 1) for lookup in plan.lookups)
-    ends = first + low * width - slack, first + high * width + slack
+    # The filter of a table reaches to the next entry.
+    ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
     return all(Table.exact(function).largest_extinction(*ends) == 0.0 for function in plan.transfer_functions)
 
 

@@ -47,8 +47,12 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
         raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
-    shapes = {volume.file: volume.shape_zyx for volume in plan.volumes}
+    shapes = {path: volume.shape_zyx for volume in plan.volumes for path in volume.files}
     shapes |= {lookup.file: (1, 1, lookup.entries) for lookup in plan.lookups}
+    shapes |= {table.file: (1, table.entries, table.entries) for table in plan.preintegrated}
+    if plan.skip is not None:
+        shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}
+        shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
     found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
     if found != shapes:
         raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
@@ -63,7 +67,7 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
-    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "grid", "shaders"),
+    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "skip", "grid", "shaders"),
     settings=_settings,
     run=_run,
 )

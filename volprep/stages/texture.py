@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 from volprep.plan import Plan, VolumePlan
-from volprep.render.gl_formats import KTX2_FORMAT, gl_format
+from volprep.render.gl_formats import KTX2_FORMAT
 from volprep.slabs import bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import texel_reader
+from volprep.texels import texel_reader, volume_texture
 from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -24,17 +23,8 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
     textures = []
     for volume in volumes:
-        draft.write(volume.file, "texture", _file(draft, plan, volume, progress))
-        textures.append(
-            Texture(
-                name=volume.name,
-                role="volume",
-                file=volume.file,
-                shape_zyx=volume.shape_zyx,
-                gl=gl_format(volume.format, "TEXTURE_3D", plan.profile.api),
-                level=volume.level,
-            )
-        )
+        draft.write(volume.files[0], "texture", _file(draft, plan, volume, progress))
+        textures.append(volume_texture(volume, 0, plan.profile))
     return {"textures": with_textures(draft.manifest, tuple(textures))}
 
 

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Quantization, Texture
+from volprep_formats.package.palette import Palette
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.mosaic import slices_of_mosaic
 
 _ROOT_STEP = 0.002
 
@@ -38,9 +39,7 @@ class Volume:
 def level_volume(package: Package, level: int) -> Volume:
     """Decode the texture of `level`: slices taken out of their mosaic, stored values as the manifest maps them."""
     manifest = package.manifest
-    texture = next(item for item in manifest.textures if item.role == "volume" and item.level == level)
-    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
-    texels = image.data if texture.mosaic is None else slices_of_mosaic(image.data[0], texture.mosaic)
+    texels = level_texels(package, level)
     quantization = _quantization(package)
     grid = next(item.grid for item in manifest.levels if item.index == level)
     # Half floats hold normalised stored values; integers hold the stored values themselves.
@@ -50,13 +49,19 @@ def level_volume(package: Package, level: int) -> Volume:
 
 
 def table_function(package: Package, transfer: str) -> TransferFunction:
-    """Give the transfer function that the lookup table of `transfer` stands for, filtered linearly.
+    """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
-    8-bit tables hold the square root of the extinction, so that it is a parabola between two entries. Here it is cut
-    into straight pieces that miss it by at most a millionth of the largest extinction.
+    A pre-integrated table stands for the function itself. 8-bit tables hold the square root of the extinction, so that
+    it is a parabola between two entries. Here it is cut into straight pieces that miss it by at most a millionth of the
+    largest extinction.
     """
     manifest = package.manifest
-    texture = next(item for item in manifest.textures if item.role == "transfer" and item.transfer == transfer)
+    palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
+    if palette is not None:
+        return _palette_function(palette, _quantization(package).window)
+    texture = next((item for item in manifest.textures if item.role == "transfer" and item.transfer == transfer), None)
+    if texture is None:
+        return next(function for function in manifest.transfer_functions if function.name == transfer)
     image = ktx2.decode(package.read_bytes(texture.file), texture.file)
     entries = image.data.reshape(-1, 4)
     quantization = _quantization(package)
@@ -74,6 +79,19 @@ def table_function(package: Package, transfer: str) -> TransferFunction:
             for value, (red, green, blue), extinction in points
         ),
     )
+
+
+def _palette_function(palette: Palette, window: tuple[float, float]) -> TransferFunction:
+    """Steps: each entry is for the values nearest to it."""
+    low, high = window
+    last = len(palette.entries) - 1
+    points = []
+    for index, entry in enumerate(palette.entries):
+        ends = [low + (index + side) / last * (high - low) for side in (-0.5, 0.5)]
+        points += [
+            TransferPoint(value=value, colour=entry.colour, extinction_per_mm=entry.extinction_per_mm) for value in ends
+        ]
+    return TransferFunction(name=palette.transfer, points=tuple(points))
 
 
 def _from_roots(

@@ -11,6 +11,11 @@ from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
+from volprep_formats.package.skip_agreement import skip_contradictions
+from volprep_formats.textures.mosaic import tiles_of
+
+CHANNELS = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
+"""Channels of a texel by the format of its pixels."""
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
@@ -24,8 +29,11 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     levels = {level.index: level for level in manifest.levels}
     for texture in manifest.textures:
         yield from _texture(manifest, texture, levels)
+    yield from _parts(manifest)
+    yield from _palettes(manifest)
     for program in manifest.programs:
         yield from _program(manifest, program)
+    yield from skip_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
 
@@ -35,6 +43,7 @@ def _unique(manifest: Manifest) -> Iterator[str]:
         "file": (record.path for record in manifest.files),
         "texture": (texture.name for texture in manifest.textures),
         "program": (program.name for program in manifest.programs),
+        "palette": (palette.transfer for palette in manifest.palettes),
         "transfer function": (transfer.name for transfer in manifest.transfer_functions),
         "plan item": (item.name for item in manifest.plan),
     }
@@ -118,14 +127,11 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} has {texture.shape_zyx} texels; the profile allows {limit} along an axis"
     if texture.gl.target == "TEXTURE_2D" and texture.shape_zyx[0] != 1:
         yield f"{name} is 2D, but has {texture.shape_zyx[0]} slices"
-    if texture.role == "transfer":
-        if texture.transfer not in {transfer.name for transfer in manifest.transfer_functions}:
-            yield f"{name} is the lookup table of {texture.transfer}, which is no transfer function"
-        if texture.level is not None or texture.mosaic is not None or texture.shape_zyx[1] != 1:
-            yield f"{name} is a lookup table, but has a level, a mosaic or more than one row"
-        if (texture.max_extinction_per_mm is None) != (texture.gl.type != "UNSIGNED_BYTE"):
-            yield f"{name} has 8 bits without max_extinction_per_mm, or has that without 8 bits"
+    if texture.role in {"transfer", "preintegrated"}:
+        yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
+    if texture.role in {"skip", "ranges"}:
+        return  # skip_agreement.py knows them
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"
@@ -137,16 +143,80 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} is a volume, but has a transfer function or a largest extinction"
 
 
+def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
+    if texture.transfer not in _function_names(manifest):
+        yield f"is the table of {texture.transfer}, which is no transfer function"
+    _, height, width = texture.shape_zyx
+    if texture.level is not None or texture.mosaic is not None:
+        yield "is a table of a transfer function, but has a level or a mosaic"
+    if height != (width if texture.role == "preintegrated" else 1):
+        yield "has not one row as a lookup table, or as many rows as columns as a pre-integrated one"
+    if (texture.role == "preintegrated") != (texture.segment_mm is not None and texture.segment_mm > 0):
+        yield "is pre-integrated for segments of no length, or has a length without being pre-integrated"
+    if (texture.max_extinction_per_mm is None) != (texture.gl.type != "UNSIGNED_BYTE"):
+        yield "has 8 bits without max_extinction_per_mm, or has that without 8 bits"
+
+
+def _palettes(manifest: Manifest) -> Iterator[str]:
+    for palette in manifest.palettes:
+        if palette.transfer not in _function_names(manifest):
+            yield f"a palette is that of {palette.transfer}, which is no transfer function"
+
+
+def _function_names(manifest: Manifest) -> set[str]:
+    return {function.name for function in manifest.transfer_functions}
+
+
+def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
+    """A program has what it classifies with, and samples it once."""
+    name = program.classification
+    wanted = [] if name == "palette" else ["transfer" if name == "lookup" else name]
+    if name == "palette":
+        found = [palette.transfer for palette in manifest.palettes]
+    else:
+        found = [str(texture.transfer) for texture in manifest.textures if texture.role in wanted]
+    if found.count(program.transfer) != 1:
+        yield f"draws {program.transfer}, of which there is not one {name} table"
+    sampled = [sampler.role for sampler in program.samplers if sampler.role != "volume"]
+    if sampled != wanted:
+        yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
+
+
 def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[str]:
     slices, height, width = level.grid.shape_zyx
     if (mosaic.slices, *mosaic.tile_shape_yx) != (slices, height, width):
         yield f"its mosaic holds {mosaic.slices} slices of {mosaic.tile_shape_yx}, its level {level.grid.shape_zyx}"
-    if mosaic.tiles_x * mosaic.tiles_y * mosaic.channels < mosaic.slices:
+    if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles_of(mosaic.slices, mosaic.channels, mosaic.order):
         yield f"its mosaic has no room for {mosaic.slices} slices"
-    if texture.shape_zyx != (1, mosaic.tiles_y * mosaic.tile_shape_yx[0], mosaic.tiles_x * mosaic.tile_shape_yx[1]):
+    rows, columns = (n + 2 * mosaic.gutter for n in mosaic.tile_shape_yx)
+    texture_rows, texture_columns = mosaic.texture_shape_yx
+    if mosaic.tiles_y * rows > texture_rows or mosaic.tiles_x * columns > texture_columns:
+        yield f"its tiles do not fit into textures of {mosaic.texture_shape_yx}"
+    if texture.shape_zyx != (1, *mosaic.texture_shape_yx):
         yield f"its shape {texture.shape_zyx} is not that of its mosaic"
-    if mosaic.channels != (4 if texture.gl.format == "RGBA" else 1):
-        yield f"its mosaic has {mosaic.channels} channels, its format is {texture.gl.format}"
+    if mosaic.channels > 1 < mosaic.components:
+        yield "its mosaic has several components and several slices in a texel"
+    if mosaic.channels == 1 and mosaic.order != "interleaved":
+        yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
+    if mosaic.channels * mosaic.components != CHANNELS.get(texture.gl.format):
+        yield f"its mosaic has {mosaic.channels * mosaic.components} channels, its format is {texture.gl.format}"
+
+
+def _parts(manifest: Manifest) -> Iterator[str]:
+    """The textures of a mosaic are there, once each, and agree with each other."""
+    parts: dict[tuple[str, int | None, str | None], list[Texture]] = {}
+    for texture in manifest.textures:
+        if texture.mosaic is None:
+            if texture.part:
+                yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
+        else:
+            parts.setdefault((texture.role, texture.level, texture.transfer), []).append(texture)
+    for (role, level, _), textures in parts.items():
+        mosaic = textures[0].mosaic
+        if any(texture.mosaic != mosaic or texture.gl != textures[0].gl for texture in textures):
+            yield f"the mosaics of the {role} of level {level} differ in layout or format"
+        elif mosaic is not None and sorted(each.part for each in textures) != list(range(mosaic.textures)):
+            yield f"the mosaic of the {role} of level {level} needs the parts 0 to {mosaic.textures - 1}, once each"
 
 
 def _program(manifest: Manifest, program: Program) -> Iterator[str]:
@@ -159,11 +229,12 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
             yield f"{name} draws level {index}, but no texture holds it in the form that {program.technique} reads"
     if not program.levels:
         yield f"{name} draws no level"
-    if all(texture.transfer != program.transfer for texture in manifest.textures):
-        yield f"{name} draws {program.transfer}, which has no lookup table"
+    yield from (f"{name} {problem}" for problem in _classification(manifest, program))
     roles = [sampler.role for sampler in program.samplers]
-    if sorted(roles) != ["transfer", "volume"]:
-        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and one lookup table"
+    parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
+    held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
+    if any(parts != list(range(textures)) for textures in held or {1}):
+        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and what it classifies with"
     if len(roles) > manifest.profile.texture_units:
         yield f"{name} reads {len(roles)} textures; the profile has {manifest.profile.texture_units} units"
     names = Counter([uniform.name for uniform in program.uniforms] + [sampler.name for sampler in program.samplers])

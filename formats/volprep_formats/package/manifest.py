@@ -5,7 +5,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.package.normals import Normals
+from volprep_formats.package.palette import Palette
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.skip import Skipping
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.record import Record
 from volprep_formats.source import SourceInfo, StoredType
@@ -86,23 +89,37 @@ class Level(Record):
     """Filter that made the level from level 0."""
 
 
-class MosaicLayout(Record):
-    """Where slice k of a level lies in a 2D texture.
+MosaicOrder = Literal["interleaved", "planar", "overlapping"]
 
-    Slice k is in channel k mod channels of tile k div channels; tile t is in column t mod tiles_x and row
-    t div tiles_x. Tiles abut: the fetch clamps to half a texel inside the tile.
-    """
+
+class MosaicLayout(Record):
+    """Where the slices of a level lie in one or several 2D textures of the same size."""
 
     tile_shape_yx: tuple[Count, Count]
-    """Size of a tile, equal to the size of a slice, in texels."""
+    """Size of a slice, in texels."""
     slices: Count
     """Number of slices."""
+    components: Annotated[int, Field(ge=1, le=4)] = 1
+    """Data channels of a voxel, each in its own channel of the texel; several only where a texel holds one slice."""
     channels: Literal[1, 4]
-    """Slices in one tile, one per channel."""
+    """Slices in one texel."""
+    order: MosaicOrder = "interleaved"
+    """Which slices share a texel: consecutive ones; those that a quarter of a texture's slices lies between; or three
+    consecutive ones and the one after them, which the next texel has again."""
+    gutter: Annotated[int, Field(ge=0)] = 0
+    """Texels around each tile that repeat its edge. With 0 tiles abut, and a fetch must stay half a texel inside."""
     tiles_x: Count
-    """Number of tiles in a row."""
+    """Number of tiles in a row of one texture."""
     tiles_y: Count
-    """Number of rows."""
+    """Number of rows of tiles in one texture."""
+    textures: Annotated[int, Field(ge=1, le=8)] = 1
+    """Number of textures."""
+    texture_shape_yx: tuple[Count, Count]
+    """Height and width of each texture, in texels."""
+
+
+ClassificationName = Literal["lookup", "preintegrated", "palette"]
+"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette."""
 
 
 class GlFormat(Record):
@@ -123,8 +140,9 @@ class Texture(Record):
 
     name: str
     """Name, unique in the package."""
-    role: Literal["volume", "transfer"]
-    """volume: normalised stored values of a level. transfer: the lookup table of a transfer function."""
+    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges"]
+    """volume: normalised stored values of a level. transfer: the lookup table of a transfer function. preintegrated:
+    its pre-integrated table."""
     file: PackagePath
     """KTX 2 file."""
     shape_zyx: tuple[Count, Count, Count]
@@ -134,11 +152,19 @@ class Texture(Record):
     level: int | None = None
     """Level that the texture holds, for a volume."""
     mosaic: MosaicLayout | None = None
-    """Layout of the slices, for a volume in a 2D texture."""
+    """Layout of the slices, for a volume in 2D textures."""
+    part: Annotated[int, Field(ge=0)] = 0
+    """Which of the textures of its mosaic it is, from 0."""
     transfer: str | None = None
-    """Name of the transfer function, for a lookup table."""
+    """Name of the transfer function, for a table."""
     max_extinction_per_mm: float | None = None
-    """For a lookup table of 8 bits: extinction = this · a², where a is the alpha channel."""
+    """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
+    segment_mm: float | None = None
+    """For a pre-integrated table: length of the segments whose colours it holds."""
+    filter: Literal["linear", "nearest"] = "linear"
+    """Minification and magnification filter."""
+    normals: Normals | None = None
+    """What the texels mean, for normals."""
 
 
 class Uniform(Record):
@@ -148,8 +174,9 @@ class Uniform(Record):
     """Name in the shader."""
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
-    source: Literal["box_from_clip", "step_mm", "texture_from_box"]
-    """What to set it to: the camera's matrix, the step in millimetres, or the level's texture_from_box_per_mm_xyz."""
+    source: Literal["box_from_clip", "step_mm", "texture_from_box", "blocks_from_box"]
+    """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz,
+    or blocks_from_box_per_mm_xyz of its skip table."""
 
 
 class Sampler(Record):
@@ -157,8 +184,11 @@ class Sampler(Record):
 
     name: str
     """Name in the shader."""
-    role: Literal["volume", "transfer"]
-    """Which texture to bind: the level's volume, or the program's lookup table."""
+    role: Literal["volume", "transfer", "preintegrated", "skip"]
+    """Which texture to bind: the level's volume, the table of the program's transfer function, or its skip table for
+    the level."""
+    part: Annotated[int, Field(ge=0)] = 0
+    """Which of the textures of a mosaic, from 0."""
 
 
 class Program(Record):
@@ -168,6 +198,8 @@ class Program(Record):
     """Name, unique in the package."""
     technique: Literal["raycast_texture3d", "raycast_mosaic"]
     """How it samples the volume."""
+    classification: ClassificationName = "lookup"
+    """How it classifies samples."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
@@ -274,6 +306,10 @@ class Manifest(Record):
     """Transfer functions, the default one first."""
     textures: tuple[Texture, ...] = ()
     """Textures."""
+    palettes: tuple[Palette, ...] = ()
+    """Palettes of transfer functions, which shaders hold as constants."""
+    skipping: Skipping | None = None
+    """Empty-space skipping."""
     programs: tuple[Program, ...] = ()
     """Shader programs."""
     subvolumes: SubvolumeFiles | None = None

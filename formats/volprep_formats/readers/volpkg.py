@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import path_inside
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
-from volprep_formats.textures import ktx2
-from volprep_formats.textures.mosaic import slices_of_mosaic
 
 _WORKING_VOLUME = "work/level0.raw"
 
@@ -61,12 +59,12 @@ def open_level(path: Path, level: int | None = None) -> VolumeSource:
     work = next((record for record in manifest.files if record.path == _WORKING_VOLUME), None)
     if work is not None and level in {None, 0}:
         return _working_volume(package, work.size_bytes)
-    textures = {item.level: item for item in manifest.textures if item.role == "volume" and item.level is not None}
-    chosen = min(textures, default=0) if level is None else level
-    if chosen not in textures:
-        found = sorted(textures.keys() | ({0} if work is not None else set()))
+    held = {item.level for item in manifest.textures if item.role == "volume" and item.level is not None}
+    chosen = min(held, default=0) if level is None else level
+    if chosen not in held:
+        found = sorted(held | ({0} if work is not None else set()))
         raise VolprepError("VP1250", path=path, level=chosen, found=", ".join(map(str, found)) or "none")
-    return _texture_level(package, textures[chosen], chosen)
+    return _texture_level(package, chosen)
 
 
 def _working_volume(package: Package, recorded: int) -> VolumeSource:
@@ -82,10 +80,9 @@ def _working_volume(package: Package, recorded: int) -> VolumeSource:
     return VoxelSource(info, voxels)
 
 
-def _texture_level(package: Package, texture: Texture, index: int) -> LevelSource:
+def _texture_level(package: Package, index: int) -> LevelSource:
     manifest = package.manifest
-    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
-    texels = image.data if texture.mosaic is None else slices_of_mosaic(image.data[0], texture.mosaic)
+    texels = level_texels(package, index)
     quantization = manifest.quantization
     grid = next((item.grid for item in manifest.levels if item.index == index), None)
     if quantization is None or grid is None or texels.shape != grid.shape_zyx:

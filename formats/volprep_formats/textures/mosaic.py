@@ -1,18 +1,50 @@
-"""The slices of a level, taken out of the 2D texture that holds them side by side."""
+"""Where the slices of a level lie in the 2D textures that hold them side by side: the addresses of SPEC section 7."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.manifest import MosaicLayout
+from volprep_formats.package.manifest import MosaicLayout, MosaicOrder
 
 
-def slices_of_mosaic(texels: NDArray[np.generic], mosaic: MosaicLayout) -> NDArray[np.generic]:
-    """Take the slices [z, y, x] out of the texels [H, W] or [H, W, channels] of a mosaic."""
-    planes = texels[..., None] if texels.ndim == 2 else texels
+def tiles_of(slices: int, channels: int, order: MosaicOrder) -> int:
+    """Number of tiles that so many slices need."""
+    if channels == 4 and order == "overlapping":
+        # The fourth channel of the last tile holds the last slice.
+        return max(1, -(-(slices - 1) // 3))
+    return -(-slices // channels)
+
+
+def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
+    """Slice in each channel of a tile; None where there is none. Tiles are numbered through all textures."""
+    tiles = mosaic.tiles_x * mosaic.tiles_y
+    if mosaic.order == "planar":
+        part, inside = divmod(tile, tiles)
+        held = [(part * mosaic.channels + channel) * tiles + inside for channel in range(mosaic.channels)]
+    elif mosaic.order == "overlapping":
+        is_used = tile < tiles_of(mosaic.slices, mosaic.channels, mosaic.order)
+        held = [tile * 3 + channel if is_used else mosaic.slices for channel in range(mosaic.channels)]
+    else:
+        held = [tile * mosaic.channels + channel for channel in range(mosaic.channels)]
+    return tuple(slice_ if slice_ < mosaic.slices else None for slice_ in held)
+
+
+def slices_of_mosaic(parts: Sequence[NDArray[np.generic]], mosaic: MosaicLayout) -> NDArray[np.generic]:
+    """Take the slices [z, y, x] out of the texels of all textures of a mosaic, each [H, W] or [H, W, channels].
+
+    Voxels of several components come as [z, y, x, component].
+    """
     height, width = mosaic.tile_shape_yx
-    slices = np.empty((mosaic.slices, height, width), dtype=texels.dtype)
-    for k in range(mosaic.slices):
-        tile, channel = divmod(k, mosaic.channels)
-        row, column = divmod(tile, mosaic.tiles_x)
-        slices[k] = planes[row * height : (row + 1) * height, column * width : (column + 1) * width, channel]
-    return slices
+    slices = np.empty((mosaic.slices, height, width, mosaic.components), dtype=parts[0].dtype)
+    tiles = mosaic.tiles_x * mosaic.tiles_y
+    for tile in range(tiles * mosaic.textures):
+        part, inside = divmod(tile, tiles)
+        row, column = divmod(inside, mosaic.tiles_x)
+        top = row * (height + 2 * mosaic.gutter) + mosaic.gutter
+        left = column * (width + 2 * mosaic.gutter) + mosaic.gutter
+        texels = parts[part][top : top + height, left : left + width].reshape(height, width, -1)
+        for channel, slice_ in enumerate(slices_of_tile(mosaic, tile)):
+            if slice_ is not None:
+                slices[slice_] = texels[..., channel : channel + mosaic.components]
+    return slices[..., 0] if mosaic.components == 1 else slices

@@ -1,8 +1,10 @@
 //: Fragment shader of all ray casters, both dialects, highp throughout.
 //: In: v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to 1.
 //: Slots: dialect; sampling gives position(millimetres) and stored_value(position); classification gives
-//: classify(stored value) = (linear colour, extinction per millimetre); box gives clip_to_box; loop opens a block with
-//: i = 0.5, 1.5, ... below count; termination may leave it.
+//: classify(stored value) = (linear colour, extinction per millimetre), or the same for the two ends of a segment; box
+//: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
+//: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
+//: space is skipped: skipping gives the table, skip_start begins, skip_step goes on with `next` where i is empty.
 //#part dialect
 $VARYING_IN vec4 v_near;
 $VARYING_IN vec4 v_far;
@@ -14,8 +16,10 @@ uniform float u_step_mm;
 
 //#part box
 
+//#part skipping
+
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
-// most, with one sample in the middle of each. Gives premultiplied linear light; alpha is the opacity.
+// most. Gives premultiplied linear light; alpha is the opacity.
 void main() {
   vec3 origin = v_near.xyz / v_near.w;
   vec3 ray = v_far.xyz / v_far.w - origin;
@@ -32,8 +36,11 @@ void main() {
   float depth = 0.0;
   float transmittance = 1.0;
   vec3 colour = vec3(0.0);
+  //#part first
+  //#part skip_start
   //#part loop
-    vec4 medium = classify(stored_value(start + stride * i));
+    //#part skip_step
+    //#part medium
     depth += medium.a * segment_mm;
     float remaining = exp(-depth);
     colour += medium.rgb * (transmittance - remaining);

@@ -9,11 +9,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from volprep.render.compose import Dialect, compose, literal
+from volprep.render.techniques.classification import Classification
+from volprep.render.techniques.skipping import Skipping
 from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
-from volprep_formats.package.profile import LookupFormat
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
+_NO_SKIPPING = dict.fromkeys(("skipping", "skip_start", "skip_step"))
+"""Slots that stay empty where no empty space is skipped."""
 _MOST_STEPS = 2**23
 """float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
 
@@ -24,24 +27,14 @@ class Sampling:
 
     dialect: Dialect
     """Version of the shading language."""
-    parts: Mapping[str, str]
+    parts: Mapping[str, str | None]
     """File of the slot `sampling`, and of the slots in it."""
     constants: Mapping[str, str]
     """Words that these files use."""
     uniforms: tuple[Uniform, ...]
     """Uniforms that these files declare."""
-
-
-@dataclass(frozen=True)
-class Classification:
-    """The lookup table of a transfer function, as the shader has to know it."""
-
-    texel_format: LookupFormat
-    """Format of its texture."""
-    entries: int
-    """Number of its texels."""
-    max_extinction_per_mm: float | None
-    """Scale of the extinction in RGBA8."""
+    samplers: tuple[Sampler, ...]
+    """Samplers that these files declare."""
 
 
 @dataclass(frozen=True)
@@ -65,20 +58,25 @@ def ray_caster(
     classification: Classification,
     extent_mm_xyz: tuple[float, float, float],
     render: RenderSettings,
+    skipping: Skipping | None = None,
 ) -> RayCaster:
-    """Compose the shaders for a volume of this true extent."""
+    """Compose the shaders for a volume of this true extent, with empty-space skipping or without."""
     parts: dict[str, str | None] = {
         "dialect": f"dialect_{sampling.dialect}",
-        "classification": f"classify_{classification.texel_format.lower()}",
         "box": "box",
         "loop": f"loop_{sampling.dialect}",
         "termination": None,
+        **_NO_SKIPPING,
         **sampling.parts,
+        **classification.parts,
     }
-    constants = {"BOX_MM": literal(*extent_mm_xyz), **_lookup_words(classification), **sampling.constants}
+    constants = {"BOX_MM": literal(*extent_mm_xyz), **classification.constants, **sampling.constants}
     if render.opacity_cutoff is not None:
         parts["termination"] = "terminate"
         constants["LEAST_TRANSMITTANCE"] = literal(1.0 - render.opacity_cutoff)
+    if skipping is not None:
+        parts |= {**skipping.parts, "loop": f"loop_{sampling.dialect}_skip"}
+        constants |= skipping.constants
     longest_mm = math.hypot(*extent_mm_xyz)
     step_mm_min = longest_mm / _MOST_STEPS
     if sampling.dialect == "es100":
@@ -92,16 +90,8 @@ def ray_caster(
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             Uniform(name="u_step_mm", type="float", source="step_mm"),
             *sampling.uniforms,
+            *(skipping.uniforms if skipping else ()),
         ),
-        samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer")),
+        samplers=(*sampling.samplers, *classification.samplers, *((skipping.sampler,) if skipping else ())),
         step_mm_min=step_mm_min,
     )
-
-
-def _lookup_words(classification: Classification) -> dict[str, str]:
-    """Constants that map a normalised stored value to the centre of its entry, and the scale of extinction."""
-    entries = classification.entries
-    words = {"LOOKUP_SCALE": literal((entries - 1) / entries), "LOOKUP_OFFSET": literal(0.5 / entries)}
-    if classification.max_extinction_per_mm is not None:
-        words["MAX_EXTINCTION_PER_MM"] = literal(classification.max_extinction_per_mm)
-    return words

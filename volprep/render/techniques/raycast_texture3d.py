@@ -1,7 +1,7 @@
 """Ray casting through a 3D texture, OpenGL ES 3.0. One program draws every level: the level's scale is a uniform."""
 
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import Uniform
+from volprep_formats.package.manifest import Sampler, Uniform
 
 
 def sampling() -> Sampling:
@@ -11,4 +11,5 @@ def sampling() -> Sampling:
         parts={"sampling": "sample_texture3d"},
         constants={},
         uniforms=(Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box"),),
+        samplers=(Sampler(name="u_volume", role="volume"),),
     )

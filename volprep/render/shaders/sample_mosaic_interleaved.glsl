@@ -1,4 +1,4 @@
-//: A mosaic with four slices in a tile (RGBA): five fetches for four samples, on average.
+//: A mosaic with four consecutive slices in a texel (RGBA): five fetches for four samples, on average.
 //#part tile
 const float LAST_SLICE = $LAST_SLICE;
 float stored_value(vec3 at) {

@@ -1,0 +1,86 @@
+"""What the fetch of a mosaic's layout samples, without a package: its GLSL from a position to a stored value."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.mosaic import pack_mosaic
+from volprep.render.compose import compose
+from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
+from volprep.render.techniques import raycast_mosaic
+from volprep_formats.package.manifest import GlFormat, MosaicLayout, Texture
+
+Array = NDArray[np.float64]
+_FORMATS = {1: "LUMINANCE", 2: "LUMINANCE_ALPHA", 3: "RGB", 4: "RGBA"}
+SAMPLE_ALL = "void main() { gl_FragColor = voxel_texel(position(v_near.xyz / v_near.w)); }\n"
+SAMPLE = "void main() { gl_FragColor = vec4(stored_value(position(v_near.xyz / v_near.w))); }\n"
+
+
+def fetch_text(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -> str:
+    """The part of a fragment shader that samples a mosaic."""
+    sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx)
+    composed = compose(sampling.parts["sampling"], sampling.dialect, sampling.parts, sampling.constants)
+    head, _, rest = composed.partition("\n")
+    return f"{head}\nprecision highp float;\nvarying vec4 v_near;\n{rest}"
+
+
+class MosaicProbe:
+    """A mosaic in textures, and the program that samples it."""
+
+    def __init__(self, gl: Gl, program: LinkedProgram, textures: dict[str, tuple[str, int]], target: PictureTarget):
+        self._gl, self._program, self._textures, self._target = gl, program, textures, target
+        self._stack = ExitStack()
+        self._triangle = self._stack.enter_context(gl.triangle())
+
+    def close(self) -> None:
+        self._stack.close()
+
+    def plane(self, corner: Array, right: Array, up: Array) -> tuple[Array, Array]:
+        """Positions [H, W, 3] of a parallelogram (box millimetres, xyz), row 0 on top, and what is sampled there."""
+        box_from_clip = np.zeros((4, 4))
+        box_from_clip[:3, 0], box_from_clip[:3, 1] = right / 2, up / 2
+        box_from_clip[:3, 3] = corner + (right + up) / 2
+        box_from_clip[3, 3] = 1.0
+        uniforms = {"u_box_from_clip": box_from_clip.astype(np.float32)}
+        self._gl.draw(self._program, Bindings(self._textures, uniforms), self._target, self._triangle)
+        found = self._gl.read(self._target).astype(np.float64)
+        height, width = self._target.shape_hw
+        across, along = (np.arange(width) + 0.5) / width, (np.arange(height)[::-1] + 0.5) / height
+        return corner + across[None, :, None] * right + along[:, None, None] * up, found
+
+
+@contextmanager
+def mosaic_probe(  # noqa: PLR0917 - all that a test chose
+    gl: Gl,
+    target: PictureTarget,
+    volume: NDArray[np.generic],
+    layout: MosaicLayout,
+    spacing_mm_zyx: tuple[float, float, float],
+    text: str | None = None,
+) -> Iterator[MosaicProbe]:
+    """Upload `volume` [z, y, x] or [z, y, x, component] in this layout, and compile `text`, or what samples it."""
+    main = SAMPLE if layout.components == 1 else SAMPLE_ALL
+    fragment = text or fetch_text(layout, spacing_mm_zyx) + main
+    pixels = _FORMATS[layout.channels * layout.components]
+    record = Texture(
+        name="mosaic",
+        role="volume",
+        file="mosaic.ktx2",
+        shape_zyx=(1, *layout.texture_shape_yx),
+        gl=GlFormat(target="TEXTURE_2D", internal_format=pixels, format=pixels, type="UNSIGNED_BYTE"),
+    )
+    with ExitStack() as stack:
+        vertex = ShaderText("vertex", compose("vertex", "es100", {}, {}))
+        program = stack.enter_context(gl.program("probe", vertex, ShaderText("fragment", fragment)))
+        samplers = raycast_mosaic.sampling(layout, spacing_mm_zyx).samplers
+        # A volume of one voxel is the same everywhere.
+        assert {sampler.name for sampler in samplers} == set(program.uniforms) - {"u_box_from_clip"}
+        textures = {}
+        for sampler in samplers:
+            texels = np.concatenate(list(pack_mosaic(lambda z0, z1: volume[z0:z1], layout, sampler.part)))
+            textures[sampler.name] = ("TEXTURE_2D", stack.enter_context(gl.texture(record, texels)))
+        probe = MosaicProbe(gl, program, textures, target)
+        stack.callback(probe.close)
+        yield probe

@@ -1,0 +1,52 @@
+"""What a class of devices has room for: formats of texels, textures, and why a level does not fit."""
+
+import math
+from dataclasses import dataclass
+
+from volprep.plan.records import VolumePlan
+from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+
+ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",)}
+"""Formats of one channel, by the bits of a code."""
+FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
+"""Formats of four channels, by the bits of a code."""
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """A level that a device class cannot hold."""
+
+    reason: str
+    """Why, with the numbers."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What a program samples beside the volume."""
+
+    units: int
+    """Texture units that it takes."""
+    bytes: int
+    """Memory that it takes."""
+
+
+def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
+    """Give the first of `formats` that a device class has."""
+    return next((texel for texel in formats if texel in profile.texture_formats), None)
+
+
+def texture_bytes(volume: VolumePlan) -> int:
+    """Size of the textures of a level on the device."""
+    return math.prod(volume.shape_zyx) * BYTES_PER_TEXEL[volume.format] * len(volume.files)
+
+
+def too_large(volume: VolumePlan, profile: DeviceProfile, beside: Beside) -> Misfit | None:
+    """Say why a level and what is sampled beside it take more memory than there is; None if they do not."""
+    size = texture_bytes(volume)
+    if size + beside.bytes <= profile.max_texture_bytes:
+        return None
+    return Misfit(
+        f"{size} bytes, with {beside.bytes} for what else is sampled, are more than the "
+        f"{profile.max_texture_bytes} that profile {profile.name} has for textures"
+    )

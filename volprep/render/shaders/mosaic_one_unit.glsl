@@ -1,0 +1,2 @@
+//: The sampler of a mosaic in one texture.
+uniform highp sampler2D u_volume;
