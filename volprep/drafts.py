@@ -23,8 +23,10 @@ _BLANK: dict[str, object] = {
     "quantization": None,
     "levels": (),
     "transfer_functions": (),
+    "palettes": (),
     "subvolumes": None,
     "render": None,
+    "skipping": None,
     "plan": (),
 }
 

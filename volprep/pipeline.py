@@ -5,7 +5,7 @@ import json
 
 from volprep.plan import Plan, make_plan
 from volprep.scene import Scene
-from volprep.stages import Stage, grid, mosaic, pyramid, quantize, seal, shaders, texture, transfer
+from volprep.stages import Stage, grid, mosaic, pyramid, quantize, seal, shaders, skip, texture, transfer
 from volprep.statistics import Measured, measure_again
 from volprep.work import SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
@@ -20,6 +20,7 @@ STAGES: tuple[Stage, ...] = (
     transfer.STAGE,
     mosaic.STAGE,
     texture.STAGE,
+    skip.STAGE,
     grid.STAGE,
     shaders.STAGE,
     seal.STAGE,

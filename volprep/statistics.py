@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep.skip.ranges import BlockGauge, BlockRanges
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import SourceRecord, Statistics
@@ -20,6 +21,8 @@ from volprep_formats.source import SourceInfo, VolumeSource
 Ranges = NDArray[np.float64]
 """Smallest and largest value of each plane across an axis, [plane, 2]."""
 
+MEASURED_BLOCK = 16
+"""Cells along an edge of the blocks that are measured: 8 bytes for 4096 voxels."""
 _PROBES = 32
 """Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
 
@@ -36,6 +39,8 @@ class Measured:
     """Physical values along a sample of rays in z direction, [z, ray]."""
     ranges_zyx: tuple[Ranges, Ranges, Ranges]
     """For each axis the smallest and largest physical value of each plane across it."""
+    blocks: BlockRanges
+    """Physical values in blocks of MEASURED_BLOCK cells."""
 
 
 class Gauge:
@@ -74,6 +79,7 @@ class Gauge:
             sha256=_digest(self._info, values_sha256),
             columns=self._sampler.columns() * self._info.slope + self._info.intercept,
             ranges_zyx=ranges_zyx,
+            blocks=self._sampler.blocks(self._info.slope, self._info.intercept),
         )
 
 
@@ -119,6 +125,7 @@ def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolum
         sha256=source.sha256,
         columns=sampler.columns() * slope + intercept,
         ranges_zyx=sampler.ranges_zyx(slope, intercept),
+        blocks=sampler.blocks(slope, intercept),
     )
 
 
@@ -156,10 +163,12 @@ class _Sampler:
         self._z: list[_Ends] = []
         self._y: _Ends | None = None
         self._x: _Ends | None = None
+        self._blocks = BlockGauge(MEASURED_BLOCK)
 
     def add(self, slab: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Take the next slab; say of each slice whether all its voxels are finite numbers."""
         self._columns.append(_sample(slab))
+        self._blocks.add(slab)
         depth, height, width = slab.shape
         rows, columns = _Ends.empty((depth, height), slab.dtype), _Ends.empty((depth, width), slab.dtype)
         # One thread is faster than the memory that it reads from; the next slab is being read meanwhile.
@@ -172,6 +181,9 @@ class _Sampler:
 
     def columns(self) -> NDArray[np.float64]:
         return np.concatenate(self._columns).astype(np.float64)
+
+    def blocks(self, slope: float, intercept: float) -> BlockRanges:
+        return self._blocks.physical(slope, intercept)
 
     def ranges_zyx(self, slope: float, intercept: float) -> tuple[Ranges, Ranges, Ranges]:
         assert self._y is not None  # noqa: S101 - a volume has at least one slice

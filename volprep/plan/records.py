@@ -6,6 +6,7 @@ from pydantic import Field
 
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.manifest import ClassificationName, MosaicLayout, PackagePath, PlanItem, RenderSettings
+from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import TransferFunction
@@ -173,6 +174,38 @@ class SkipPlan(Record):
     """One for each level, where apps are to make tables."""
 
 
+class NormalTexturePlan(Record):
+    """The normals of one level."""
+
+    level: int
+    """Level."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels."""
+
+
+class NormalsPlan(Record):
+    """Normals of every level that the package holds."""
+
+    kernel: GradientKernel
+    """How differences are taken."""
+    code: NormalCode
+    """What the bytes mean."""
+    space: NormalSpace
+    """Axes of the vectors."""
+    magnitude: bool
+    """Whether the last channel holds the length of the gradient."""
+    format: TextureFormat
+    """Format of a texel."""
+    filter: Literal["linear", "nearest"]
+    """How the textures are sampled."""
+    textures: tuple[NormalTexturePlan, ...]
+    """One for each level."""
+
+
 class ProgramPlan(Record):
     """One shader program."""
 
@@ -182,6 +215,8 @@ class ProgramPlan(Record):
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
+    lighting: Literal["none", "headlight"] = "none"
+    """What lights it."""
     vertex: PackagePath
     """Vertex shader, which programs share."""
     fragment: PackagePath
@@ -219,6 +254,8 @@ class Plan(Record):
     """The palette of each transfer function, where samples are classified by one."""
     skip: SkipPlan | None = None
     """How empty space is skipped, where it is."""
+    normals: NormalsPlan | None = None
+    """Normals, where the scene wants them or its lighting needs them."""
     programs: tuple[ProgramPlan, ...]
     """A program for each transfer function, in their order."""
     render: RenderSettings

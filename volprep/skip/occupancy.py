@@ -2,10 +2,10 @@
 
 With S[j] the number of entries 0 to j whose extinction is above a threshold, a block from value a to value b is empty
 if no such entry lies between, S[ceil(b)] = S[floor(a) - 1] with values in entries: what a texture filter makes of the
-entries around a value is never more than the greater of the two. The range is taken one entry wider at both ends, for
-two reasons. A shader finds position and block in float32, and may believe a sample to be in the next block; it is then
-a rounding beyond the face that both share, and its value as little beyond the range. And a pre-integrated segment sees
-all values between those of its ends: where both ends lie in blocks that touch, what is between lies in their ranges.
+entries around a value is never more than the greater of the two. The range is taken one entry wider at both ends: a
+shader finds position and block in float32, and may believe a sample to be in the next block; it is then a rounding
+beyond the face that both share, and its value as little beyond the range. A pre-integrated segment sees all values
+between those of its ends, which a block's range holds too where both ends lie in the block.
 """
 
 import math
@@ -39,7 +39,8 @@ def occupied_blocks(
         # 256 codes: the answer for each, once.
         codes = np.arange(256) * (entries - 1) / 255
         before, until = seen[_first(codes, entries)], seen[_last(codes, entries) + 1]
-        return until[ranges.high] > before[ranges.low]
+        found: Occupied = until[ranges.high] > before[ranges.low]
+        return found
     occupied = np.empty(ranges.low.shape, np.bool_)
     for z in range(len(occupied)):
         low, high = (ends[z].astype(np.float64) * (entries - 1) for ends in (ranges.low, ranges.high))
@@ -63,8 +64,10 @@ def with_neighbours(occupied: Occupied) -> Occupied:
 
 
 def _first(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
-    return np.clip(np.floor(position) - 1, 0, entries - 1).astype(np.intp)
+    index: NDArray[np.intp] = np.clip(np.floor(position) - 1, 0, entries - 1).astype(np.intp)
+    return index
 
 
 def _last(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
-    return np.clip(np.ceil(position) + 1, 0, entries - 1).astype(np.intp)
+    index: NDArray[np.intp] = np.clip(np.ceil(position) + 1, 0, entries - 1).astype(np.intp)
+    return index

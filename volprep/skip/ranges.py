@@ -57,3 +57,47 @@ def block_ranges(read: ReadTexels, shape_zyx: Triple, block: int) -> BlockRanges
     assert low is not None  # noqa: S101 - a level has at least one slice
     assert high is not None  # noqa: S101 - as above
     return BlockRanges(low, high, block)
+
+
+def blocks_along(voxels: int, block: int) -> int:
+    """Number of blocks along an axis of so many voxels."""
+    return _native.block_minmax_shape((voxels, 1, 1), block)[0]
+
+
+class BlockGauge:
+    """Measures the blocks of a volume whose slabs come in order, whatever their thickness."""
+
+    def __init__(self, block: int) -> None:
+        """Begin before the first slice."""
+        self._block = block
+        self._slices = 0
+        self._layers: list[tuple[NDArray[np.generic], NDArray[np.generic]]] = []
+
+    def add(self, slab: NDArray[np.generic]) -> None:
+        """Measure the next slices, [z, y, x]."""
+        first, stop = self._slices, self._slices + len(slab)
+        self._slices = stop
+        # Slice k·B belongs to layer k - 1 as well.
+        for layer in range(max((first - 1) // self._block, 0), (stop - 1) // self._block + 1):
+            z0, z1 = layer * self._block, (layer + 1) * self._block + 1
+            self._widen(layer, slab[max(z0, first) - first : z1 - first])
+
+    def physical(self, slope: float, intercept: float) -> BlockRanges:
+        """Give the ranges found so far as float32 physical values."""
+        depth = blocks_along(self._slices, self._block)
+        ends = (np.concatenate(each).astype(np.float64) for each in zip(*self._layers[:depth], strict=True))
+        one, other = (values * slope + intercept for values in ends)
+        # A negative slope turns the order round; rounding to float32 must not make a range narrower.
+        low, high = np.minimum(one, other).astype(np.float32), np.maximum(one, other).astype(np.float32)
+        infinity = np.float32(np.inf)
+        return BlockRanges(np.nextafter(low, -infinity), np.nextafter(high, infinity), self._block)
+
+    def _widen(self, layer: int, slices: NDArray[np.generic]) -> None:
+        shape = _native.block_minmax_shape(slices.shape, self._block)
+        low, high = np.empty(shape, slices.dtype), np.empty(shape, slices.dtype)
+        _native.block_minmax(np.ascontiguousarray(slices), self._block, low, high, threads=1)
+        if layer == len(self._layers):
+            self._layers.append((low, high))
+        else:
+            before = self._layers[layer]
+            self._layers[layer] = np.minimum(before[0], low), np.maximum(before[1], high)

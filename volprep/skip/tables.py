@@ -50,7 +50,7 @@ def binary_pyramid(occupied: Occupied) -> list[Occupied]:
         below = pyramid[-1]
         padded = np.pad(below, [(0, length % 2) for length in below.shape])
         z, y, x = (length // 2 for length in padded.shape)
-        pyramid.append(padded.reshape(z, 2, y, 2, x, 2).any(axis=(1, 3, 5)))
+        pyramid.append(np.asarray(padded.reshape(z, 2, y, 2, x, 2).any(axis=(1, 3, 5))))
     return pyramid
 
 

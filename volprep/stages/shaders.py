@@ -2,7 +2,9 @@
 
 from volprep.plan import Plan, ProgramPlan
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
-from volprep.render.techniques.raycast import Classification, RayCaster, Sampling, ray_caster
+from volprep.render.techniques.classification import classification
+from volprep.render.techniques.raycast import RayCaster, Sampling, ray_caster
+from volprep.render.techniques.skipping import Skipping, skipping
 from volprep.stages import Changes, Stage
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Program
@@ -11,7 +13,16 @@ from volprep_formats.record import Record
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.grid, plan.render, *plan.levels, *plan.volumes, *plan.lookups, *plan.programs)
+    return (
+        plan.grid,
+        plan.render,
+        *plan.levels,
+        *plan.volumes,
+        *plan.lookups,
+        *plan.preintegrated,
+        *plan.palettes,
+        *plan.programs,
+    )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -26,6 +37,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             Program(
                 name=planned.name,
                 technique=planned.technique,
+                classification=planned.classification,
                 vertex=planned.vertex,
                 fragment=planned.fragment,
                 levels=planned.levels,
@@ -42,11 +54,20 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 
 
 def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
-    lookup = next(each for each in plan.lookups if each.transfer == program.transfer)
-    table = next(texture for texture in draft.manifest.textures if texture.name == lookup.name)
-    classification = Classification(lookup.format, lookup.entries, table.max_extinction_per_mm)
+    manifest = draft.manifest
+    classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
-    return ray_caster(_sampling(plan, program), classification, (x, y, z), plan.render)
+    return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, _skipping(draft, program))
+
+
+def _skipping(draft: Draft, program: ProgramPlan) -> Skipping | None:
+    tables = draft.manifest.skipping.tables if draft.manifest.skipping else ()
+    # A program of 3D textures draws all levels: kind and size of blocks, which its text holds, are the same for all.
+    table = next((t for t in tables if t.transfer == program.transfer and t.level == program.levels[0]), None)
+    if table is None:
+        return None
+    texture = next(each for each in draft.manifest.textures if each.name == table.texture)
+    return skipping(table, texture.mosaic, segments=program.classification == "preintegrated")
 
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
@@ -63,4 +84,4 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
 
 
-STAGE = Stage(name="shaders", reads=("transfer",), settings=_settings, run=_run)
+STAGE = Stage(name="shaders", reads=("transfer", "skip"), settings=_settings, run=_run)

@@ -136,11 +136,11 @@ class GlFormat(Record):
 
 
 class Texture(Record):
-    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE, LINEAR, no mipmaps."""
+    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE, no mipmaps."""
 
     name: str
     """Name, unique in the package."""
-    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges"]
+    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges", "normals"]
     """volume: normalised stored values of a level. transfer: the lookup table of a transfer function. preintegrated:
     its pre-integrated table."""
     file: PackagePath
@@ -184,9 +184,9 @@ class Sampler(Record):
 
     name: str
     """Name in the shader."""
-    role: Literal["volume", "transfer", "preintegrated", "skip"]
-    """Which texture to bind: the level's volume, the table of the program's transfer function, or its skip table for
-    the level."""
+    role: Literal["volume", "transfer", "preintegrated", "skip", "normals"]
+    """Which texture to bind: the level's volume or normals, the table of the program's transfer function, or its skip
+    table for the level."""
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of a mosaic, from 0."""
 
@@ -200,6 +200,8 @@ class Program(Record):
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
+    lighting: Literal["none", "headlight"] = "none"
+    """What lights it. headlight: diffuse, from where the viewer is, |normal · ray|; what has no normal is fully lit."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath

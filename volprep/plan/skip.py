@@ -1,0 +1,222 @@
+"""Whether empty space is skipped, for each transfer function: where enough blocks are empty, and not otherwise.
+
+The share of empty blocks was measured in the pass over the source, on blocks of 16³ voxels. What skipping costs where
+nothing is empty was measured too: `make bench` draws scans with every table and without.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.plan.levels import by
+from volprep.plan.records import BlockRangesPlan, CropPlan, LevelPlan, QuantizePlan, SkipPlan, SkipTablePlan, VolumePlan
+from volprep.plan.room import ONE_CHANNEL, first_of, texture_bytes
+from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.scene import SkipSettings
+from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.skip.ranges import BlockRanges, Triple, blocks_along
+from volprep.statistics import MEASURED_BLOCK, Measured
+from volprep.transfer.table import Table
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import MosaicLayout, PlanItem
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.transfer_function import TransferFunction
+
+BEST_BLOCK = 8
+"""Cells of a block. Of 4, 8 and 16 the fastest on the scans that `make bench` draws, or as fast as the fastest."""
+BEST_KIND: SkipKind = "distance"
+"""Kind of table: a byte a block, as plain blocks have, and never slower than these."""
+LEAST_SHARE = 0.15
+"""Part of the blocks that must be empty. Where none is, reading the table made pictures slower by 5 % at most."""
+_TABLE16 = 16
+_LARGEST_LOOKUP_BYTES = 4096 * 8
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the decision rests on, beside the scene."""
+
+    profile: DeviceProfile
+    """Class of devices."""
+    crop: CropPlan
+    """Part of the source that becomes level 0."""
+    grid: Grid
+    """Grid of level 0."""
+    quantize: QuantizePlan
+    """Codes."""
+    entries: int
+    """Length of lookup tables."""
+    levels: tuple[LevelPlan, ...]
+    """Levels that the package holds."""
+    volumes: tuple[VolumePlan, ...]
+    """Their textures."""
+    measured: Measured
+    """What was measured."""
+
+
+def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan | None:
+    """Decide for which transfer functions empty space is skipped, and how; None where there is nothing to do."""
+    ranges = tuple(_ranges(level, wanted, found) for level in found.levels) if wanted.ranges else ()
+    shares = tuple(empty_share(function, wanted.epsilon, found) for function in functions)
+    tables = tuple(
+        _table(function, level, wanted, found)
+        for function, share in zip(functions, shares, strict=True)
+        if why_not(wanted, share, found) is None
+        for level in found.levels
+    )
+    return SkipPlan(epsilon=wanted.epsilon, shares=shares, tables=tables, ranges=ranges)
+
+
+def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
+    """Part of the measured blocks, within the crop, of which a transfer function shows nothing."""
+    low, high = found.quantize.window
+    blocks = found.measured.blocks
+    # The last voxel opens no block of its own.
+    inside = tuple(
+        slice(min(start // MEASURED_BLOCK, last := blocks_along(stop, MEASURED_BLOCK) - 1), last + 1)
+        for start, stop in zip(found.crop.start_zyx, found.crop.stop_zyx, strict=True)
+    )
+    least, most = (
+        np.clip((values[inside].astype(np.float64) - low) / (high - low), 0, 1).astype(np.float32)
+        for values in (blocks.low, blocks.high)
+    )
+    table = Table.exact(function).resampled((low, high), found.entries).extinction_per_mm
+    threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
+    occupied = occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
+    return 1.0 - float(occupied.mean())
+
+
+def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
+    """Why a transfer function gets no table, or None if it gets one."""
+    if wanted.kind == "none":
+        return "the scene does not want it"
+    part = f"{share:.1%} of the blocks of {MEASURED_BLOCK}³ voxels are empty"
+    if share == 0.0:
+        return part
+    if wanted.kind == "auto" and share < LEAST_SHARE:
+        return f"{part}; below {LEAST_SHARE:.0%} looking may cost more than it saves"
+    return _no_room(wanted, found)
+
+
+def _no_room(wanted: SkipSettings, found: Found) -> str | None:
+    profile = found.profile
+    if _texel(8, found) is None:
+        return f"profile {profile.name} has no format of one channel and 8 bits"
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    for level, volume in zip(found.levels, found.volumes, strict=True):
+        shape = _table_shape(level, kind, block)
+        size = math.prod(shape)
+        if _layout(shape, found) is None:
+            return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
+        # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
+        if texture_bytes(volume) + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
+            return f"beside level {level.index} there is no room for a table of {size} bytes"
+        if len(volume.files) + 2 > profile.texture_units:
+            return f"{len(volume.files)} textures of level {level.index} leave no texture unit for it"
+    return None
+
+
+def describe_skip(
+    plan: SkipPlan | None, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
+) -> Iterator[PlanItem]:
+    """Give an item for each transfer function, and one for the ranges of blocks."""
+    if plan is None:
+        return
+    for function, share in zip(functions, plan.shares, strict=True):
+        tables = [table for table in plan.tables if table.transfer == function.name]
+        reason = why_not(wanted, share, found)
+        size = sum(math.prod(table.shape_zyx) for table in tables)
+        if reason is None:
+            kind, block = _kind_and_block(wanted, found.levels[0])
+            reason = f"{share:.1%} of the blocks of {MEASURED_BLOCK}³ voxels are empty; kind {kind}, blocks of {block}³"
+            if share == 1.0:
+                reason = "the transfer function shows nothing: pictures are empty, and rays take no sample"
+        else:
+            kind, block = _kind_and_block(wanted, found.levels[0])
+            size = math.prod(_table_shape(found.levels[0], kind, block))
+        yield PlanItem(
+            name=f"skip table {function.name}",
+            kept=bool(tables),
+            reason=reason,
+            files=tuple(table.file for table in tables),
+            size_bytes=size,
+        )
+    if plan.ranges:
+        yield PlanItem(
+            name="ranges of blocks",
+            kept=True,
+            reason="an app makes new skip tables from them when its users change a transfer function",
+            files=tuple(ranges.file for ranges in plan.ranges),
+            size_bytes=sum(math.prod(ranges.shape_zyx) * BYTES_PER_TEXEL[ranges.format] for ranges in plan.ranges),
+        )
+
+
+def _kind_and_block(wanted: SkipSettings, finest: LevelPlan) -> tuple[SkipKind, int]:
+    kind: SkipKind = BEST_KIND if wanted.kind == "auto" or wanted.kind == "none" else wanted.kind  # noqa: PLR1714 - mypy
+    if kind == "table16":
+        return kind, max(1, -(-(max(finest.shape_zyx) - 1) // _TABLE16))
+    return kind, BEST_BLOCK if wanted.block == "auto" else wanted.block
+
+
+def _table(function: TransferFunction, level: LevelPlan, wanted: SkipSettings, found: Found) -> SkipTablePlan:
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    texel, (shape_zyx, mosaic) = _texel(8, found), _layout(_table_shape(level, kind, block), found) or (None, None)
+    assert texel is not None  # noqa: S101 - why_not has found room
+    assert shape_zyx is not None  # noqa: S101 - as above
+    name = f"skip-{function.name}-{level.index}"
+    return SkipTablePlan(
+        transfer=function.name,
+        level=level.index,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        kind=kind,
+        block=block,
+        format=texel,
+        shape_zyx=shape_zyx,
+        mosaic=mosaic,
+    )
+
+
+def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRangesPlan:
+    _, block = _kind_and_block(wanted, found.levels[0])
+    z, y, x = _blocks(level, block)
+    texel, layout = _texel(found.quantize.bits, found), _layout((2 * z, y, x), found)
+    assert texel is not None  # noqa: S101 - the level itself has this format
+    assert layout is not None  # noqa: S101 - and is larger
+    name = f"ranges-{level.index}"
+    return BlockRangesPlan(
+        level=level.index,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        block=block,
+        format=texel,
+        shape_zyx=layout[0],
+        mosaic=layout[1],
+    )
+
+
+def _texel(bits: int, found: Found) -> TextureFormat | None:
+    return first_of(ONE_CHANNEL[bits], found.profile)
+
+
+def _blocks(level: LevelPlan, block: int) -> Triple:
+    z, y, x = (blocks_along(voxels, block) for voxels in level.shape_zyx)
+    return z, y, x
+
+
+def _table_shape(level: LevelPlan, kind: SkipKind, block: int) -> Triple:
+    z, y, x = _blocks(level, block)
+    return (8 * z if kind == "octants" else z), y, x
+
+
+def _layout(shape_zyx: Triple, found: Found) -> tuple[Triple, MosaicLayout | None] | None:
+    """Shape of the texture for a table, and its layout where there are no 3D textures; None if there is no room."""
+    profile = found.profile
+    if profile.max_3d_texture_size:
+        return (shape_zyx, None) if max(shape_zyx) <= profile.max_3d_texture_size else None
+    mosaic = fit_mosaic(shape_zyx, Packing(), Room(profile.max_texture_size, npot=profile.npot, square=profile.square))
+    return None if mosaic is None else ((1, *mosaic.texture_shape_yx), mosaic)

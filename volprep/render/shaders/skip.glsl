@@ -1,0 +1,16 @@
+//: Empty-space skipping. Slots: skip_table gives block_position and block_offset (box millimetres to blocks), last_block
+//: and skip_entry(block, stride), the entry of a block, 0 where it is not empty; skip_reach gives samples_ahead.
+//: Constant: half a voxel in blocks.
+//#part skip_table
+
+//#part skip_reach
+
+// A sample this near to the end of an empty region, in steps, is looked at after all: what float32 rounds away is less.
+const float SKIP_MARGIN = 0.015625;
+// Number of samples after the one at `at`, every `stride` further, of which the entry of its block tells; both in blocks.
+float samples_told(vec3 at, vec3 stride, vec3 block, float entry) {
+  // As where the ray meets the box: a slope of 1e-7 instead of none.
+  vec3 least = vec3(1e-7 * length(stride));
+  vec3 slope = mix(stride, least, vec3(lessThan(abs(stride), least)));
+  return floor(max(samples_ahead(at, slope, block, entry) - SKIP_MARGIN, 0.0));
+}

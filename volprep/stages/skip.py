@@ -1,0 +1,126 @@
+"""Empty-space skipping: each level and transfer function gets the table by which rays jump.
+
+What a block holds is measured on the texels of the package as the GPU reads them, and what a transfer function shows
+on the table that the shader reads: nothing that a sample could see is left out because of rounding.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.mosaic import pack_mosaic
+from volprep.plan import BlockRangesPlan, LevelPlan, Plan, SkipTablePlan
+from volprep.render.gl_formats import KTX2_FORMAT, gl_format
+from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.skip.ranges import BlockRanges, block_ranges
+from volprep.skip.tables import skip_table
+from volprep.skip.visible import visible_extinction
+from volprep.slabs import bytes_of
+from volprep.stages import Changes, Stage, with_textures
+from volprep.texels import texel_reader
+from volprep.work import codes_of_level
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Texture
+from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    skip = () if plan.skip is None else (plan.skip,)
+    return (*skip, plan.grid, *plan.levels, *plan.volumes, *plan.lookups, *plan.preintegrated, *plan.palettes)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    skip = plan.skip
+    if skip is None:
+        msg = "stage skip without a plan for it"
+        raise ValueError(msg)
+    progress.start("skip", len(plan.levels))
+    textures: list[Texture] = []
+    tables: list[SkipTable] = []
+    records: list[BlockRangesRecord] = []
+    for level in plan.levels:
+        measured: dict[int, BlockRanges] = {}
+        for wanted in (table for table in skip.tables if table.level == level.index):
+            ranges = _measured(draft, plan, level, wanted.block, measured)
+            texture, table = _table(draft, plan, level, wanted, ranges)
+            textures.append(texture)
+            tables.append(table)
+        for shipped in (ranges for ranges in skip.ranges if ranges.level == level.index):
+            ranges = _measured(draft, plan, level, shipped.block, measured)
+            textures.append(_write_ranges(draft, plan, shipped, ranges))
+            records.append(
+                BlockRangesRecord(
+                    texture=shipped.name, level=level.index, block=shipped.block, blocks_zyx=ranges.shape_zyx
+                )
+            )
+        progress.advance()
+    return {
+        "textures": with_textures(draft.manifest, tuple(textures)),
+        "skipping": Skipping(epsilon=skip.epsilon, tables=tuple(tables), ranges=tuple(records)),
+    }
+
+
+def _measured(draft: Draft, plan: Plan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]) -> BlockRanges:
+    """Ranges of the blocks of a level; transfer functions share them."""
+    if block not in measured:
+        read = texel_reader(codes_of_level(draft, plan, level.index))
+        measured[block] = block_ranges(read, level.shape_zyx, block)
+    return measured[block]
+
+
+def _table(
+    draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, ranges: BlockRanges
+) -> tuple[Texture, SkipTable]:
+    threshold = threshold_per_mm(plan.skip.epsilon if plan.skip else 0.0, math.hypot(*plan.grid.extent_mm_zyx))
+    occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, level.index), threshold)
+    entries = skip_table(occupied, wanted.kind)
+    texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
+    spacing_mm_zyx = (f * h for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))
+    z, y, x = (1 / (wanted.block * spacing) for spacing in spacing_mm_zyx)
+    return texture, SkipTable(
+        texture=wanted.name,
+        level=level.index,
+        transfer=wanted.transfer,
+        kind=wanted.kind,
+        block=wanted.block,
+        blocks_zyx=ranges.shape_zyx,
+        blocks_from_box_per_mm_xyz=(x, y, z),
+        empty_share=1.0 - float(occupied.mean()),
+    )
+
+
+def _write_ranges(draft: Draft, plan: Plan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:
+    both = np.concatenate([ranges.low, ranges.high])
+    texels = both.astype(np.float16) if both.dtype == np.float32 else both
+    return _write(draft, plan, wanted, texels)
+
+
+def _write(draft: Draft, plan: Plan, wanted: SkipTablePlan | BlockRangesPlan, texels: NDArray[np.generic]) -> Texture:
+    dimensions: ktx2.Dimensions = 3 if wanted.mosaic is None else 2
+
+    def file() -> Iterator[bytes | memoryview]:
+        yield ktx2.header(KTX2_FORMAT[wanted.format], wanted.shape_zyx, dimensions)
+        if wanted.mosaic is None:
+            yield bytes_of(texels)
+            return
+        for rows in pack_mosaic(lambda z0, z1: texels[z0:z1], wanted.mosaic):
+            yield bytes_of(rows)
+
+    draft.write(wanted.file, "texture", file())
+    return Texture(
+        name=wanted.name,
+        role="ranges",
+        file=wanted.file,
+        shape_zyx=wanted.shape_zyx,
+        gl=gl_format(wanted.format, "TEXTURE_2D" if wanted.mosaic else "TEXTURE_3D", plan.profile.api),
+        level=wanted.level,
+        mosaic=wanted.mosaic,
+    )
+
+
+STAGE = Stage(name="skip", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
