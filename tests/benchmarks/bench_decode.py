@@ -14,9 +14,8 @@ from pydicom.uid import UID, JPEG2000Lossless, JPEGLSLossless, RLELossless
 from rich.console import Console
 
 from volprep_formats.isolation import available_cores, workers
-from volprep_formats.readers.dicom_file import quiet_pydicom
+from volprep_formats.readers.dicom_compressed import decode_compressed, decode_request
 from volprep_formats.readers.dicom_header import EncodedPixels
-from volprep_formats.readers.dicom_pixels import decode_picture, decode_request
 
 SLICES, SIDE = 60, 512
 ROUNDS = 3
@@ -49,7 +48,7 @@ def measure_decode(console: Console) -> list[DecodeRow]:
     rows = []
     for syntax in (JPEG2000Lossless, JPEGLSLossless, RLELossless):
         console.print(f"measuring decoding of {syntax.name}", style="dim")
-        with tempfile.TemporaryDirectory() as folder, quiet_pydicom():
+        with tempfile.TemporaryDirectory() as folder:
             rows.append(_measure(syntax, [_encoded(Path(folder) / str(k), s, syntax) for k, s in enumerate(slices)]))
     return rows
 
@@ -93,7 +92,7 @@ def _measure(syntax: UID, pictures: list[EncodedPixels]) -> DecodeRow:
 
     def serial() -> None:
         for k, picture in enumerate(pictures):
-            slab[k] = decode_picture(picture)
+            slab[k] = decode_compressed(picture)
 
     def started() -> None:
         with workers() as pool:

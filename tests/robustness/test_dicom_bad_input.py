@@ -19,7 +19,7 @@ from pydicom.uid import (
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom_header import ATTRIBUTES
+from volprep_formats.readers.dicom_header import TAGS
 from volprep_formats.source import SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
@@ -237,9 +237,9 @@ def test_a_huge_declared_slice_is_refused_before_anything_is_allocated(tmp_path)
 
 
 def test_a_deflated_file_that_unpacks_without_end_is_refused(tmp_path, monkeypatch) -> None:
-    from volprep_formats.readers import dicom_file
+    from volprep_formats.readers import dicom_inflate
 
-    monkeypatch.setattr(dicom_file, "_MAX_INFLATED_BYTES", 10_000)
+    monkeypatch.setattr(dicom_inflate, "_MAX_INFLATED_BYTES", 10_000)
     file = save_stack(tmp_path, syntax=DeflatedExplicitVRLittleEndian)
     data = file.read_bytes()
     packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
@@ -308,5 +308,5 @@ def test_no_text_of_the_header_comes_through(tmp_path) -> None:
 
 
 def test_only_attributes_of_geometry_and_pixels_are_read() -> None:
-    assert not [keyword for keyword in ATTRIBUTES if "Patient" in keyword and not keyword.startswith("Image")]
-    assert not [keyword for keyword in ATTRIBUTES if any(word in keyword for word in ("Name", "Date", "Description"))]
+    assert not [keyword for keyword in TAGS if "Patient" in keyword and not keyword.startswith("Image")]
+    assert not [keyword for keyword in TAGS if any(word in keyword for word in ("Name", "Date", "Description"))]

@@ -11,26 +11,28 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom_file import quiet_pydicom
 from volprep_formats.readers.dicom_geometry import Stack, stack_images
 from volprep_formats.readers.dicom_header import EncodedPixels, SliceImage
 from volprep_formats.readers.dicom_pixels import (
     check_decodable,
-    decode_picture,
-    decode_request,
+    decode_native,
+    is_as_stored,
     is_compressed,
+    read_native,
     slice_of,
     stored_range,
 )
 from volprep_formats.readers.dicom_scan import Scan, Series, choose_series, scan
 from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
+
+if TYPE_CHECKING:
+    from volprep_formats.isolation import Workers
 
 _FLOAT32_BITS = 24
 
@@ -44,6 +46,11 @@ class _Slice:
     slope: float
     intercept: float
 
+    def is_plain(self, dtype: np.dtype[np.generic]) -> bool:
+        """Whether its values are in the file as the volume wants them, which is of type `dtype`."""
+        unchanged = self.mirror is None and (self.slope, self.intercept) == (1.0, 0.0) and self.pixels.tile is None
+        return unchanged and is_as_stored(self.pixels, dtype)
+
 
 class DicomSource:
     """One series, decoded slab by slab."""
@@ -51,6 +58,7 @@ class DicomSource:
     def __init__(self, info: SourceInfo, slices: Sequence[_Slice]) -> None:
         self._info = info
         self._slices = tuple(slices)
+        self._cores = os.cpu_count() or 1
         self._workers: Workers | None = None
         self._exit = ExitStack()
 
@@ -66,10 +74,15 @@ class DicomSource:
         goes wrong.
         """
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]
+
+        def read_part(first: int) -> None:
+            for z in plain[first :: self._cores]:
+                read_native(self._slices[z].pixels, slab[z - z0])
 
         # All slices of one mosaic come from one decoded picture.
         pictures: dict[EncodedPixels, list[int]] = {}
-        for z in range(z0, z1):
+        for z in sorted({*range(z0, z1)}.difference(plain)):
             pictures.setdefault(replace(self._slices[z].pixels, tile=None), []).append(z)
 
         def place(picture: EncodedPixels, decoded: NDArray[np.generic]) -> None:
@@ -77,11 +90,17 @@ class DicomSource:
                 _convert(self._slices[z], decoded, slab[z - z0])
 
         native = [picture for picture in pictures if not is_compressed(picture)]
-        with quiet_pydicom(), ThreadPoolExecutor(os.cpu_count()) as pool:
-            for _ in pool.map(lambda picture: place(picture, decode_picture(picture)), native):
+        with ThreadPoolExecutor(self._cores) as pool:
+            # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
+            for _ in pool.map(read_part, range(self._cores)):
+                pass
+            for _ in pool.map(lambda picture: place(picture, decode_native(picture)), native):
                 pass
         compressed = [picture for picture in pictures if is_compressed(picture)]
         if compressed:
+            from volprep_formats.isolation import workers  # noqa: PLC0415 - seldom needed
+            from volprep_formats.readers.dicom_compressed import decode_request  # noqa: PLC0415 - heavy
+
             self._workers = self._workers or self._exit.enter_context(workers())
             requests = [decode_request(picture) for picture in compressed]
             self._workers.run(requests, lambda index, decoded: place(compressed[index], decoded))
@@ -180,10 +199,9 @@ def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: in
         if image.problem is not None:
             raise image.problem
     stack = stack_images(series.images, repair, volume)
-    with quiet_pydicom():
-        for image in series.images:
-            if image.pixels is not None:
-                check_decodable(image.pixels)
+    for image in series.images:
+        if image.pixels is not None:
+            check_decodable(image.pixels)
     return stack
 
 

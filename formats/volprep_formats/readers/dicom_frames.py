@@ -8,16 +8,19 @@ of encapsulated pixel data PS3.5, A.4.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
 from pydicom.uid import UID, ExplicitVRBigEndian
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_element import PixelElement
 from volprep_formats.readers.dicom_header import (
+    PRIVATE_TAGS,
     TAGS,
     VARIANTS,
+    Elements,
     EncodedPixels,
     Fields,
-    PixelElement,
     SliceImage,
     pixel_spacing,
     raw_text,
@@ -37,9 +40,19 @@ _GROUP_OF_VARIANT = {
 """Where a frame says what a single image says in one of `VARIANTS`."""
 
 
+def elements_of(data: Dataset) -> Elements:
+    """Values of the wanted elements of a data set as they stand in the file."""
+    found = {}
+    for tag in (*TAGS.values(), *PRIVATE_TAGS):
+        element: object = data.get_item(tag) if tag in data else None
+        if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
+            found[tag] = (element.value, "<" if element.is_little_endian else ">")
+    return found
+
+
 def frame_count(data: Dataset) -> int | None:
     """Number of frames that a multi-frame image declares, 0 when it is no sound number; None for a single image."""
-    text = raw_text(data, "NumberOfFrames")
+    text = raw_text(elements_of(data), "NumberOfFrames")
     grouped = TAGS["PerFrameFunctionalGroupsSequence"] in data
     if not text:
         return 1 if grouped else None
@@ -78,9 +91,9 @@ def _sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
 def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels: EncodedPixels) -> SliceImage:
     """One frame as a slice; what its groups leave out is as in the image."""
 
-    def group(keyword: str) -> Dataset:
+    def group(keyword: str) -> Elements:
         found = _sequence(own, keyword) or _sequence(shared, keyword)
-        return found[0] if found else Dataset()
+        return elements_of(found[0]) if found else {}
 
     measures = Fields(image.path, group("PixelMeasuresSequence"))
     orientation = Fields(image.path, group("PlaneOrientationSequence"))
@@ -107,7 +120,7 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
     return replace(found, problem=problems[0]) if problems else found
 
 
-def _variant(image: SliceImage, group: Callable[[str], Dataset], k: int) -> str:
+def _variant(image: SliceImage, group: Callable[[str], Elements], k: int) -> str:
     if VARIANTS[k] not in _GROUP_OF_VARIANT:
         return image.variants[k]
     sequence, keyword = _GROUP_OF_VARIANT[VARIANTS[k]]

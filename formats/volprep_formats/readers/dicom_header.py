@@ -1,21 +1,18 @@
 """What the header of one DICOM image says of geometry and pixels, checked.
 
-Only the attributes in `ATTRIBUTES` are ever looked at, and only what `ImageFile` has fields for is kept: that list is
+Only the attributes in `TAGS` are ever looked at, and only what `ImageFile` has fields for is kept: that list is
 what protects the patient's identity. Values are checked here, so that the rest of the reader computes with sound
 numbers. Source: DICOM PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
 """
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydicom.datadict import dictionary_VR
-from pydicom.dataelem import RawDataElement
-from pydicom.dataset import Dataset
-from pydicom.tag import BaseTag, Tag
-
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_element import PixelElement
 
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
@@ -31,62 +28,75 @@ VARIANTS = (
 )
 """Attributes that tell apart several images at one place."""
 
-ATTRIBUTES = (
-    *VARIANTS,
-    "SOPClassUID",
-    "SOPInstanceUID",
-    "SeriesInstanceUID",
-    "Modality",
-    "BurnedInAnnotation",
-    "SliceThickness",
-    "SpacingBetweenSlices",
-    "ImagePositionPatient",
-    "ImageOrientationPatient",
-    "SamplesPerPixel",
-    "PhotometricInterpretation",
-    "NumberOfFrames",
-    "Rows",
-    "Columns",
-    "PixelSpacing",
-    "BitsAllocated",
-    "BitsStored",
-    "HighBit",
-    "PixelRepresentation",
-    "PixelPaddingValue",
-    "RescaleIntercept",
-    "RescaleSlope",
-    "RescaleType",
-    "Units",
-    "SharedFunctionalGroupsSequence",
-    "PerFrameFunctionalGroupsSequence",
-    "PlanePositionSequence",
-    "PlaneOrientationSequence",
-    "PixelMeasuresSequence",
-    "PixelValueTransformationSequence",
-    "FrameContentSequence",
-    "TemporalPositionIndex",
-    "FrameAcquisitionNumber",
-    "StackID",
-    "MREchoSequence",
-    "EffectiveEchoTime",
-    "MRDiffusionSequence",
-    "CardiacSynchronizationSequence",
-    "NominalCardiacTriggerDelayTime",
-)
-"""The only attributes that are read, besides `PRIVATE_TAGS`."""
-
-TAGS = {keyword: Tag(keyword) for keyword in ATTRIBUTES}
-"""Their tags."""
-MOSAIC_CREATOR, MOSAIC_COUNT = Tag(0x0019, 0x0010), Tag(0x0019, 0x100A)
-CSA_CREATOR, CSA_HEADER = Tag(0x0029, 0x0010), Tag(0x0029, 0x1010)
+TAGS = {
+    "EchoTime": 0x0018_0081,
+    "InversionTime": 0x0018_0082,
+    "TriggerTime": 0x0018_1060,
+    "TemporalPositionIdentifier": 0x0020_0100,
+    "DiffusionBValue": 0x0018_9087,
+    "AcquisitionNumber": 0x0020_0012,
+    "ImageType": 0x0008_0008,
+    "SOPClassUID": 0x0008_0016,
+    "SOPInstanceUID": 0x0008_0018,
+    "SeriesInstanceUID": 0x0020_000E,
+    "Modality": 0x0008_0060,
+    "BurnedInAnnotation": 0x0028_0301,
+    "SliceThickness": 0x0018_0050,
+    "SpacingBetweenSlices": 0x0018_0088,
+    "ImagePositionPatient": 0x0020_0032,
+    "ImageOrientationPatient": 0x0020_0037,
+    "SamplesPerPixel": 0x0028_0002,
+    "PhotometricInterpretation": 0x0028_0004,
+    "NumberOfFrames": 0x0028_0008,
+    "Rows": 0x0028_0010,
+    "Columns": 0x0028_0011,
+    "PixelSpacing": 0x0028_0030,
+    "BitsAllocated": 0x0028_0100,
+    "BitsStored": 0x0028_0101,
+    "HighBit": 0x0028_0102,
+    "PixelRepresentation": 0x0028_0103,
+    "PixelPaddingValue": 0x0028_0120,
+    "RescaleIntercept": 0x0028_1052,
+    "RescaleSlope": 0x0028_1053,
+    "RescaleType": 0x0028_1054,
+    "Units": 0x0054_1001,
+    "SharedFunctionalGroupsSequence": 0x5200_9229,
+    "PerFrameFunctionalGroupsSequence": 0x5200_9230,
+    "PlanePositionSequence": 0x0020_9113,
+    "PlaneOrientationSequence": 0x0020_9116,
+    "PixelMeasuresSequence": 0x0028_9110,
+    "PixelValueTransformationSequence": 0x0028_9145,
+    "FrameContentSequence": 0x0020_9111,
+    "TemporalPositionIndex": 0x0020_9128,
+    "FrameAcquisitionNumber": 0x0020_9156,
+    "StackID": 0x0020_9056,
+    "MREchoSequence": 0x0018_9114,
+    "EffectiveEchoTime": 0x0018_9082,
+    "MRDiffusionSequence": 0x0018_9117,
+    "CardiacSynchronizationSequence": 0x0018_9118,
+    "NominalCardiacTriggerDelayTime": 0x0020_9153,
+}
+"""The only attributes that are read, besides `PRIVATE_TAGS`, and their tags: group and element."""
+MOSAIC_CREATOR, MOSAIC_COUNT = 0x0019_0010, 0x0019_100A
+CSA_CREATOR, CSA_HEADER = 0x0029_0010, 0x0029_1010
 PRIVATE_TAGS = (MOSAIC_CREATOR, MOSAIC_COUNT, CSA_CREATOR, CSA_HEADER)
 """Where Siemens writes how many slices a mosaic holds, and which way they follow each other."""
+
+Elements = Mapping[int, tuple[bytes, str]]
+"""Values of elements as they stand in the file, and their byte order ("<" or ">"), by tag; no sequences."""
 
 _BINARY = frozenset(
     ("SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation")
 )
 """Those of them that are stored as 16-bit numbers, the others being text."""
-_NUMBERS = {"FD": "d", "UL": "L", "US": "H"}
+_VARIANT_FORMS = {
+    "DiffusionBValue": "d",
+    "EffectiveEchoTime": "d",
+    "NominalCardiacTriggerDelayTime": "d",
+    "TemporalPositionIndex": "L",
+    "FrameAcquisitionNumber": "H",
+}
+"""Forms of what tells images apart, where it is no text."""
 _LIMIT = 1e6
 _MODALITIES = frozenset(
     ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
@@ -94,25 +104,6 @@ _MODALITIES = frozenset(
 _GREY = frozenset(("MONOCHROME1", "MONOCHROME2"))
 _COLOURS = frozenset(("PALETTE COLOR", "RGB", "YBR_FULL", "YBR_FULL_422", "YBR_PARTIAL_420", "YBR_ICT", "YBR_RCT"))
 _UNITS = {"HU": "HU", "BQML": "Bq/ml"}
-
-
-@dataclass(frozen=True)
-class PixelElement:
-    """The element that holds the pixels: where its value lies in the file, or in its inflated data set."""
-
-    is_float: bool
-    """FloatPixelData or DoubleFloatPixelData."""
-    has_words: bool
-    """Its values are 16-bit words (VR OW)."""
-    offset_bytes: int
-    size_bytes: int | None
-    """Length of the value, of an encapsulated one with its items and the delimiter; None when the file ends first."""
-    present_bytes: int
-    """What the file holds of it."""
-    items: tuple[tuple[int, int], ...]
-    """Offset and length of the value of each item of an encapsulated value; the first is its table."""
-    table: tuple[int, ...]
-    """The table: where each frame begins, counted from the end of the table; it may be empty."""
 
 
 @dataclass(frozen=True)
@@ -173,28 +164,25 @@ class SliceImage:
     """Why this image cannot be part of a volume; raised when its series is wanted."""
 
 
-def raw_value(data: Dataset, keyword: str) -> tuple[bytes, str]:
+def raw_value(data: Elements, keyword: str) -> tuple[bytes, str]:
     """Value of an attribute as it stands in the file, and its byte order; empty when missing, or a sequence."""
     return raw_element(data, TAGS[keyword])
 
 
-def raw_element(data: Dataset, tag: BaseTag) -> tuple[bytes, str]:
+def raw_element(data: Elements, tag: int) -> tuple[bytes, str]:
     """Value of the element `tag` as it stands in the file, and its byte order; empty when missing, or a sequence."""
-    element: object = data.get_item(tag)
-    if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
-        return element.value, "<" if element.is_little_endian else ">"
-    return b"", "<"
+    return data.get(tag, (b"", "<"))
 
 
-def raw_text(data: Dataset, keyword: str) -> str:
+def raw_text(data: Elements, keyword: str) -> str:
     """Value of a text attribute as it stands in the file."""
     return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
 
 
-def variant_text(data: Dataset, keyword: str) -> str:
+def variant_text(data: Elements, keyword: str) -> str:
     """Value of an attribute that tells images apart, as text; a binary number as its digits."""
     value, order = raw_value(data, keyword)
-    form = _NUMBERS.get(dictionary_VR(TAGS[keyword]))
+    form = _VARIANT_FORMS.get(keyword)
     if form is None:
         return raw_text(data, keyword)
     return repr(struct.unpack(order + form, value)[0]) if len(value) == struct.calcsize("=" + form) else ""
@@ -206,7 +194,7 @@ class Fields:
     Values are converted here and not by pydicom: it takes three times as long, and damaged ones can raise anything.
     """
 
-    def __init__(self, path: Path, data: Dataset) -> None:
+    def __init__(self, path: Path, data: Elements) -> None:
         self.path = path
         self.problem: VolprepError | None = None
         self._data = data
@@ -261,7 +249,7 @@ class Fields:
         return low
 
 
-def slice_image(path: Path, data: Dataset, transfer_syntax: str, element: PixelElement) -> SliceImage:
+def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
     """Interpret a header as that of one slice. What is wrong with it stands in `problem`."""
     fields = Fields(path, data)
     pixels = _pixels(fields, transfer_syntax, element)

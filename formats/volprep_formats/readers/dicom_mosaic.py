@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from pydicom.dataset import Dataset
-from pydicom.tag import BaseTag
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_header import (
@@ -21,6 +19,7 @@ from volprep_formats.readers.dicom_header import (
     CSA_HEADER,
     MOSAIC_COUNT,
     MOSAIC_CREATOR,
+    Elements,
     SliceImage,
     raw_element,
     raw_text,
@@ -32,12 +31,12 @@ _MOST_TAGS = 2**10
 _MOST_ITEMS = 2**10
 
 
-def is_mosaic(data: Dataset) -> bool:
+def is_mosaic(data: Elements) -> bool:
     """Whether the header says that the picture is a mosaic."""
     return "MOSAIC" in raw_text(data, "ImageType").upper().split("\\")
 
 
-def mosaic_slices(image: SliceImage, data: Dataset) -> tuple[SliceImage, ...]:
+def mosaic_slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     """Slices of the mosaic that `image` is as a whole; the image itself, with its problem, when they cannot be told."""
     if image.problem is not None or image.pixels is None:
         return (image,)
@@ -47,7 +46,7 @@ def mosaic_slices(image: SliceImage, data: Dataset) -> tuple[SliceImage, ...]:
         return (replace(image, problem=error),)
 
 
-def _slices(image: SliceImage, data: Dataset) -> tuple[SliceImage, ...]:
+def _slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     count, normal = _count_and_normal(data)
     if image.pixels is None or count is None or normal is None:
         missing = "how many slices it holds" if count is None else "which way its slices follow each other"
@@ -86,7 +85,7 @@ def _slices(image: SliceImage, data: Dataset) -> tuple[SliceImage, ...]:
     )
 
 
-def _count_and_normal(data: Dataset) -> tuple[int | None, tuple[float, ...] | None]:
+def _count_and_normal(data: Elements) -> tuple[int | None, tuple[float, ...] | None]:
     """NumberOfImagesInMosaic and SliceNormalVector; None where they are missing or unsound."""
     count: int | None = None
     normal: tuple[float, ...] | None = None
@@ -104,7 +103,7 @@ def _count_and_normal(data: Dataset) -> tuple[int | None, tuple[float, ...] | No
     return count if count is not None and 1 <= count <= _MOST_TILES else None, normal
 
 
-def _creator(data: Dataset, tag: BaseTag) -> bytes:
+def _creator(data: Elements, tag: int) -> bytes:
     """Name of who owns a block of private elements."""
     return raw_element(data, tag)[0].strip(b" \0")
 

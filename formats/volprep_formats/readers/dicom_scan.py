@@ -7,7 +7,7 @@ from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom_file import quiet_pydicom, read_slices
+from volprep_formats.readers.dicom_file import read_slices
 from volprep_formats.readers.dicom_header import SliceImage
 
 _FEWEST_SLICES = 4
@@ -67,16 +67,15 @@ def scan(path: Path, progress: Progress) -> Scan:
     progress.start("reading DICOM headers", len(files))
     series: dict[str, list[SliceImage]] = {}
     damaged: list[VolprepError] = []
-    with quiet_pydicom():
-        for file in files:
-            try:
-                slices = read_slices(file)
-            except VolprepError as error:
-                damaged.append(error)
-                slices = ()
-            for image in slices:
-                series.setdefault(image.series_uid, []).append(image)
-            progress.advance()
+    for file in files:
+        try:
+            slices = read_slices(file)
+        except VolprepError as error:
+            damaged.append(error)
+            slices = ()
+        for image in slices:
+            series.setdefault(image.series_uid, []).append(image)
+        progress.advance()
     found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
     return Scan(path, found, tuple(damaged), len(files) - len(damaged) - sum(s.files for s in found))
 

@@ -1,0 +1,96 @@
+"""The element that holds the pixels of a DICOM file: where its value lies, and whether all of it is there.
+
+Source: DICOM PS3.5 (7.1 data elements, A.4 encapsulated pixel data).
+"""
+
+import io
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import BinaryIO
+
+PIXEL_DATA, FLOAT_PIXELS, DOUBLE_PIXELS = 0x7FE0_0010, 0x7FE0_0008, 0x7FE0_0009
+"""Tags of the elements that can hold pixels."""
+UNDEFINED_LENGTH = 0xFFFF_FFFF
+"""Length of a value that ends with a delimiter."""
+ITEM, ITEM_END, SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E00D, 0xFFFE_E0DD
+"""Tags of the parts of sequences."""
+
+_PIXEL_GROUP = PIXEL_DATA >> 16
+_MOST_ITEMS = 2**20
+
+
+@dataclass(frozen=True)
+class PixelElement:
+    """The element that holds the pixels: where its value lies in the file, or in its inflated data set."""
+
+    is_float: bool
+    """FloatPixelData or DoubleFloatPixelData."""
+    has_words: bool
+    """Its values are 16-bit words (VR OW)."""
+    offset_bytes: int
+    size_bytes: int | None
+    """Length of the value, of an encapsulated one with its items and the delimiter; None when the file ends first."""
+    present_bytes: int
+    """What the file holds of it."""
+    items: tuple[tuple[int, int], ...]
+    """Offset and length of the value of each item of an encapsulated value; the first is its table."""
+    table: tuple[int, ...]
+    """The table: where each frame begins, counted from the end of the table; it may be empty."""
+
+
+def pixel_element(stream: BinaryIO, implicit: bool, little: bool, *, encapsulated: bool) -> PixelElement | None:
+    """Find the pixel data, which begins where `stream` stands; None when the file ends before it."""
+    start = stream.tell()
+    size = stream.seek(0, io.SEEK_END)
+    stream.seek(start)
+    order = "<" if little else ">"
+    header = stream.read(8 if implicit else 12)
+    if len(header) < (8 if implicit else 12):
+        return None
+    group, number = struct.unpack(order + "HH", header[:4])
+    if group != _PIXEL_GROUP:
+        return None
+    (length,) = struct.unpack(order + "L", header[-4:])
+    offset = stream.tell()
+    end = offset + length
+    items: list[tuple[int, int]] = []
+    table: tuple[int, ...] = ()
+    if length == UNDEFINED_LENGTH or encapsulated:
+        end = _walk(stream, size, items)
+        table = _table(stream, items)
+    return PixelElement(
+        is_float=group << 16 | number != PIXEL_DATA,
+        has_words=not implicit and header[4:6] == b"OW",
+        offset_bytes=offset,
+        size_bytes=None if end > size else end - offset,
+        present_bytes=size - offset,
+        items=tuple(items),
+        table=table,
+    )
+
+
+def _walk(stream: BinaryIO, size: int, items: list[tuple[int, int]]) -> int:
+    """Collect the items of encapsulated pixel data; give the end of its delimiter, past `size` when it is cut off."""
+    while len(items) < _MOST_ITEMS:
+        header = stream.read(8)
+        if len(header) < 8:
+            return size + 1
+        group, number, length = struct.unpack("<HHL", header)
+        tag = group << 16 | number
+        if tag == SEQUENCE_END:
+            return stream.tell()
+        if tag != ITEM:
+            return size + 1
+        items.append((stream.tell(), length))
+        stream.seek(length, io.SEEK_CUR)
+    return size + 1
+
+
+def _table(stream: BinaryIO, items: Sequence[tuple[int, int]]) -> tuple[int, ...]:
+    """Basic offset table, the value of the first item."""
+    if not items or items[0][1] % 4 or items[0][1] > 4 * _MOST_ITEMS:
+        return ()
+    stream.seek(items[0][0])
+    value = stream.read(items[0][1])
+    return struct.unpack(f"<{len(value) // 4}L", value) if len(value) == items[0][1] else ()

@@ -1,0 +1,159 @@
+"""The walk over plain DICOM headers finds what pydicom finds, or finds nothing, whatever has been done to the file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pydicom
+import pytest
+from dicom_files import compressed, image, save
+from pydicom.dataset import Dataset
+from pydicom.sequence import Sequence
+from pydicom.tag import Tag
+from pydicom.uid import (
+    DeflatedExplicitVRLittleEndian,
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    RLELossless,
+)
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers import dicom_file
+from volprep_formats.readers.dicom_any import any_slices
+from volprep_formats.readers.dicom_header import TAGS
+from volprep_formats.readers.dicom_plain import plain_header
+
+from .mutations import mutation
+
+PLAIN = (ExplicitVRLittleEndian, ImplicitVRLittleEndian, RLELossless)
+
+
+def nested(depth: int) -> Sequence:
+    item = Dataset()
+    item.SOPInstanceUID = "1.2.3"
+    item.is_undefined_length_sequence_item = depth != 1
+    if depth > 1:
+        item.ReferencedImageSequence = nested(depth - 1)
+        item["ReferencedImageSequence"].is_undefined_length = True
+    return Sequence([item, Dataset()])
+
+
+def plain_image(*, depth: int = 2, private_bytes: int = 9000, **attributes) -> Dataset:
+    """A slice with all that a plain file may have: sequences, private elements, long types.
+
+    With a depth of 0 there is no sequence of undefined length.
+    """
+    data = image(np.arange(15 * 20, dtype=np.int16).reshape(15, 20), (1.0, 2.0, 3.0), RescaleSlope="2", **attributes)
+    data.ReferencedStudySequence = nested(1)
+    if depth:
+        data.ReferencedImageSequence = nested(depth)
+        data["ReferencedImageSequence"].is_undefined_length = True
+    data.add_new(0x00290010, "LO", "SIEMENS CSA HEADER")
+    data.add_new(0x00291010, "OB", bytes(private_bytes))
+    data.add_new(0x00291020, "UN", b"anything")
+    return data
+
+
+def written(folder, syntax=ExplicitVRLittleEndian, data: Dataset | None = None):
+    data = plain_image() if data is None else data
+    return save(compressed(data, syntax) if syntax == RLELossless else data, folder / "slice", syntax)
+
+
+def by_pydicom(path):
+    with path.open("rb") as file:
+        return any_slices(path, file, deflated=False)
+
+
+def seen(slices):
+    """Slices with errors that can be compared."""
+    return tuple(replace(s, problem=None if s.problem is None else str(s.problem)) for s in slices)
+
+
+@pytest.mark.parametrize("syntax", PLAIN, ids=lambda syntax: syntax.name)
+def test_a_plain_file_needs_no_pydicom(tmp_path, monkeypatch, syntax) -> None:
+    file = written(tmp_path, syntax, plain_image(depth=2 * (syntax != ImplicitVRLittleEndian)))
+    expected = by_pydicom(file)
+    monkeypatch.setattr(dicom_file, "_unusual_slices", lambda path: pytest.fail(f"{path} was left to pydicom"))
+    found = dicom_file.read_slices(file)
+    assert seen(found) == seen(expected)
+    assert found[0].problem is None
+
+
+@pytest.mark.parametrize("syntax", PLAIN, ids=lambda syntax: syntax.name)
+def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_path, syntax) -> None:
+    # Little that does not matter, so that most of the damage hits what does.
+    whole = written(
+        tmp_path, syntax, plain_image(depth=2 * (syntax != ImplicitVRLittleEndian), private_bytes=40)
+    ).read_bytes()
+    file = tmp_path / "damaged"
+    walked = 0
+    for case in range(1000):
+        file.write_bytes(mutation(whole, 7, case))
+        plain = plain_header(file)
+        if plain is None:
+            continue
+        walked += 1
+        try:
+            found = seen(dicom_file.read_slices(file))
+        except VolprepError as error:
+            found = str(error)
+        try:
+            expected = seen(by_pydicom(file))
+        except VolprepError as error:
+            expected = str(error)
+        assert found == expected, f"case {case}"
+    assert walked > 250
+
+
+UNUSUAL = {
+    "big endian": lambda folder: written(folder, ExplicitVRBigEndian),
+    "deflated": lambda folder: written(folder, DeflatedExplicitVRLittleEndian),
+    "two frames": lambda folder: written(folder, data=plain_image(NumberOfFrames="2")),
+    "frames in groups": lambda folder: written(
+        folder, data=plain_image(PerFrameFunctionalGroupsSequence=Sequence([Dataset()]))
+    ),
+    "an implicit sequence without a length": lambda folder: written(folder, ImplicitVRLittleEndian),
+    "sequences too deep": lambda folder: written(folder, data=plain_image(depth=12)),
+}
+
+
+@pytest.mark.parametrize("make", UNUSUAL.values(), ids=UNUSUAL)
+def test_what_is_unusual_is_left_to_pydicom(tmp_path, make) -> None:
+    assert plain_header(make(tmp_path)) is None
+
+
+def changed(whole: bytes, old: bytes, new: bytes) -> bytes:
+    assert whole.count(old) == 1
+    return whole.replace(old, new)
+
+
+ODD = {
+    "no prefix": lambda whole: whole[132:],
+    "elements out of order": lambda whole: changed(whole, b"\x28\0\x10\0US", b"\x28\0\x12\0US"),
+    "an unknown type": lambda whole: changed(whole, b"\x28\0\x10\0US", b"\x28\0\x10\0XX"),
+    "a length beyond the file": lambda whole: changed(whole, b"\x28\0\x30\0DS", b"\x28\0\x30\0OB"),
+    "meta information that ends within an element": lambda whole: whole[:140] + b"\x07" + whole[141:],
+    "a data set that is implicit though it says explicit": lambda whole: changed(
+        whole, ExplicitVRLittleEndian.encode() + b"\0", b"1.2.840.10008.1.2\0\0\0"
+    ),
+    "another syntax": lambda whole: changed(whole, ExplicitVRLittleEndian.encode(), b"1.2.840.10008.1.2.9"),
+    "no pixels": lambda whole: whole[: whole.index(b"\xe0\x7f\x10\0")],
+}
+
+
+@pytest.mark.parametrize("damage", ODD.values(), ids=ODD)
+def test_what_is_odd_is_left_to_pydicom(tmp_path, damage) -> None:
+    file = written(tmp_path)
+    file.write_bytes(damage(file.read_bytes()))
+    assert plain_header(file) is None
+
+
+def test_a_header_longer_than_any_limit_is_left_to_pydicom(tmp_path) -> None:
+    data = plain_image()
+    data.add_new(0x00291011, "OB", bytes(2**25))
+    assert plain_header(written(tmp_path, data=data)) is None
+
+
+def test_the_tags_are_those_of_the_dictionary() -> None:
+    assert {keyword: Tag(keyword) for keyword in TAGS} == TAGS
+    assert pydicom.datadict.keyword_for_tag(TAGS["Rows"]) == "Rows"
