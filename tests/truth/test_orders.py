@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from volprep.transfer.preintegrated import segment_light
+from volprep.transfer.table import Table
 from volprep.truth import phantoms
 from volprep.truth.convergence import fit_order
 from volprep_formats.grid import Grid
@@ -137,3 +139,64 @@ def test_spheres_cut_by_steps_have_their_chords(oracle):
             worst = max(worst, np.abs(rgba[0, 0] - truth).max())
         errors.append(worst)
     assert errors[0] > 3 * errors[1] > 9 * errors[2] > 0
+
+
+def preintegrated(scene, count, scheme):
+    """Light [rays, 4] of `count` equal segments a ray, each pre-integrated between the values at its ends."""
+    volume, origins, directions, lengths = scene
+    ends = field_along(volume, origins, directions, np.linspace(0, 1, count + 1) * lengths[:, None])
+    table = Table(VALUES, COLOURS, EXTINCTIONS)
+    found = [segment_light(table, ray[:-1], ray[1:], length / count) for ray, length in zip(ends, lengths, strict=True)]
+    colour, extinction = (np.array(each) for each in zip(*found, strict=True))
+    depth = extinction * (lengths / count)[:, None]
+    in_front = np.cumsum(depth, axis=1) - depth
+    if scheme == "no attenuation inside":
+        # What a segment emits, with nothing of it absorbed by the segment itself.
+        thin = [segment_light(table, ray[:-1], ray[1:], 1e-9)[0] for ray in ends]
+        weights, colour = np.exp(-in_front) * depth, np.array(thin)
+    else:
+        weights = -np.exp(-in_front) * np.expm1(-depth)
+    alpha = -np.expm1(-depth.sum(axis=1))
+    return np.concatenate([(weights[..., None] * colour).sum(axis=1), alpha[:, None]], axis=1)
+
+
+@pytest.mark.parametrize(("scheme", "order"), [("full", 2.0), ("no attenuation inside", 1.0)])
+def test_pre_integration_has_order_two_with_attenuation_inside_segments_and_one_without(bundle, scheme, order):
+    *scene, truth = bundle
+    counts = 2 ** np.arange(3, 11)
+    errors = [np.sqrt(np.mean((preintegrated(scene, count, scheme) - truth) ** 2)) for count in counts]
+    found = fit_order(1.0 / counts, errors, floor=1e-10)
+    assert found.order == pytest.approx(order, abs=0.15)
+    assert found.last - found.first >= 3
+
+
+@pytest.mark.parametrize("kappa", [1.0, 100.0, 1000.0])
+def test_where_a_step_is_opaque_pre_integration_needs_far_fewer_of_them(kappa):
+    """Extinction kappa (0.2 + value²) along a smooth curve: the stiffer, the more midpoint samples it takes."""
+    nodes = np.linspace(0.0, 1.0, 4001)
+    table = Table(nodes, np.stack([nodes, 1 - nodes, nodes**2], axis=1), kappa * (0.2 + nodes**2))
+
+    def values(t):
+        return 0.5 + 0.45 * np.sin(2 * np.pi * t + 0.3)
+
+    def light(count, classify):
+        t = np.linspace(0.0, 1.0, count + 1)
+        colour, extinction = classify(t[:-1], t[1:], 1 / count)
+        depth = np.concatenate([[0.0], np.cumsum(extinction / count)])
+        return (np.exp(-depth[:-1]) - np.exp(-depth[1:])) @ colour
+
+    def segments(near, far, step):
+        return segment_light(table, values(near), values(far), step)
+
+    def midpoints(near, far, _):
+        return table.at(values((near + far) / 2))
+
+    truth = light(2**15, segments)
+    # Coarse steps first: a plateau where each is opaque, which segments do not have.
+    by_segments, by_samples = (np.abs(light(8, rule) - truth).max() for rule in (segments, midpoints))
+    assert by_segments < {1.0: 2e-2, 100.0: 2e-2, 1000.0: 2e-3}[kappa]
+    if kappa > 1:
+        assert by_samples > 10 * by_segments
+    counts = 2 ** np.arange(6, 11)
+    errors = [np.abs(light(count, segments) - truth).max() for count in counts]
+    assert np.polyfit(np.log(1 / counts), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.3)

@@ -6,17 +6,18 @@ from volprep.plan.classification import StepLengths, choose_tables, require_clas
 from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import candidate_levels, fit_level
-from volprep.plan.records import LevelPlan, Plan, ProgramPlan, SkipPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
+from volprep.plan.records import LevelPlan, NormalsPlan, Plan, ProgramPlan, SkipPlan, SubvolumesPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
 from volprep.plan.skip import Found, describe_skip, plan_skip
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
-from volprep.scene import Scene
+from volprep.scene import RenderWishes, Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import ClassificationName, RenderSettings, Statistics
+from volprep_formats.package.manifest import RenderSettings, Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
@@ -26,7 +27,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     """Decide everything that the stages need to know.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3040 for a
-    classification that it cannot do.
+    classification that it cannot do, VP3050 and VP3051 for normals that it cannot hold.
     """
     require_classification(scene.render, profile)
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
@@ -36,8 +37,13 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile)
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
-    fits = [fit_level(level, values.quantize.bits, profile, beside, scene.mosaic) for level in candidates]
+    wanted = wanted_normals(scene)
+    fits = [
+        fit_level(level, values.quantize.bits, profile, beside_level(beside, level, wanted, profile), scene.mosaic)
+        for level in candidates
+    ]
     levels, volumes = _kept(candidates, fits, profile)
+    normals = plan_normals(wanted, profile, volumes)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes)
     step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
@@ -60,19 +66,20 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
         preintegrated=tables.preintegrated,
         palettes=tables.palettes,
         skip=skip,
-        programs=tuple(_program(function, volumes, scene.render.classification) for function in functions),
+        normals=normals,
+        programs=tuple(_program(function, volumes, scene.render) for function in functions),
         render=RenderSettings(
             step_mm=step_mm,
             opacity_cutoff=scene.render.opacity_cutoff if opacity > scene.render.opacity_cutoff else None,
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
-        stages=_stages(levels, volumes, subvolumes, skip),
+        stages=_stages(levels, volumes, subvolumes, skip, normals),
         items=(),
     )
     grounds = Grounds(scene, info, values, candidates, fits, opacity, tables)
     skipping = describe_skip(skip, functions, scene.skip, found) if scene.skip else ()
-    return plan.model_copy(update={"items": (*describe(plan, grounds), *skipping)})
+    return plan.model_copy(update={"items": (*describe(plan, grounds), *skipping, *normal_items(normals, scene, levels))})
 
 
 def _kept(
@@ -89,14 +96,13 @@ def _kept(
     return tuple(level for level, _ in fitting), tuple(volume for _, volume in fitting)
 
 
-def _program(
-    function: TransferFunction, volumes: tuple[VolumePlan, ...], classification: ClassificationName
-) -> ProgramPlan:
+def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes) -> ProgramPlan:
     name = f"raycast-{function.name}"
     return ProgramPlan(
         name=name,
         technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
-        classification=classification,
+        classification=render.classification,
+        lighting=render.lighting,
         vertex="shaders/raycast.vert",
         fragment=f"shaders/{name}.frag",
         levels=tuple(volume.level for volume in volumes),
@@ -109,12 +115,14 @@ def _stages(
     volumes: tuple[VolumePlan, ...],
     subvolumes: SubvolumesPlan | None,
     skip: SkipPlan | None,
+    normals: NormalsPlan | None,
 ) -> tuple[str, ...]:
     pyramid = ("pyramid",) if any(level.index for level in levels) else ()
     pieces = ("grid",) if subvolumes is not None else ()
     layout = "texture" if volumes[0].mosaic is None else "mosaic"
     skipping = ("skip",) if skip is not None and (skip.tables or skip.ranges) else ()
-    return ("import", "quantize", *pyramid, "transfer", layout, *skipping, *pieces, "shaders", "seal")
+    vectors = ("normals",) if normals is not None else ()
+    return ("import", "quantize", *pyramid, "transfer", *vectors, layout, *skipping, *pieces, "shaders", "seal")
 
 
 def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:

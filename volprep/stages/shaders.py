@@ -3,7 +3,8 @@
 from volprep.plan import Plan, ProgramPlan
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import classification
-from volprep.render.techniques.raycast import RayCaster, Sampling, ray_caster
+from volprep.render.techniques.lighting import Lighting, headlight
+from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import Skipping, skipping
 from volprep.stages import Changes, Stage
 from volprep_formats.package.draft import Draft
@@ -38,6 +39,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
                 name=planned.name,
                 technique=planned.technique,
                 classification=planned.classification,
+                lighting=planned.lighting,
                 vertex=planned.vertex,
                 fragment=planned.fragment,
                 levels=planned.levels,
@@ -57,7 +59,19 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     manifest = draft.manifest
     classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
-    return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, _skipping(draft, program))
+    return ray_caster(
+        _sampling(plan, program),
+        classified,
+        (x, y, z),
+        plan.render,
+        Additions(_skipping(draft, program), _lighting(draft, program)),
+    )
+
+
+def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
+    if program.lighting == "none":
+        return None
+    return headlight(next(each for each in draft.manifest.textures if each.role == "normals"))
 
 
 def _skipping(draft: Draft, program: ProgramPlan) -> Skipping | None:
@@ -84,4 +98,4 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
 
 
-STAGE = Stage(name="shaders", reads=("transfer", "skip"), settings=_settings, run=_run)
+STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip"), settings=_settings, run=_run)

@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 
 
 def segment_light(table: Table, front: Array, back: Array, step_mm: float) -> tuple[Array, Array]:
-    """Colour [..., 3] and mean extinction per millimetre [...] of segments from value `front` to `back`, `step_mm` long.
+    """Colour [..., 3] and mean extinction [...] of segments of `step_mm` from physical values `front` to `back`.
 
-    Colour is light divided by opacity.
+    Colour is light divided by opacity, extinction is per millimetre.
     """
     front, back = np.broadcast_arrays(front, back)
     light = np.empty((front.size, 4))

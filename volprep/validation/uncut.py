@@ -5,10 +5,10 @@ the package's own, letter for letter, does the text without it say anything abou
 """
 
 from pathlib import Path
-from typing import Literal
 
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
-from volprep.render.techniques.raycast import Classification, Sampling, ray_caster
+from volprep.render.techniques.classification import classification_of
+from volprep.render.techniques.raycast import Sampling, ray_caster
 from volprep_formats.package.manifest import Manifest, Program, RenderSettings
 from volprep_formats.package.reader import Package
 
@@ -41,18 +41,13 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
 
 
 def _fragment(manifest: Manifest, program: Program, render: RenderSettings) -> str:
-    table = next(
-        texture for texture in manifest.textures if texture.role == "transfer" and texture.transfer == program.transfer
-    )
-    texel_format: Literal["RGBA8", "RGBA16F"] = "RGBA16F" if table.gl.type == "HALF_FLOAT" else "RGBA8"
-    classification = Classification(texel_format, table.shape_zyx[2], table.max_extinction_per_mm)
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
-    return ray_caster(_sampling(manifest, program), classification, (x, y, z), render).fragment
+    return ray_caster(_sampling(manifest, program), classification_of(manifest, program), (x, y, z), render).fragment
 
 
 def _sampling(manifest: Manifest, program: Program) -> Sampling:
     level = manifest.levels[[each.index for each in manifest.levels].index(min(program.levels))]
-    volume = next(texture for texture in manifest.textures if texture.level == level.index)
+    volume = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("volume", level.index))
     if volume.mosaic is None:
         return raycast_texture3d.sampling()
     return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx)

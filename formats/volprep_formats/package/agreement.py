@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
+from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.textures.mosaic import tiles_of
 
@@ -34,6 +35,7 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     for program in manifest.programs:
         yield from _program(manifest, program)
     yield from skip_contradictions(manifest)
+    yield from normals_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
 
@@ -130,8 +132,8 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
     if texture.role in {"transfer", "preintegrated"}:
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
-    if texture.role in {"skip", "ranges"}:
-        return  # skip_agreement.py knows them
+    if texture.role in {"skip", "ranges", "normals"}:
+        return  # skip_agreement.py and normals_agreement.py know them
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"

@@ -5,6 +5,7 @@
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
 //: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
 //: space is skipped: skipping gives the table, skip_start begins, skip_step goes on with `next` where i is empty.
+//: Where there is light: lighting gives the normals, light_start begins, light changes the colour of `medium`.
 //#part dialect
 $VARYING_IN vec4 v_near;
 $VARYING_IN vec4 v_far;
@@ -17,6 +18,8 @@ uniform float u_step_mm;
 //#part box
 
 //#part skipping
+
+//#part lighting
 
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
 // most. Gives premultiplied linear light; alpha is the opacity.
@@ -38,9 +41,11 @@ void main() {
   vec3 colour = vec3(0.0);
   //#part first
   //#part skip_start
+  //#part light_start
   //#part loop
     //#part skip_step
     //#part medium
+    //#part light
     depth += medium.a * segment_mm;
     float remaining = exp(-depth);
     colour += medium.rgb * (transmittance - remaining);

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 from volprep.render.compose import Dialect, compose, literal
 from volprep.render.techniques.classification import Classification
+from volprep.render.techniques.lighting import Lighting
 from volprep.render.techniques.skipping import Skipping
 from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
-_NO_SKIPPING = dict.fromkeys(("skipping", "skip_start", "skip_step"))
-"""Slots that stay empty where no empty space is skipped."""
+_NOTHING = dict.fromkeys(("skipping", "skip_start", "skip_step", "lighting", "light_start", "light"))
+"""Slots that stay empty where no empty space is skipped and nothing is lit."""
 _MOST_STEPS = 2**23
 """float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
 
@@ -35,6 +36,16 @@ class Sampling:
     """Uniforms that these files declare."""
     samplers: tuple[Sampler, ...]
     """Samplers that these files declare."""
+
+
+@dataclass(frozen=True)
+class Additions:
+    """What a ray caster does beside sampling and classifying, where the package needs it."""
+
+    skipping: Skipping | None = None
+    """Empty-space skipping."""
+    lighting: Lighting | None = None
+    """Light on what has normals."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +69,16 @@ def ray_caster(
     classification: Classification,
     extent_mm_xyz: tuple[float, float, float],
     render: RenderSettings,
-    skipping: Skipping | None = None,
+    additions: Additions = Additions(),
 ) -> RayCaster:
-    """Compose the shaders for a volume of this true extent, with empty-space skipping or without."""
+    """Compose the shaders for a volume of this true extent."""
+    skipping, lighting = additions.skipping, additions.lighting
     parts: dict[str, str | None] = {
         "dialect": f"dialect_{sampling.dialect}",
         "box": "box",
         "loop": f"loop_{sampling.dialect}",
         "termination": None,
-        **_NO_SKIPPING,
+        **_NOTHING,
         **sampling.parts,
         **classification.parts,
     }
@@ -77,6 +89,9 @@ def ray_caster(
     if skipping is not None:
         parts |= {**skipping.parts, "loop": f"loop_{sampling.dialect}_skip"}
         constants |= skipping.constants
+    if lighting is not None:
+        parts |= lighting.parts
+        constants |= lighting.constants
     longest_mm = math.hypot(*extent_mm_xyz)
     step_mm_min = longest_mm / _MOST_STEPS
     if sampling.dialect == "es100":
@@ -92,6 +107,6 @@ def ray_caster(
             *sampling.uniforms,
             *(skipping.uniforms if skipping else ()),
         ),
-        samplers=(*sampling.samplers, *classification.samplers, *((skipping.sampler,) if skipping else ())),
+        samplers=(*sampling.samplers, *classification.samplers, *(each.sampler for each in (skipping, lighting) if each)),
         step_mm_min=step_mm_min,
     )

@@ -1,0 +1,165 @@
+"""Pre-integrated tables and palettes as shaders draw them, against the oracle and against lookup tables."""
+
+import re
+
+import numpy as np
+import pytest
+from tiny_packages import ES2, ES3, function, tiny_package
+
+from volprep.render.camera import standard_views
+from volprep.render.renderer import Renderer
+from volprep.truth.oracle import oracle_picture
+from volprep.validation.decoded import table_function
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Quantization
+
+SHAPE_HW = (48, 48)
+GRID = Grid.of((16, 18, 20), (1.3, 0.9, 1.0), (3.0, -20.0, 7.0))
+PROFILES = {
+    "texture3d": ES3,
+    "texture3d-rgba8": ES3.model_copy(update={"texture_formats": ("R8", "RGBA8")}),
+    "mosaic": ES2,
+}
+RED, GREEN, WHITE = (0.9, 0.1, 0.1), (0.1, 0.8, 0.3), (1.0, 1.0, 1.0)
+STEEP = function(
+    *((90.0, RED, 0.0), (90.0, RED, 1.5), (96.0, RED, 1.5), (96.0, RED, 0.0)),
+    *((150.0, GREEN, 0.0), (151.0, GREEN, 3.0), (153.0, GREEN, 0.0)),
+    *((200.0, WHITE, 0.0), (200.0, WHITE, 0.8)),
+)
+BENT = function((0.0, (0.2, 0.1, 0.9), 0.0), (90.0, RED, 0.05), (140.0, GREEN, 0.01), (255.0, WHITE, 0.4))
+
+
+def waves():
+    """Smooth codes whose value passes every edge of the function many times."""
+    z, y, x = np.meshgrid(
+        *(np.arange(n) * h for n, h in zip(GRID.shape_zyx, GRID.spacing_mm_zyx, strict=True)), indexing="ij"
+    )
+    field = np.sin(0.31 * x + 0.2) + np.cos(0.27 * y) + np.sin(0.23 * z - 0.4)
+    return np.rint((field + 3) / 6 * 255).astype(np.uint8)
+
+
+CODES = waves()
+
+
+def draw(package, view, step_mm=None):
+    camera = standard_views(GRID)[view]
+    with Renderer(package, target="rgba32f") as renderer:
+        return renderer.render(camera.box_from_clip(GRID, 1.0), SHAPE_HW, step_mm).astype(np.float64)
+
+
+def oracle(transfer_function, view):
+    box_from_clip = standard_views(GRID)[view].box_from_clip(GRID, 1.0)
+    return oracle_picture(CODES, GRID, 1.0, 0.0, transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
+
+
+def rmse(picture, truth):
+    return float(np.sqrt(np.mean((picture - truth) ** 2)))
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
+def test_a_quarter_of_the_samples_is_enough_where_the_transfer_function_is_steep(tmp_path, profile):
+    """Over the nine views, with steps from under half a voxel to nearly two."""
+    views = list(standard_views(GRID))
+    truth = [oracle(STEEP, view) for view in views]
+    lookup = tiny_package(tmp_path / "lookup", CODES, STEEP, profile, grid=GRID)
+
+    def error(package, step_mm):
+        return rmse(np.array([draw(package, view, step_mm) for view in views]), np.array(truth))
+
+    for step_mm in (1.6, 0.8, 0.4):
+        table = tiny_package(
+            tmp_path / f"{step_mm}",
+            CODES,
+            STEEP,
+            profile,
+            grid=GRID,
+            classification="preintegrated",
+            step_mm=step_mm,
+        )
+        assert error(table, step_mm) < error(lookup, step_mm / 4) * 0.9
+        assert error(table, step_mm) < error(lookup, step_mm) / 4
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
+def test_with_short_segments_the_picture_is_the_oracles(tmp_path, profile):
+    package = tiny_package(
+        tmp_path / "p", CODES, BENT, profile, grid=GRID, classification="preintegrated", step_mm=0.0625
+    )
+    # Bytes: colour is off by 0.5 / 255, extinction by (2 · 0.5 / 255) of its largest, 0.4 per mm, on up to 34 mm; half
+    # floats by 2^-12 of each. What a table of 256 entries smooths at the bends is less.
+    allowed = 2.0**-12 * (1 + 0.4 * 34) if "RGBA16F" in profile.texture_formats else 0.5 / 255 + 0.4 / 255 * 34
+    assert np.abs(draw(package, "posterior-left") - oracle(BENT, "posterior-left")).max() <= allowed
+
+
+@pytest.mark.parametrize("step_mm", [0.2, 0.7, 1.9])
+def test_a_table_for_one_step_has_the_opacity_of_every_other(tmp_path, step_mm):
+    """Opacity does not depend on the step that the table was made for: 1 - (1 - a)^(d'/d)."""
+    made, other = (
+        tiny_package(tmp_path / name, CODES, STEEP, grid=GRID, classification="preintegrated", step_mm=made_mm)
+        for name, made_mm in (("made", step_mm), ("other", 0.5))
+    )
+    mine, theirs = (draw(package, "superior", step_mm) for package in (made, other))
+    # Tables are half floats: extinction is off by 2^-12, colour too.
+    np.testing.assert_allclose(theirs[..., 3], mine[..., 3], atol=2.0**-12 * 3 * 21)
+    # Colour is off by what attenuation inside the segment shifts it.
+    assert rmse(theirs[..., :3], mine[..., :3]) < 0.01
+
+
+def test_the_last_segment_of_a_ray_ends_where_the_box_ends(tmp_path):
+    constant = np.full((4, 4, 4), 128, np.uint8)
+    grey = function((0.0, WHITE, 0.1), (255.0, WHITE, 0.1))
+    package = tiny_package(tmp_path / "p", constant, grey, classification="preintegrated", step_mm=3.0)
+    grid = Grid.of((4, 4, 4), (1.0, 1.0, 1.0))
+    with Renderer(package, target="rgba32f") as renderer:
+        picture = renderer.render(standard_views(grid)["superior"].box_from_clip(grid, 1.0), (8, 8))
+    assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.4), abs=2.0**-12)
+
+
+def test_stopped_rays_and_levels_go_with_every_classification(tmp_path):
+    coarse = CODES[::2, ::2, ::2].copy()
+    for name in ("preintegrated", "palette"):
+        package = tiny_package(tmp_path / name, [CODES, coarse], STEEP, grid=GRID, cutoff=0.9, classification=name)
+        with Renderer(package, level=1, target="rgba32f") as renderer:
+            picture = renderer.render(standard_views(GRID)["left"].box_from_clip(GRID, 1.0), SHAPE_HW)
+        assert 0.9 <= picture[..., 3].max() <= 1.0
+        assert "if (transmittance < 0.1)" in package.read_text(package.manifest.programs[0].fragment)
+
+
+@pytest.mark.parametrize("entries", [2, 60, 256])
+def test_a_palette_draws_the_steps_that_it_stands_for(tmp_path, entries):
+    package = tiny_package(tmp_path / "p", CODES, BENT, grid=GRID, classification="palette", entries=entries)
+    steps = table_function_of(package)
+    # Steps make the error fall with the step only, whatever the rule: a step of 0.01 mm at 0.4 per mm is 0.004 deep.
+    assert np.abs(draw(package, "left", 0.01) - oracle(steps, "left")).max() < 0.4 * 0.01 * 4
+    assert not [texture for texture in package.manifest.textures if texture.role != "volume"]
+
+
+def table_function_of(package):
+    quantization = Quantization(
+        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
+    )
+    package = type(package)(package.path, package.manifest.model_copy(update={"quantization": quantization}))
+    return table_function(package, "test")
+
+
+def test_the_more_entries_the_nearer_is_a_palette(tmp_path):
+    truth = oracle(BENT, "left")
+    errors = [
+        rmse(
+            draw(tiny_package(tmp_path / str(n), CODES, BENT, grid=GRID, classification="palette", entries=n), "left"),
+            truth,
+        )
+        for n in (8, 60, 256)
+    ]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[1] < 0.01 < errors[0]
+
+
+def test_a_shader_holds_what_it_classifies_with_and_nothing_else(tmp_path):
+    texts = {}
+    for name in ("lookup", "preintegrated", "palette"):
+        package = tiny_package(tmp_path / name, CODES, STEEP, grid=GRID, classification=name, entries=60)
+        texts[name] = package.read_text(package.manifest.programs[0].fragment)
+    assert [bool(re.search("PALETTE", text)) for text in texts.values()] == [False, False, True]
+    assert ["float front" in text for text in texts.values()] == [False, True, False]
+    assert [len(re.findall("uniform highp sampler", text)) for text in texts.values()] == [2, 2, 1]
