@@ -1,0 +1,251 @@
+"""How samples become colours: by lookup tables, pre-integrated tables or palettes, and what each is off by.
+
+Pre-integration is measured on the sample of rays, along which the field is linear between voxels: so the truth is
+known exactly, and what is left is what samples miss between them, and what a table of so many entries rounds.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.plan.probe import Codes, PictureError, difference
+from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan
+from volprep.plan.values import ValueChoice
+from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.scene import RenderWishes, Scene
+from volprep.statistics import Measured
+from volprep.transfer.palette import even_palette
+from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
+from volprep.transfer.table import Table
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile, LookupFormat
+from volprep_formats.package.transfer_function import TransferFunction
+
+Array = NDArray[np.float64]
+Classify = Callable[[Array, Array], tuple[Array, Array]]
+"""Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
+
+_ENTRIES = (64, 128, 256)
+"""Sizes of a pre-integrated table: the largest has 512 kB as half floats."""
+_TABLE_SHARE = 0.05
+"""Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
+_RAYS = 256
+_MORE_SAMPLES = 4
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What the package classifies with, one of the three for each transfer function, and the reasons."""
+
+    lookups: tuple[LookupPlan, ...] = ()
+    """Lookup tables."""
+    preintegrated: tuple[PreintegratedPlan, ...] = ()
+    """Pre-integrated tables."""
+    palettes: tuple[PalettePlan, ...] = ()
+    """Palettes."""
+    reasons: tuple[str, ...] = ()
+    """What each is off by."""
+
+
+def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
+    """Give the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
+    if wishes.classification == "palette":
+        return 0
+    texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
+    return texels * BYTES_PER_TEXEL[_texel_format(profile)]
+
+
+def require_classification(wishes: RenderWishes, profile: DeviceProfile) -> None:
+    """Raise VP3040 where the class of devices cannot classify as the scene wants."""
+    if wishes.classification == "palette" and profile.api == "es2.0":
+        raise VolprepError("VP3040", classification="palette", profile=profile.name, api=profile.api[2:])
+
+
+def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
+    scene: Scene,
+    profile: DeviceProfile,
+    functions: tuple[TransferFunction, ...],
+    values: ValueChoice,
+    measured: Measured,
+    step: "StepLengths",
+) -> Tables:
+    """Choose the tables, as small as their error allows."""
+    wishes = scene.render
+    if wishes.classification == "lookup":
+        reason = f"{values.entries} entries: the sample of rays changes by {values.error.text}"
+        lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
+        return Tables(lookups=lookups, reasons=(reason,) * len(functions))
+    rays = _Rays(values, measured, step)
+    if wishes.classification == "palette":
+        palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
+        reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
+        return Tables(palettes=palettes, reasons=reasons)
+    planned: list[PreintegratedPlan] = []
+    texts: list[str] = []
+    for function in functions:
+        entries, error = rays.smallest_table(function, profile, _TABLE_SHARE * scene.tolerance.rmse)
+        planned.append(_preintegrated(function, entries, step.segment_mm, profile))
+        texts.append(rays.preintegration_reason(function, entries, error))
+    return Tables(preintegrated=tuple(planned), reasons=tuple(texts))
+
+
+def describe_tables(plan: Plan, tables: Tables) -> Iterator[PlanItem]:
+    """Say with what samples are classified, and why it has the size that it has."""
+    kinds = ((plan.lookups, "lookup table"), (plan.preintegrated, "pre-integrated table"))
+    reasons = iter(tables.reasons)
+    for planned, kind in kinds:
+        for table in planned:
+            texels = table.entries if isinstance(table, LookupPlan) else table.entries**2
+            yield PlanItem(
+                name=f"{kind} {table.transfer}",
+                kept=True,
+                reason=next(reasons),
+                files=(table.file,),
+                size_bytes=texels * BYTES_PER_TEXEL[table.format],
+            )
+    for palette in plan.palettes:
+        yield PlanItem(name=f"palette {palette.transfer}", kept=True, reason=next(reasons))
+    if not plan.preintegrated:
+        yield PlanItem(
+            name="pre-integrated tables",
+            kept=False,
+            reason="the scene classifies each sample by itself",
+            size_bytes=len(plan.transfer_functions) * _largest(plan.profile) ** 2 * 8,
+        )
+
+
+@dataclass(frozen=True)
+class StepLengths:
+    """Distances along a ray."""
+
+    segment_mm: float
+    """Nominal step of the package."""
+    voxel_mm: float
+    """Distance of the voxels along the sample of rays."""
+
+    @property
+    def pieces(self) -> int:
+        """Segments between two voxels that come nearest to the nominal step."""
+        return max(1, round(self.voxel_mm / self.segment_mm))
+
+
+class _Rays:
+    """The sample of rays as the codes give them."""
+
+    def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
+        columns = measured.columns[:, :: max(1, measured.columns.shape[1] // _RAYS)]
+        codes = Codes(values.quantize.bits, values.quantize.window)
+        self._columns = codes.decoded(codes.texels(columns))
+        self._window = values.quantize.window
+        self._step = step
+
+    def smallest_table(
+        self, function: TransferFunction, profile: DeviceProfile, slack_rmse: float
+    ) -> tuple[int, PictureError]:
+        """Number of entries, and error against exact segments."""
+        sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
+        truth = self._truth(function)
+        errors = [difference(self._light(self._step.pieces, self._table(function, n, profile)), truth) for n in sizes]
+        found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
+        return sizes[found], errors[found]
+
+    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureError) -> str:
+        """Compare the table with samples, as many and four times as many."""
+        truth = self._truth(function)
+        pieces = self._step.pieces
+        few, many = (
+            difference(self._light(n, _samples(Table.exact(function))), truth) for n in (pieces, _MORE_SAMPLES * pieces)
+        )
+        return (
+            f"{entries}×{entries} entries for segments of {self._step.segment_mm:.3g} mm: "
+            f"off by {error.text} on the sample of rays; "
+            f"single samples would be off by {few.text}, four times as many by {many.text}"
+        )
+
+    def palette_reason(self, function: TransferFunction, entries: int) -> str:
+        """Compare the palette with the function, both by samples."""
+        pieces = self._step.pieces
+        exact = self._light(pieces, _samples(Table.exact(function)))
+        error = difference(self._light(pieces, _nearest(function, self._window, entries)), exact)
+        return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
+
+    def _truth(self, function: TransferFunction) -> Array:
+        table = Table.exact(function)
+        step_mm = self._step.voxel_mm / self._step.pieces
+        return self._light(self._step.pieces, lambda front, back: segment_light(table, front, back, step_mm))
+
+    def _table(self, function: TransferFunction, entries: int, profile: DeviceProfile) -> Classify:
+        texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
+        return PreintegratedTable.of_texels(texels, self._window).at
+
+    def _light(self, pieces: int, classify: Classify) -> Array:
+        """Colour and opacity of the rays, [ray, 4], with so many segments between two voxels."""
+        rays = self._columns.shape[1]
+        light = np.zeros((rays, 4))
+        depth = np.zeros(rays)
+        length_mm = self._step.voxel_mm / pieces
+        for lower, upper in zip(self._columns[:-1], self._columns[1:], strict=True):
+            ends = lower + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (upper - lower)
+            colour, extinction = classify(ends[:-1], ends[1:])
+            depths = depth + np.vstack([np.zeros(rays), np.cumsum(extinction * length_mm, axis=0)])
+            weight = np.exp(-depths[:-1]) - np.exp(-depths[1:])
+            light[:, :3] += (weight[..., None] * colour).sum(axis=0)
+            depth = depths[-1]
+        light[:, 3] = -np.expm1(-depth)
+        return light
+
+
+def _samples(table: Table) -> Classify:
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        colour, extinction = table.at(((front + back) / 2).ravel())
+        return colour.reshape(*front.shape, 3), extinction.reshape(front.shape)
+
+    return classify
+
+
+def _nearest(function: TransferFunction, window: tuple[float, float], entries: int) -> Classify:
+    colour, extinction = even_palette(function, window, entries)
+    low, high = window
+
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        share = ((front + back) / 2 - low) / (high - low)
+        entry = np.clip(np.floor(share * (entries - 1) + 0.5), 0, entries - 1).astype(np.intp)
+        return colour[entry], extinction[entry]
+
+    return classify
+
+
+def _largest(profile: DeviceProfile) -> int:
+    return max(entries for entries in _ENTRIES if entries <= profile.max_texture_size)
+
+
+def _texel_format(profile: DeviceProfile) -> LookupFormat:
+    return "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+
+
+def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
+    name = f"transfer-{function.name}"
+    return LookupPlan(
+        transfer=function.name,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        format=_texel_format(profile),
+        entries=entries,
+    )
+
+
+def _preintegrated(
+    function: TransferFunction, entries: int, segment_mm: float, profile: DeviceProfile
+) -> PreintegratedPlan:
+    name = f"preintegrated-{function.name}"
+    return PreintegratedPlan(
+        transfer=function.name,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        format=_texel_format(profile),
+        entries=entries,
+        segment_mm=segment_mm,
+    )
