@@ -197,7 +197,10 @@ CONTRADICTIONS: dict[str, Change] = {
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
     "program raycast draws skin, of which there is not one lookup table": set_to("programs", 0, "transfer", to="skin"),
     "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
-    "program raycast samples volume instead": lambda manifest: manifest["programs"][0]["samplers"].pop(),
+    "program raycast samples transfer instead": lambda manifest: manifest["programs"][0]["samplers"].pop(0),
+    "program raycast samples nothing for its classification lookup": lambda manifest: manifest["programs"][0][
+        "samplers"
+    ].pop(),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),
     "it is sealed, but has records of stages": set_to("stages", to=[{"name": "import", "key": "0" * 64}]),
