@@ -161,6 +161,204 @@ def euclidean_distance(occupied: Annotated[NDArray[numpy.uint8], dict(shape=(Non
     threads: 0 for all; the result does not depend on it. Raises ValueError if a shape does not fit.
     """
 
+def extrema_reduce(src: numpy.typing.NDArray[numpy.generic], dst_min: numpy.typing.NDArray[numpy.generic] | None, dst_max: numpy.typing.NDArray[numpy.generic] | None, factors_zyx: Sequence[int], threads: int = 0) -> None:
+    """
+    Write the least and the greatest voxel of each block of factors_zyx voxels of src.
+
+    A block that hangs over the edge behaves as if the edge voxel were repeated. In float32 -0 is less than +0, and NaN lies
+    beyond the infinities. Arrays are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    dst_min, dst_max
+        Of the same type, with ceil(n / factor) voxels along each axis. One of them may be None: it is not made.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a factor does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], taps_z: numpy.typing.NDArray[numpy.int32], taps_y: numpy.typing.NDArray[numpy.int32], taps_x: numpy.typing.NDArray[numpy.int32], noise: float, low: float = 3.0, high: float = 6.0, src_z: int = 0, dst_z: int = 0, depth: int | None = None, threads: int = 0) -> None:
+    """
+    Write slices of a pyramid level to dst that keep what stands out of the noise.
+
+    A noise-gated extremum over a smooth base, our own filter. For each cell of factors_zyx voxels: base = the linear filter of
+    the weights, unrounded; extremum = the least or the greatest voxel of the cell, whichever is farther from the base, the
+    greatest if both are as far; t = (|extremum - base| - low * noise) / ((high - low) * noise), limited to 0 ... 1; then
+    base + t * t * (3 - 2 * t) * (extremum - base) in float64, rounded once, half to even. NaN propagates.
+
+    Parameters
+    ----------
+    src, dst, factors_zyx, taps_z, taps_y, taps_x, src_z, dst_z, depth, threads
+        As in linear_reduce; the weights cover the cell.
+    noise
+        Standard deviation of the noise of src, in its units. 0: every deviation is a feature.
+    low, high
+        A deviation below `low` times the noise is none, from `high` times on it is kept whole.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a factor, a weight, the noise, the gate or a slab does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
+    """
+    Add to histogram how often each size of the Laplacian occurs in src.
+
+    The Laplacian of a voxel is the sum of neighbour + other neighbour - 2 * voxel over the axes along which src has at least
+    three voxels. Voxels without both neighbours along each of these axes are not counted, nor those that equal all of them.
+    A volume may be given in slabs that share two slices.
+
+    Parameters
+    ----------
+    src
+        uint8, int16 or uint16, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
+    histogram
+        1531 counts for uint8, 393211 for the others: entry k is that of the size k.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def linear_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], taps_z: numpy.typing.NDArray[numpy.int32], taps_y: numpy.typing.NDArray[numpy.int32], taps_x: numpy.typing.NDArray[numpy.int32], clamp: bool = False, src_z: int = 0, dst_z: int = 0, depth: int | None = None, threads: int = 0) -> None:
+    """
+    Write slices of a pyramid level to dst, made by a separable linear filter.
+
+    A voxel of the level is the sum of weight_z * weight_y * weight_x * voxel over the filter's support, divided by the product
+    of the sums of the weights. The weights along an axis belong to consecutive voxels around the centre of the cell of `factor`
+    voxels that becomes one. Outside the volume the edge voxel is repeated. Integers are summed exactly, rounded once, half to
+    even, and clamped to their type. float32 is summed in float64, along z, then y, then x, pair by pair from the outermost
+    voxels inwards, and rounded once; NaN propagates. Arrays are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        Slices of a volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    dst
+        Slices of the level, of the same type; the level has ceil(n / factor) voxels along each axis.
+    factors_zyx
+        Voxels that become one, along each axis, 1 to 1024.
+    taps_z, taps_y, taps_x
+        Weights along each axis: 1 where nothing is to be done, else symmetric, an even number of them, with a power of two as
+        their sum and at most 2048 as the sum of their sizes. Their number differs from the factor by an even one.
+    clamp
+        Limit each result to the range of the voxels that have a weight.
+    src_z, dst_z
+        Number of the first slice of src in the volume, and of dst in the level. The result does not depend on how a volume is
+        cut: src must hold all slices that dst is made from.
+    depth
+        Slices of the whole volume; those of src unless given.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a factor, a weight or a slab does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def median_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], threads: int = 0) -> None:
+    """
+    Write the median of each block of factors_zyx voxels of src to dst.
+
+    Of an even number of voxels it is the mean of the middle two: integers rounded half to even, float32 in float64 and rounded
+    once. A block that hangs over the edge behaves as if the edge voxel were repeated. In float32 -0 is less than +0, and NaN
+    lies beyond the infinities. src and dst are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    dst
+        Of the same type, with ceil(n / factor) voxels along each axis.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a factor does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def mode_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], background: int | None = None, threads: int = 0) -> None:
+    """
+    Write the most frequent label of each block of factors_zyx voxels of src to dst.
+
+    Of labels that are equally frequent it is the smallest. A block that hangs over the edge behaves as if the edge voxel were
+    repeated. src and dst are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16 or uint16, at least one voxel along each axis.
+    dst
+        Of the same type, with ceil(n / factor) voxels along each axis.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
+    background
+        A label that does not count, and remains only where a block has no other; None: all count.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a factor or the background does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def nearest_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], threads: int = 0) -> None:
+    """
+    Write one voxel of each block of factors_zyx voxels of src to dst.
+
+    It is voxel k * factor + factor // 2 along each axis, or the last one where that lies outside: the one that GL_NEAREST takes
+    at the centre of the block. Of an even number it is the upper one beside the centre, so the picture moves by half a voxel.
+    src and dst are C-contiguous [z, y, x] and do not overlap.
+
+    Parameters
+    ----------
+    src
+        The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
+    dst
+        Of the same type, with ceil(n / factor) voxels along each axis.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a factor does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], matrix: Sequence[float], dst: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> None:
     """
     Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
@@ -369,6 +567,38 @@ def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: 
     ------
     ValueError
         If a shape or the window does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def rgba_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], spacing_mm_zyx: Sequence[float], reference_mm: float, threads: int = 0) -> None:
+    """
+    Write a coarser level of a classified volume to dst: transmittance is averaged, not opacity.
+
+    For each axis the light that crosses the block in each of its columns is integrated, and averaged over the columns and both
+    directions; its opacity over reference_mm and its colour are averaged over the three axes, colours weighted with their
+    opacities. Blocks without any opacity keep the mean of their colours. A block that hangs over the edge behaves as if the edge
+    voxel were repeated. In float64; bytes are rounded half to even. Arrays are C-contiguous and do not overlap.
+
+    Parameters
+    ----------
+    src
+        [z, y, x, 4] of uint8 (255 is 1) or float32 from 0 to 1: linear colour, not premultiplied, and opacity over reference_mm.
+    dst
+        Of the same type and meaning, with ceil(n / factor) voxels along each axis.
+    factors_zyx
+        Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
+    spacing_mm_zyx
+        Distance of the voxels of src.
+    reference_mm
+        Length that opacities belong to, in src and in dst.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a factor or a length does not fit.
     TypeError
         If an array has another type or order.
     """
