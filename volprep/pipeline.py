@@ -5,7 +5,7 @@ import json
 
 from volprep.plan import Plan, make_plan
 from volprep.scene import Scene
-from volprep.stages import Stage, grid, mosaic, pyramid, quantize, seal, shaders, skip, texture, transfer
+from volprep.stages import Stage, grid, mosaic, normals, pyramid, quantize, seal, shaders, skip, texture, transfer
 from volprep.statistics import Measured, measure_again
 from volprep.work import SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
@@ -18,6 +18,7 @@ STAGES: tuple[Stage, ...] = (
     quantize.STAGE,
     pyramid.STAGE,
     transfer.STAGE,
+    normals.STAGE,
     mosaic.STAGE,
     texture.STAGE,
     skip.STAGE,

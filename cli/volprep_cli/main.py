@@ -15,12 +15,14 @@ from volprep_cli.grid import grid
 from volprep_cli.import_source import import_source
 from volprep_cli.inspect import inspect
 from volprep_cli.mosaic import mosaic
+from volprep_cli.normals import normals
 from volprep_cli.plan import plan
 from volprep_cli.pyramid import pyramid
 from volprep_cli.quantize import quantize
 from volprep_cli.render import render
 from volprep_cli.seal import seal
 from volprep_cli.shaders import shaders
+from volprep_cli.skip import skip
 from volprep_cli.texture import texture
 from volprep_cli.transfer import transfer
 from volprep_cli.validate import validate
@@ -53,8 +55,10 @@ app.command()(cut)
 app.command()(quantize)
 app.command()(pyramid)
 app.command()(transfer)
+app.command()(normals)
 app.command()(mosaic)
 app.command()(texture)
+app.command()(skip)
 app.command()(grid)
 app.command()(shaders)
 app.command()(seal)

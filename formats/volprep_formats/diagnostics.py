@@ -371,6 +371,31 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: gives {found} along {axis}, though it gives others",
         "Correct the physical size of its voxels in the program that wrote it.",
     ),
+    "VP1240": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: channel {name} is not registered with channel {first}: {difference}",
+        "Resample it onto the grid of {first} first; channels of one volume have their voxels in the same places.",
+    ),
+    "VP1241": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: the source has no channel {wanted}, which a transfer function is for",
+        "Set transfer.channel to one of: {found}.",
+    ),
+    "VP1242": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: source.channels is \"all\", but {format} files have one channel",
+        "Leave source.channels out, or list the files of the channels in [[source.channels]].",
+    ),
+    "VP1243": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: the scene lists a file for each channel, so one path or setting cannot replace them",
+        "Change the scene.",
+    ),
+    "VP1244": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {what} cannot be made of a volume of several channels",
+        "Leave it out, or give the scene transfer functions of one channel only.",
+    ),
     "VP1250": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: holds no level {level}; there are: {found}",
@@ -524,6 +549,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         "a package of this scene for profile {profile} has no stage {stage}, only {needed}",
         "Leave the stage out; volprep plan tells why.",
     ),
+    "VP3024": Diagnostic(
+        ExitStatus.SCENE,
+        "filter {filter} makes values that lie between labels, and so are other labels",
+        "Set pyramid.filter to auto or to one of {possible}; or leave source.labels out, if voxels are no labels.",
+    ),
+    "VP3025": Diagnostic(
+        ExitStatus.SCENE,
+        "labels are whole numbers from 0 to 255, and become codes as they are: {problem}",
+        "Renumber the labels and leave quantize at auto; or leave source.labels out, if voxels are no labels.",
+    ),
     "VP3030": Diagnostic(
         ExitStatus.SCENE,
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
@@ -533,6 +568,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "classification {classification} needs more than OpenGL ES {api} of profile {profile} has",
         "Choose another render.classification, or a profile of OpenGL ES 3.0.",
+    ),
+    "VP3050": Diagnostic(
+        ExitStatus.SCENE,
+        "normals of code {coded} need textures of format {needed}; profile {profile} has {known}",
+        "Choose another normals.code, or leave normals.magnitude out.",
+    ),
+    "VP3051": Diagnostic(
+        ExitStatus.SCENE,
+        "normals are 3D textures, and profile {profile} has none",
+        "Leave [normals] and render.lighting out, or choose a profile with 3D textures.",
     ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
@@ -760,6 +805,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: not the scan that package {package} was made from: its digest is {found}…, the package's {expected}…",
         "Name the right scan with --source, or build the package again.",
+    ),
+    "VP6014": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: its shaders light the volume ({lighting}), and there is no true picture with light to compare with",
+        "Build the package without render.lighting to validate it; nothing else of it changes.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,

@@ -52,7 +52,6 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *describe_tables(plan, grounds.tables),
         _shaders(plan),
         _ray_termination(plan, grounds),
-        _normals(plan),
         PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,)),
     )
 
@@ -173,11 +172,4 @@ def _ray_termination(plan: Plan, grounds: Grounds) -> PlanItem:
         kept=plan.render.opacity_cutoff is not None,
         reason=f"the most opaque values, along the whole diagonal, give opacity {grounds.opacity:.6g}; "
         f"the scene stops rays at {wanted:g}",
-    )
-
-
-def _normals(plan: Plan) -> PlanItem:
-    voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
-    return PlanItem(
-        name="normals", kept=False, reason="no lighting in the scene: no shader reads a normal", size_bytes=4 * voxels
     )

@@ -5,7 +5,7 @@ import math
 from volprep.plan.classification import StepLengths, choose_tables, require_classification, tables_bytes
 from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
-from volprep.plan.levels import candidate_levels, fit_level
+from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
 from volprep.plan.records import LevelPlan, NormalsPlan, Plan, ProgramPlan, SkipPlan, SubvolumesPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
@@ -26,15 +26,16 @@ from volprep_formats.source import SourceInfo
 def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
     """Decide everything that the stages need to know.
 
-    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3040 for a
-    classification that it cannot do, VP3050 and VP3051 for normals that it cannot hold.
+    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
+    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and VP3051
+    for normals that it cannot hold.
     """
     require_classification(scene.render, profile)
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
     values = choose_values(scene, profile, info, measured, functions)
     crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
-    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile)
+    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     wanted = wanted_normals(scene)
@@ -79,7 +80,9 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     )
     grounds = Grounds(scene, info, values, candidates, fits, opacity, tables)
     skipping = describe_skip(skip, functions, scene.skip, found) if scene.skip else ()
-    return plan.model_copy(update={"items": (*describe(plan, grounds), *skipping, *normal_items(normals, scene, levels))})
+    return plan.model_copy(
+        update={"items": (*describe(plan, grounds), *skipping, *normal_items(normals, scene, levels))}
+    )
 
 
 def _kept(

@@ -118,7 +118,7 @@ class Gl:
 
     @contextmanager
     def texture(self, record: Texture, texels: NDArray[np.generic]) -> Iterator[int]:
-        """Upload `texels`, C-contiguous and of the record's size and type, with linear filter and clamped edges."""
+        """Upload `texels`, C-contiguous and of the record's size and type, with its filter and clamped edges."""
         texels = np.ascontiguousarray(texels)
         with (
             self._checked(f"uploading texture {record.name}"),
@@ -137,7 +137,7 @@ class Gl:
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
             else:
                 GLES3.glTexImage2D(target, 0, internal, width, height, 0, pixels, kind, pointer)
-            _filter(target, GLES3.GL_LINEAR)
+            _filter(target, GLES3.GL_LINEAR if record.filter == "linear" else GLES3.GL_NEAREST)
             yield handle
 
     @contextmanager

@@ -53,6 +53,8 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
     if plan.skip is not None:
         shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}
         shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
+    if plan.normals is not None:
+        shapes |= {texture.file: texture.shape_zyx for texture in plan.normals.textures}
     found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
     if found != shapes:
         raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
@@ -67,7 +69,7 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
-    reads=("quantize", "pyramid", "transfer", "mosaic", "texture", "skip", "grid", "shaders"),
+    reads=("quantize", "pyramid", "transfer", "normals", "mosaic", "texture", "skip", "grid", "shaders"),
     settings=_settings,
     run=_run,
 )

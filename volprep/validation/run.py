@@ -18,6 +18,7 @@ from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
@@ -47,14 +48,15 @@ def validate(
     Raises
     ------
     VolprepError
-        VP4001 to VP4005 and VP6010 for what is no whole package, VP6012 and VP6013 when the scan is not known or
-        another, VP6020 and VP6021 when the report cannot be written, and what reader and renderer raise. A package
-        beyond the tolerance is no error here: the verdict says so.
+        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one that is lit, VP6012 and VP6013 when
+        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
+        renderer raise. A package beyond the tolerance is no error here: the verdict says so.
     """
     clock = Clock()
     with report_folder(report_path) as folder, clock.part("all"):
         with clock.part("checking"):
             package = open_whole(path)
+            _require_no_light(package)
         found = find_scan(path, source)
         with clock.part("reading"):
             scan = read_scan(package.manifest, found.spec, progress)
@@ -81,6 +83,13 @@ def validate(
         )
         folder.write(report)
     return report
+
+
+def _require_no_light(package: Package) -> None:
+    """Raise VP6014 if a program lights what it draws: the oracle knows emission and absorption only."""
+    lit = next((program.lighting for program in package.manifest.programs if program.lighting != "none"), None)
+    if lit is not None:
+        raise VolprepError("VP6014", path=package.path, lighting=lit)
 
 
 def _measure(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:

@@ -179,7 +179,7 @@ def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
         found = [str(texture.transfer) for texture in manifest.textures if texture.role in wanted]
     if found.count(program.transfer) != 1:
         yield f"draws {program.transfer}, of which there is not one {name} table"
-    sampled = [sampler.role for sampler in program.samplers if sampler.role not in {"volume", "skip"}]
+    sampled = [sampler.role for sampler in program.samplers if sampler.role not in {"volume", "skip", "normals"}]
     if sampled != wanted:
         yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
 

@@ -18,7 +18,12 @@ from volprep_formats.textures import ktx2
 _KTX2_FORMATS: dict[tuple[str, str], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
     ("RED", "UNSIGNED_BYTE"): "R8",
+    ("LUMINANCE_ALPHA", "UNSIGNED_BYTE"): "RG8",
+    ("RG", "UNSIGNED_BYTE"): "RG8",
+    ("RGB", "UNSIGNED_BYTE"): "RGB8",
+    ("RGB", "BYTE"): "RGB8_SNORM",
     ("RGBA", "UNSIGNED_BYTE"): "RGBA8",
+    ("RGBA", "BYTE"): "RGBA8_SNORM",
     ("RED", "HALF_FLOAT"): "R16F",
     ("RGBA", "HALF_FLOAT"): "RGBA16F",
 }

@@ -11,7 +11,7 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import Skipping
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.record import Record
-from volprep_formats.source import SourceInfo, StoredType
+from volprep_formats.source import ChannelName, SourceInfo, StoredType
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 PackagePath = Annotated[str, Field(pattern=r"^[a-z0-9_-]+(\.[a-z0-9_-]+)*(/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$")]
@@ -74,6 +74,23 @@ class Quantization(Record):
     """Number of voxels above the window."""
 
 
+LevelFilter = Literal[
+    "nearest",
+    "bilinear",
+    "box",
+    "binomial",
+    "gaussian",
+    "lanczos3",
+    "minimum",
+    "maximum",
+    "median",
+    "mode",
+    "mode-foreground",
+    "feature-preserving",
+]
+"""Filters that make a level from level 0."""
+
+
 class Level(Record):
     """One resolution of the volume."""
 
@@ -85,8 +102,8 @@ class Level(Record):
     """Positions of the voxels."""
     texture_from_box_per_mm_xyz: Vector
     """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing)."""
-    filter: Literal["none", "box"]
-    """Filter that made the level from level 0."""
+    filter: Literal["none"] | LevelFilter
+    """Filter that made the level from level 0; none for level 0."""
 
 
 MosaicOrder = Literal["interleaved", "planar", "overlapping"]
@@ -151,6 +168,8 @@ class Texture(Record):
     """How to upload it."""
     level: int | None = None
     """Level that the texture holds, for a volume."""
+    channel: ChannelName | None = None
+    """Channel that the texture holds, for a volume in a package of several."""
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
     part: Annotated[int, Field(ge=0)] = 0
@@ -277,6 +296,23 @@ class StageRecord(Record):
     """Files that the stage wrote."""
 
 
+class Channel(Record):
+    """One of several channels. All have the grid of level 0 in common, and levels as far as they fit."""
+
+    name: ChannelName
+    """Name, unique in the package."""
+    source: SourceRecord
+    """Scan that it was made from; its grid is that of the first channel."""
+    statistics: Statistics
+    """Values of the scan."""
+    stored_type: StoredType | None = None
+    """Type of its values in the working data and the volume textures."""
+    quantization: Quantization | None = None
+    """How its stored values map to physical values."""
+    transfers: tuple[str, ...]
+    """Names of the transfer functions of its values. Programs of these draw its textures."""
+
+
 class Manifest(Record):
     """The manifest of a package."""
 
@@ -293,9 +329,11 @@ class Manifest(Record):
     profile: DeviceProfile
     """Class of devices that the package is for."""
     source: SourceRecord
-    """Scan that the package was made from."""
+    """Scan that the package was made from; with several channels, that of the first."""
     statistics: Statistics
     """Values of the scan."""
+    channels: Annotated[tuple[Channel, ...], Field(min_length=2)] | None = None
+    """Channels, where there are several; what the manifest says of its source is said of the first of them."""
     grid: Grid | None = None
     """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
     stored_type: StoredType | None = None

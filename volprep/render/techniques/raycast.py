@@ -107,6 +107,10 @@ def ray_caster(
             *sampling.uniforms,
             *(skipping.uniforms if skipping else ()),
         ),
-        samplers=(*sampling.samplers, *classification.samplers, *(each.sampler for each in (skipping, lighting) if each)),
+        samplers=(
+            *sampling.samplers,
+            *classification.samplers,
+            *(each.sampler for each in (skipping, lighting) if each),
+        ),
         step_mm_min=step_mm_min,
     )

@@ -1,0 +1,46 @@
+"""volprep normals: directions of gradients."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.stage import Draft, run_stage
+
+if TYPE_CHECKING:
+    from volprep.scene import Scene
+
+_KERNELS = ("forward", "central", "thesis", "sobel", "isotropic")
+_CODES = ("biased8", "snorm8", "oct8", "oct12")
+
+
+def normals(
+    package: Draft,
+    kernel: Annotated[
+        str | None, typer.Option(help=f"{', '.join(_KERNELS)}. Replaces the scene's normals.kernel.")
+    ] = None,
+    code: Annotated[str | None, typer.Option(help=f"{', '.join(_CODES)}. Replaces the scene's normals.code.")] = None,
+    magnitude: Annotated[
+        bool | None, typer.Option(help="Keep the lengths of gradients, too. Replaces the scene's normals.magnitude.")
+    ] = None,
+) -> None:
+    """Write the normals of every level, whether or not the scene asks for them.
+
+    kernel: how differences are taken. thesis (the default) and sobel smooth most and are for noisy scans, isotropic
+    is the truest for clean data, central and forward take the fewest voxels.
+
+    code: biased8 (the default) and snorm8 have three bytes and may be filtered; oct8 has two and oct12 three, more
+    exact, for shaders that fetch single texels.
+    """
+    for name, value, known in (("kernel", kernel, _KERNELS), ("code", code, _CODES)):
+        if value is not None and value not in known:
+            msg = f"--{name} is {value}, and can be {', '.join(known)}"
+            raise typer.BadParameter(msg)
+
+    def change(scene: "Scene") -> "Scene":
+        from volprep.scene import NormalSettings  # noqa: PLC0415 - keeps volprep --help fast
+
+        chosen = {"kernel": kernel, "code": code, "magnitude": magnitude}
+        update = {name: value for name, value in chosen.items() if value is not None}
+        return scene.model_copy(update={"normals": (scene.normals or NormalSettings()).model_copy(update=update)})
+
+    run_stage(package, "normals", change)

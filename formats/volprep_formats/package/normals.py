@@ -1,0 +1,30 @@
+"""What a texture of normals holds: how gradients were measured, and what its bytes mean."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.record import Record
+
+GradientKernel = Literal["forward", "central", "thesis", "sobel", "isotropic"]
+"""Differences of neighbours: forward; central; central and smoothed across by 1 3 1 / 3 6 3 / 1 3 1, by (1 2 1) twice,
+or by (1 4 1) twice."""
+NormalCode = Literal["biased8", "snorm8", "oct8", "oct12"]
+"""Three bytes or three signed bytes, one a component; or the octahedron unfolded into a square of two times 8 or 12
+bits."""
+NormalSpace = Literal["box", "patient"]
+"""Axes of the vectors: those of the volume, as box space has them, or those of the patient (LPS)."""
+
+
+class Normals(Record):
+    """Unit vectors along the gradient: towards larger values. What shines outwards is their negative."""
+
+    kernel: GradientKernel
+    """How the gradient was measured at level 0; coarser levels have the mean over their voxels."""
+    code: NormalCode
+    """What the bytes mean. Codes of two numbers must not be filtered: their texture is sampled with NEAREST."""
+    space: NormalSpace
+    """Axes of the vectors."""
+    largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
+    """Length of the gradient where the texel's last channel is 1, in units of the physical value per millimetre; absent
+    where the texels hold no length."""
