@@ -157,10 +157,10 @@ class SkipSettings(Record):
 
     kind: Literal["auto", "none"] | SkipKind = "auto"
     """What a table says of a block. "auto" takes what was measured to be fastest, and only for transfer functions that
-    leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the longest axis and only
-    where the 26 neighbours are empty too. "distance": how many blocks around are. "octants": the same for each of eight
-    directions. "pyramid": the largest empty cell of a pyramid that holds it. "euclidean": the radius of the largest empty
-    sphere. "none": no table."""
+    leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the longest axis and
+    only where the 26 neighbours are empty too. "distance": how many blocks around are. "octants": the same for each of
+    eight directions. "pyramid": the largest empty cell of a pyramid that holds it. "euclidean": the radius of the
+    largest empty sphere. "none": no table."""
     block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
     """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
@@ -230,6 +230,17 @@ def load_scene(path: Path) -> Scene:
         return Scene.model_validate(table)
     except ValidationError as error:
         raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+
+
+def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: bool | None) -> Scene:
+    """Change what a scene wants of empty-space skipping; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
+    wishes = {"kind": kind, "block": block, "ranges": ranges}
+    before = (scene.skip or SkipSettings()).model_dump()
+    try:
+        after = SkipSettings.model_validate(before | {key: wish for key, wish in wishes.items() if wish is not None})
+    except ValidationError as error:
+        raise VolprepError("VP3003", path="volprep skip", problems=problems(error)) from error
+    return scene.model_copy(update={"skip": after})
 
 
 def _linear_from_srgb(value: float) -> float:

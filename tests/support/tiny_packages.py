@@ -17,10 +17,13 @@ from volprep.plan import (
     PreintegratedPlan,
     ProgramPlan,
     QuantizePlan,
+    SkipPlan,
     VolumePlan,
 )
+from volprep.plan.skip import skip_table_plan
 from volprep.profiles import load_profile
 from volprep.stages import mosaic, shaders, texture, transfer
+from volprep.stages import skip as skip_stage
 from volprep.work import codes_name, levels_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
@@ -34,6 +37,7 @@ from volprep_formats.package.manifest import (
 )
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.reader import Package
+from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
@@ -69,10 +73,12 @@ def tiny_package(
     window: tuple[float, float] = (0.0, 255.0),
     grid: Grid | None = None,
     classification: ClassificationName = "lookup",
+    skip: tuple[SkipKind, int] | None = None,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
+    `skip` is a kind of skip table and the cells along an edge of a block.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -80,6 +86,10 @@ def tiny_package(
     volumes = tuple(_volume(index, level, profile, packing, textures) for index, level in enumerate(levels))
     plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, render)
     plan = _classified(plan, classification)
+    if skip is not None:
+        tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
+        plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
+    skipping = () if skip is None else (skip_stage.STAGE,)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
     manifest = Manifest(
         state="draft",
@@ -95,7 +105,8 @@ def tiny_package(
         for index, level in enumerate(levels):
             draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
         draft.commit(StageRecord(name="quantize", key=KEY), grid=grid, levels=levels_of(plan), render=render)
-        for stage in (transfer.STAGE, mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE, shaders.STAGE):
+        layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE
+        for stage in (transfer.STAGE, layout, *skipping, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
     return Package.open(folder, allow_draft=True)
 

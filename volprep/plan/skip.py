@@ -62,8 +62,9 @@ def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], fou
     """Decide for which transfer functions empty space is skipped, and how; None where there is nothing to do."""
     ranges = tuple(_ranges(level, wanted, found) for level in found.levels) if wanted.ranges else ()
     shares = tuple(empty_share(function, wanted.epsilon, found) for function in functions)
+    kind, block = _kind_and_block(wanted, found.levels[0])
     tables = tuple(
-        _table(function, level, wanted, found)
+        skip_table_plan(function.name, level, kind, block, found.profile)
         for function, share in zip(functions, shares, strict=True)
         if why_not(wanted, share, found) is None
         for level in found.levels
@@ -104,13 +105,13 @@ def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
 
 def _no_room(wanted: SkipSettings, found: Found) -> str | None:
     profile = found.profile
-    if _texel(8, found) is None:
+    if _texel(8, profile) is None:
         return f"profile {profile.name} has no format of one channel and 8 bits"
     kind, block = _kind_and_block(wanted, found.levels[0])
     for level, volume in zip(found.levels, found.volumes, strict=True):
         shape = _table_shape(level, kind, block)
         size = math.prod(shape)
-        if _layout(shape, found) is None:
+        if _layout(shape, profile) is None:
             return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
         if texture_bytes(volume) + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
@@ -162,29 +163,31 @@ def _kind_and_block(wanted: SkipSettings, finest: LevelPlan) -> tuple[SkipKind, 
     return kind, BEST_BLOCK if wanted.block == "auto" else wanted.block
 
 
-def _table(function: TransferFunction, level: LevelPlan, wanted: SkipSettings, found: Found) -> SkipTablePlan:
-    kind, block = _kind_and_block(wanted, found.levels[0])
-    texel, (shape_zyx, mosaic) = _texel(8, found), _layout(_table_shape(level, kind, block), found) or (None, None)
+def skip_table_plan(
+    transfer: str, level: LevelPlan, kind: SkipKind, block: int, profile: DeviceProfile
+) -> SkipTablePlan:
+    """Lay out a table that fits the profile."""
+    texel, layout = _texel(8, profile), _layout(_table_shape(level, kind, block), profile)
     assert texel is not None  # noqa: S101 - why_not has found room
-    assert shape_zyx is not None  # noqa: S101 - as above
-    name = f"skip-{function.name}-{level.index}"
+    assert layout is not None  # noqa: S101 - as above
+    name = f"skip-{transfer}-{level.index}"
     return SkipTablePlan(
-        transfer=function.name,
+        transfer=transfer,
         level=level.index,
         name=name,
         file=f"textures/{name}.ktx2",
         kind=kind,
         block=block,
         format=texel,
-        shape_zyx=shape_zyx,
-        mosaic=mosaic,
+        shape_zyx=layout[0],
+        mosaic=layout[1],
     )
 
 
 def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRangesPlan:
     _, block = _kind_and_block(wanted, found.levels[0])
     z, y, x = _blocks(level, block)
-    texel, layout = _texel(found.quantize.bits, found), _layout((2 * z, y, x), found)
+    texel, layout = _texel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)
     assert texel is not None  # noqa: S101 - the level itself has this format
     assert layout is not None  # noqa: S101 - and is larger
     name = f"ranges-{level.index}"
@@ -199,8 +202,8 @@ def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRanges
     )
 
 
-def _texel(bits: int, found: Found) -> TextureFormat | None:
-    return first_of(ONE_CHANNEL[bits], found.profile)
+def _texel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
+    return first_of(ONE_CHANNEL[bits], profile)
 
 
 def _blocks(level: LevelPlan, block: int) -> Triple:
@@ -213,9 +216,8 @@ def _table_shape(level: LevelPlan, kind: SkipKind, block: int) -> Triple:
     return (8 * z if kind == "octants" else z), y, x
 
 
-def _layout(shape_zyx: Triple, found: Found) -> tuple[Triple, MosaicLayout | None] | None:
+def _layout(shape_zyx: Triple, profile: DeviceProfile) -> tuple[Triple, MosaicLayout | None] | None:
     """Shape of the texture for a table, and its layout where there are no 3D textures; None if there is no room."""
-    profile = found.profile
     if profile.max_3d_texture_size:
         return (shape_zyx, None) if max(shape_zyx) <= profile.max_3d_texture_size else None
     mosaic = fit_mosaic(shape_zyx, Packing(), Room(profile.max_texture_size, npot=profile.npot, square=profile.square))

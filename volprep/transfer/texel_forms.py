@@ -33,8 +33,9 @@ def medium_texels(colour: Array, extinction_per_mm: Array, texel_format: LookupF
     if texel_format == "RGBA16F":
         half = np.concatenate([colour, np.minimum(extinction_per_mm, _LARGEST_HALF)[..., None]], axis=-1)
         return MediumTexels(half.astype(np.float16), None)
-    maximum = float(extinction_per_mm.max())
-    root = np.sqrt(extinction_per_mm / maximum) if maximum > 0.0 else extinction_per_mm
+    # A table without extinction has some scale all the same: a factor of 0 would leave nothing in the shader to draw.
+    maximum = float(extinction_per_mm.max()) or 1.0
+    root = np.sqrt(extinction_per_mm / maximum)
     byte = np.rint(np.concatenate([colour, root[..., None]], axis=-1) * 255).astype(np.uint8)
     return MediumTexels(byte, maximum)
 

@@ -1,0 +1,41 @@
+"""volprep skip: tables with which rays jump over empty space."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.stage import Draft, run_stage
+
+if TYPE_CHECKING:
+    from volprep.scene import Scene
+
+
+def skip(
+    package: Draft,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            help="auto, none, blocks, table16, distance, octants, pyramid, euclidean. Replaces the scene's skip.kind.",
+            metavar="KIND",
+        ),
+    ] = None,
+    block: Annotated[
+        int | None,
+        typer.Option(
+            help="Cells along an edge of a block, 1 to 256. Replaces the scene's skip.block.", metavar="CELLS"
+        ),
+    ] = None,
+    *,
+    ranges: Annotated[
+        bool | None,
+        typer.Option("--ranges/--no-ranges", help="Add least and greatest value of each block, to make tables anew."),
+    ] = None,
+) -> None:
+    """Write, for each level and transfer function, how far a ray may jump from each block without missing anything."""
+
+    def change(scene: "Scene") -> "Scene":
+        from volprep.scene import changed_skip  # noqa: PLC0415 - keeps volprep --help fast
+
+        return changed_skip(scene, kind, block, ranges=ranges)
+
+    run_stage(package, "skip", change)
