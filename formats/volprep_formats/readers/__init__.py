@@ -11,10 +11,8 @@ from typing import Any
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.image_stack import holds_only_pictures
-from volprep_formats.readers.picture_file import is_picture
-from volprep_formats.readers.tiff_chain import description_of
-from volprep_formats.readers.zarr_files import is_zarr
+from volprep_formats.readers.picture_kinds import holds_only_pictures, kind_of
+from volprep_formats.readers.zarr_kind import is_zarr
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -37,8 +35,10 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
 
 
 def _is_ome_tiff(spec: SourceSpec, path: Path, head: bytes) -> bool:
-    if spec.stack is not None or head[:2] not in {b"II", b"MM"} or not is_picture(head):
+    if spec.stack is not None or kind_of(head) != "tiff":
         return False
+    from volprep_formats.readers.tiff_chain import description_of  # noqa: PLC0415 - seldom needed
+
     text = description_of(path, _HEAD_BYTES) or b""
     return b"<OME" in text and b"openmicroscopy.org" in text
 
@@ -63,7 +63,7 @@ READERS = (
     Reader(
         "stack",
         "volprep_formats.readers.image_stack",
-        lambda spec, path, head: path.is_dir() or spec.stack is not None or is_picture(head),
+        lambda spec, path, head: path.is_dir() or spec.stack is not None or kind_of(head) is not None,
     ),
     Reader(
         "nifti",
@@ -102,11 +102,27 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     return source
 
 
-def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
+def list_channels(spec: SourceSpec, base: Path) -> list[str]:
+    """Names of the channels of an OME file, "" where they have none.
+
+    Raises what `open_source` raises, and VP1242 for a format whose files have one channel.
+    """
+    path, reader = _found(spec, base)
+    if reader.name not in _OME:
+        raise VolprepError("VP1242", path=path, format=reader.name)
+    names: list[str] = import_module(reader.module).channel_names(spec, path)
+    return names
+
+
+def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     path = base / spec.path
     if not path.exists():
         raise VolprepError("VP1001", path=path)
-    reader = _reader(spec, path)
+    return path, _reader(spec, path)
+
+
+def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
+    path, reader = _found(spec, base)
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),

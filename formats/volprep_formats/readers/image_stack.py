@@ -4,7 +4,6 @@ Pictures do not say where they lie. What they call resolution is meant for paper
 distances come from the scene; rows go along +y and columns along +x of the patient, as in a raw file.
 """
 
-import os
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -20,7 +19,6 @@ from volprep_formats.grid import Grid
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.picture_file import (
-    SUFFIXES,
     Page,
     Part,
     decode_request,
@@ -28,6 +26,7 @@ from volprep_formats.readers.picture_file import (
     page_remarks,
     pages_of,
 )
+from volprep_formats.readers.picture_kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.picture_names import in_order
 from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
 
@@ -88,18 +87,6 @@ class StackSource:
         return parts
 
 
-def holds_only_pictures(folder: Path) -> bool:
-    """Whether there are pictures in a folder, and no DICOM files in it or below."""
-    if not _pictures(folder):
-        return False
-    for parent, _, names in os.walk(folder):
-        for name in names:
-            file = Path(parent, name)
-            if name == "DICOMDIR" or file.suffix.lower() in {".dcm", ".ima"} or _is_dicom(file):
-                return False
-    return True
-
-
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource:
     """Open the pictures in folder `path`, or the pages of file `path`.
 
@@ -114,7 +101,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         )
     names = [path.name]
     if path.is_dir():
-        names = _pictures(path)
+        names = pictures_in(path)
         if not names:
             raise VolprepError("VP1160", path=path, known=", ".join(sorted(SUFFIXES)))
         others = sum(entry.is_file() for entry in path.iterdir()) - len(names)
@@ -141,22 +128,6 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             source.__exit__()
             raise
     return source
-
-
-def _pictures(folder: Path) -> list[str]:
-    """Names of the pictures right in a folder; those that a system hides are left out."""
-    return [
-        entry.name
-        for entry in folder.iterdir()
-        if entry.suffix.lower() in SUFFIXES and not entry.name.startswith(".") and entry.is_file()
-    ]
-
-
-def _is_dicom(file: Path) -> bool:
-    if file.suffix.lower() in SUFFIXES or not file.is_file():
-        return False
-    with file.open("rb") as data:
-        return data.read(132)[128:] == b"DICM"
 
 
 def _read_headers(pool: Workers, files: list[Path], progress: Progress) -> list[tuple[Page, ...]]:

@@ -17,26 +17,15 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request
+from volprep_formats.readers.picture_kinds import kind_of
 from volprep_formats.readers.tiff_chain import count_pages
 from volprep_formats.source import StoredType
 
-SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
-"""File names that are taken as pictures where a folder is looked through, in lower case."""
 MAX_PIXELS = 2**28
 """Most pixels that one page may have."""
 MAX_PAGES = 2**16
 MAX_RATIO = 2**16
 """No picture unpacks to more times its size. Deflate reaches 1032, LZW 2730, a blank fax page as bytes 40,000."""
-_MAGIC = {
-    b"\x89PNG": "png",
-    b"II*\0": "tiff",
-    b"MM\0*": "tiff",
-    b"II+\0": "tiff",
-    b"MM\0+": "tiff",
-    b"\xff\xd8\xff": "jpeg",
-    b"\x76\x2f\x31\x01": "openexr",
-    b"BM": "bmp",
-}
 # What stands at the end of a whole file; libjpeg, for one, paints what is missing grey without a word.
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 _TAIL_BYTES = 4096
@@ -104,11 +93,6 @@ class Part:
     """What all of them are."""
 
 
-def is_picture(head: bytes) -> bool:
-    """Whether a file that begins so is a picture."""
-    return _kind(head) is not None
-
-
 def header_request(path: Path) -> Request:
     """Ask for the pages of a picture file in a worker; `pages_of` understands the answer."""
     return Request(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
@@ -148,10 +132,6 @@ def decode_request(part: Part) -> Request:
         MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
         SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
     )
-
-
-def _kind(head: bytes) -> str | None:
-    return next((kind for magic, kind in _MAGIC.items() if head.startswith(magic)), None)
 
 
 def _headers(path: Path) -> NDArray[np.generic]:
@@ -206,7 +186,7 @@ def _list_pages(path: Path) -> list[Page]:
 
 def _check_ends(path: Path) -> None:
     with path.open("rb") as file:
-        kind = _kind(file.read(8))
+        kind = kind_of(file.read(8))
         file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
         tail = file.read()
     if kind is None:
@@ -223,7 +203,7 @@ def opened(path: Path) -> Any:
     as_stored = OpenImageIO.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
     with path.open("rb") as file:
-        kind = _kind(file.read(8))
+        kind = kind_of(file.read(8))
     picture = OpenImageIO.ImageInput.open(str(path), as_stored)
     if picture is None or picture.format_name() != kind:
         raise unsound(path, OpenImageIO.geterror())
