@@ -5,7 +5,7 @@ from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import classification
 from volprep.render.techniques.lighting import Lighting, headlight
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
-from volprep.render.techniques.skipping import Skipping, skipping
+from volprep.render.techniques.skipping import skipping_of
 from volprep.stages import Changes, Stage
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Program
@@ -64,7 +64,10 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
         classified,
         (x, y, z),
         plan.render,
-        Additions(_skipping(draft, program), _lighting(draft, program)),
+        Additions(
+            skipping_of(draft.manifest, program.transfer, program.levels[0], program.classification),
+            _lighting(draft, program),
+        ),
     )
 
 
@@ -72,16 +75,6 @@ def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
     if program.lighting == "none":
         return None
     return headlight(next(each for each in draft.manifest.textures if each.role == "normals"))
-
-
-def _skipping(draft: Draft, program: ProgramPlan) -> Skipping | None:
-    tables = draft.manifest.skipping.tables if draft.manifest.skipping else ()
-    # A program of 3D textures draws all levels: kind and size of blocks, which its text holds, are the same for all.
-    table = next((t for t in tables if t.transfer == program.transfer and t.level == program.levels[0]), None)
-    if table is None:
-        return None
-    texture = next(each for each in draft.manifest.textures if each.name == table.texture)
-    return skipping(table, texture.mosaic, segments=program.classification == "preintegrated")
 
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:

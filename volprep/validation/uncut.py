@@ -4,26 +4,13 @@ The shader is composed again from the manifest, with and without termination. On
 the package's own, letter for letter, does the text without it say anything about the package.
 """
 
-from pathlib import Path
-
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import classification_of
-from volprep.render.techniques.raycast import Sampling, ray_caster
+from volprep.render.techniques.raycast import Additions, Sampling, ray_caster
+from volprep.render.techniques.skipping import skipping_of
+from volprep.validation.altered import Altered
 from volprep_formats.package.manifest import Manifest, Program, RenderSettings
 from volprep_formats.package.reader import Package
-
-
-class _Altered(Package):
-    """A package in which one text file is another."""
-
-    def __init__(self, path: Path, manifest: Manifest, altered: str, text: str) -> None:
-        super().__init__(path, manifest)
-        self._altered = altered
-        self._text = text
-
-    def read_text(self, path: str) -> str:
-        """Read a text file of the package, or the other text in its place."""
-        return self._text if path == self._altered else super().read_text(path)
 
 
 def uncut(package: Package, program: Program, render: RenderSettings) -> Package | None:
@@ -37,12 +24,14 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
     if _fragment(package.manifest, program, render) != package.read_text(program.fragment):
         return None
     without = _fragment(package.manifest, program, render.model_copy(update={"opacity_cutoff": None}))
-    return _Altered(package.path, package.manifest, program.fragment, without)
+    return Altered(package, program.fragment, without)
 
 
 def _fragment(manifest: Manifest, program: Program, render: RenderSettings) -> str:
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
-    return ray_caster(_sampling(manifest, program), classification_of(manifest, program), (x, y, z), render).fragment
+    classified = classification_of(manifest, program)
+    skips = skipping_of(manifest, program.transfer, min(program.levels), program.classification)
+    return ray_caster(_sampling(manifest, program), classified, (x, y, z), render, Additions(skips)).fragment
 
 
 def _sampling(manifest: Manifest, program: Program) -> Sampling:

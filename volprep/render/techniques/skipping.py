@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from volprep.render.compose import literal
-from volprep_formats.package.manifest import MosaicLayout, Sampler, Uniform
+from volprep_formats.package.manifest import ClassificationName, Manifest, MosaicLayout, Sampler, Uniform
 from volprep_formats.package.skip import SkipKind, SkipTable
 
 _REACH: dict[SkipKind, str] = {
@@ -33,6 +33,19 @@ class Skipping:
     """Uniforms that these files declare."""
     sampler: Sampler
     """Sampler that they declare."""
+
+
+def skipping_of(manifest: Manifest, transfer: str, level: int, classification: ClassificationName) -> Skipping | None:
+    """Give what a program of this transfer function skips with; None where the manifest has no table for it.
+
+    A program of 3D textures draws all levels: kind and size of blocks, which its text holds, are the same for all.
+    """
+    tables = manifest.skipping.tables if manifest.skipping else ()
+    table = next((each for each in tables if (each.transfer, each.level) == (transfer, level)), None)
+    if table is None:
+        return None
+    texture = next(each for each in manifest.textures if each.name == table.texture)
+    return skipping(table, texture.mosaic, segments=classification == "preintegrated")
 
 
 def skipping(table: SkipTable, layout: MosaicLayout | None, *, segments: bool) -> Skipping:
