@@ -7,12 +7,12 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import ClassificationName, MosaicOrder, Tolerance
-from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.manifest import ClassificationName, LevelFilter, MosaicOrder, Tolerance
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
 from volprep_formats.record import Record, problems
-from volprep_formats.source import SourceSpec
+from volprep_formats.source import ChannelName, SourceSpec
 
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
 
@@ -33,6 +33,8 @@ class SceneTransfer(Record):
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
     """Name, unique in the scene; lower-case letters, digits, - and _."""
+    channel: ChannelName | None = None
+    """Channel whose values it maps, where the source has several; the first if absent."""
     colour_space: Literal["srgb", "linear"] = "srgb"
     """Meaning of colours that are given as three numbers. "#rrggbb" is always sRGB."""
     points: Annotated[tuple[ScenePoint, ...], Field(min_length=1)]
@@ -84,8 +86,8 @@ class PyramidSettings(Record):
 
     coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
     """Levels are added until the longest axis has at most this many voxels."""
-    filter: Literal["box"] = "box"
-    """Filter that makes a level."""
+    filter: Literal["auto"] | LevelFilter = "auto"
+    """Filter that makes a level from level 0; "auto" takes "box", and "mode" for labels."""
 
 
 class MosaicSettings(Record):
@@ -101,11 +103,12 @@ class NormalSettings(Record):
     """Directions of gradients, for shaders that light what they draw."""
 
     kernel: GradientKernel = "thesis"
-    """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans (1.9° and 1.8° off on a shell with
-    2 % noise, "central" 4.7°), and of the two "thesis" is the truer one on clean data; "isotropic" is the truest there."""
+    """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans (1.9° and 1.8° off on a shell
+    with 2 % noise, "central" 4.7°), and of the two "thesis" is the truer one on clean data; "isotropic" is the truest
+    there."""
     code: NormalCode = "biased8"
-    """What the bytes mean. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes, OpenGL ES
-    3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more exact."""
+    """What the bytes mean. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes, OpenGL
+    ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more exact."""
     magnitude: bool = False
     """Whether one more byte holds the length of the gradient."""
     space: NormalSpace = "box"
@@ -214,6 +217,20 @@ class Scene(Record):
         for name in names:
             if names.count(name) > 1:
                 msg = f"{names.count(name)} transfer functions have the name {name}"
+                raise ValueError(msg)
+        return self
+
+
+    @model_validator(mode="after")
+    def _transfers_have_channels_that_are_there(self) -> Self:
+        channels = self.source.channels
+        if channels == "all":
+            return self
+        names = [channel.name for channel in channels]
+        for transfer in self.transfer:
+            if transfer.channel is not None and transfer.channel not in names:
+                there = ", ".join(names) or "none"
+                msg = f"transfer function {transfer.name} is for channel {transfer.channel}; the source has: {there}"
                 raise ValueError(msg)
         return self
 

@@ -1,6 +1,6 @@
 """volprep pyramid: coarser levels."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
@@ -20,11 +20,30 @@ def pyramid(
             metavar="VOXELS",
         ),
     ] = None,
+    made_by: Annotated[
+        str | None,
+        typer.Option(
+            "--filter",
+            help="Filter that makes each level from level 0. Replaces the scene's pyramid.filter. Smooth: box, "
+            "binomial, gaussian, lanczos3, bilinear. Keeping what is thin: feature-preserving, maximum, minimum. "
+            "Against outliers: median. For labels: mode, mode-foreground (where label 0 does not count), nearest. "
+            "Or auto.",
+            metavar="NAME",
+        ),
+    ] = None,
 ) -> None:
-    """Make the coarser levels that the package holds."""
+    """Make the coarser levels that the package holds, each from level 0, by one filter."""
+    from volprep.scene import PyramidSettings  # noqa: PLC0415 - keeps volprep --help fast
+
+    unions = get_args(PyramidSettings.model_fields["filter"].annotation)
+    filters = [name for names in unions for name in get_args(names)]
+    if made_by is not None and made_by not in filters:
+        msg = f"there is no filter {made_by}; the filters are {', '.join(filters)}"
+        raise typer.BadParameter(msg)
 
     def change(scene: "Scene") -> "Scene":
-        update = {} if coarsest is None else {"coarsest_longest_axis": coarsest}
+        wanted = (("coarsest_longest_axis", coarsest), ("filter", made_by))
+        update = {key: value for key, value in wanted if value is not None}
         return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update=update)})
 
     run_stage(package, "pyramid", change)

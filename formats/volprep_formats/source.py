@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from volprep_formats.grid import Count, Grid, Length
 from volprep_formats.record import Record
@@ -29,6 +29,8 @@ SourceFormat = Literal[
 ]
 
 
+ChannelName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
+"""Name of a channel, which becomes part of names of files."""
 RepairKind = Literal["gaps", "tilt"]
 """What can be repaired where slices form no grid."""
 
@@ -74,10 +76,15 @@ class MosaicLayout(Record):
 class SourceSpec(Record):
     """Where a scan is and how to read it: the table [source] of a scene."""
 
-    path: str
+    path: str = ""
     """File or folder. A relative path starts at the folder of the scene file."""
+    channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
+    """Several channels of one volume: "all" that an OME file has, under their own names, or a list of registered
+    files; then each has its own path and settings. Without it the source is one channel."""
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
+    labels: bool = False
+    """Whether voxels are labels, whole numbers from 0 to 255 that name things: they are never rounded nor averaged."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
@@ -98,6 +105,39 @@ class SourceSpec(Record):
     """Stack of pictures only: spacing, and whether numbers may be missing."""
     mosaic: MosaicLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
+
+    @model_validator(mode="after")
+    def _is_one_place_or_a_list_of_channels(self) -> Self:
+        if isinstance(self.channels, tuple) and self.channels:
+            fields = SourceSpec.model_fields.items()
+            if any(getattr(self, name) != field.default for name, field in fields if name != "channels"):
+                msg = "source.channels lists files, so each has its own path and settings, and source has none"
+                raise ValueError(msg)
+            names = [channel.name for channel in self.channels]
+            if len(set(names)) < len(names):
+                msg = "two channels have the same name"
+                raise ValueError(msg)
+        elif not self.path:
+            msg = "source.path is missing"
+            raise ValueError(msg)
+        elif self.channels and self.channel is not None:
+            msg = "source.channel chooses one channel, source.channels all"
+            raise ValueError(msg)
+        return self
+
+
+class ChannelSpec(SourceSpec):
+    """One of several registered files that are channels of one volume."""
+
+    name: ChannelName
+    """Name of the channel, which transfer functions give; lower-case letters, digits, - and _."""
+
+    @model_validator(mode="after")
+    def _has_no_channels_of_its_own(self) -> Self:
+        if self.channels:
+            msg = f"channel {self.name} has channels of its own"
+            raise ValueError(msg)
+        return self
 
 
 class GapRepair(Record):

@@ -47,7 +47,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_border(plan, grounds),
         *_codes(plan, grounds),
         *_levels(plan, grounds),
-        *_layout(plan),
+        *_layout(plan, grounds.scene),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
         *describe_tables(plan, grounds.tables),
         _shaders(plan),
@@ -85,6 +85,13 @@ def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         reason=_why_not_wide(plan, grounds),
         size_bytes=voxels,
     )
+    if plan.quantize.labels:
+        yield PlanItem(
+            name="labels",
+            kept=True,
+            reason="codes are labels, and coarser levels hold no others; shaders filter linearly, so that within a "
+            "voxel of the border between two labels they see the values between them",
+        )
     if plan.quantize.bits == 8:
         yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
         yield wide
@@ -100,6 +107,8 @@ def _why_wide(grounds: Grounds) -> str:
 
 
 def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
+    if plan.quantize.labels:
+        return "labels have 8 bits"
     if grounds.scene.quantize.bits == 8:
         return "the scene asks for 8 bits"
     if "R16F" not in plan.profile.texture_formats:
@@ -126,7 +135,11 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
             )
             continue
         texel_bytes = plan.quantize.bits // 8
-        reason = fit.reason if isinstance(fit, Misfit) else f"level {plan.levels[0].index} fits and is finer"
+        reason = (
+            fit.reason
+            if isinstance(fit, Misfit)
+            else f"level {max(k for k in kept if k < level.index)} fits and is finer"
+        )
         yield PlanItem(name=name, kept=False, reason=reason, size_bytes=math.prod(level.shape_zyx) * texel_bytes)
     stored_bytes = np.dtype(grounds.info.stored_type).itemsize
     yield PlanItem(
@@ -137,7 +150,7 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     )
 
 
-def _layout(plan: Plan) -> Iterator[PlanItem]:
+def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
     finest = plan.volumes[0]
     size = texture_bytes(finest)
     if finest.mosaic is None:
@@ -151,7 +164,7 @@ def _layout(plan: Plan) -> Iterator[PlanItem]:
             reason=f"profile {plan.profile.name} has none",
             size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
         )
-        yield from describe_mosaic(finest.mosaic, plan.profile)
+        yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic)
 
 
 def _shaders(plan: Plan) -> PlanItem:

@@ -5,15 +5,31 @@ import math
 from volprep.plan.mosaics import as_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import ONE_CHANNEL, Beside, Misfit, first_of, too_large
-from volprep.scene import MosaicSettings
+from volprep.pyramid.reduce import LABEL_FILTERS
+from volprep.scene import MosaicSettings, Scene
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
 
 
-def candidate_levels(grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile) -> list[LevelPlan]:
+def filter_of(scene: Scene) -> LevelFilter:
+    """Give the filter that makes the coarser levels. Raises VP3024 for one that would put values between labels."""
+    labels = scene.source.labels
+    wanted = scene.pyramid.filter
+    if wanted == "auto":
+        return "mode" if labels else "box"
+    if labels and wanted not in LABEL_FILTERS:
+        raise VolprepError("VP3024", filter=wanted, possible=", ".join(sorted(LABEL_FILTERS)))
+    return wanted
+
+
+def candidate_levels(
+    grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: LevelFilter = "box"
+) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
     Each halves those axes of the one before whose spacing is nearly the smallest, so that voxels come closer to
@@ -26,7 +42,7 @@ def candidate_levels(grid: Grid, coarsest_longest_axis: int, profile: DeviceProf
         z, y, x = (-(-n // f) for n, f in zip(grid.shape_zyx, factors, strict=True))
         index = len(levels)
         levels.append(
-            LevelPlan(index=index, factors_zyx=factors, shape_zyx=(z, y, x), filter="box" if index else "none")
+            LevelPlan(index=index, factors_zyx=factors, shape_zyx=(z, y, x), filter=made_by if index else "none")
         )
         if max(z, y, x) <= coarsest_longest_axis:
             return levels

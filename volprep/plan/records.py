@@ -5,7 +5,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid
-from volprep_formats.package.manifest import ClassificationName, MosaicLayout, PackagePath, PlanItem, RenderSettings
+from volprep_formats.package.manifest import (
+    ClassificationName,
+    LevelFilter,
+    MosaicLayout,
+    PackagePath,
+    PlanItem,
+    RenderSettings,
+)
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.skip import SkipKind
@@ -31,6 +38,8 @@ class QuantizePlan(Record):
     """Bits of a stored value."""
     window: tuple[float, float]
     """Physical values of the smallest code, 0, and the largest, 2^bits - 1."""
+    labels: bool = False
+    """Whether values are labels, which must be whole numbers from 0 to 255 and become codes as they are."""
 
 
 class LevelPlan(Record):
@@ -42,8 +51,8 @@ class LevelPlan(Record):
     """Voxels of level 0 along each axis that make one voxel of this level; powers of two."""
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along each axis."""
-    filter: Literal["none", "box"]
-    """Filter that makes the level from level 0."""
+    filter: Literal["none"] | LevelFilter
+    """Filter that makes the level from level 0; none for level 0."""
 
 
 class VolumePlan(Record):
@@ -61,21 +70,6 @@ class VolumePlan(Record):
     """Depth, height and width of each in texels; depth is 1 for a mosaic."""
     mosaic: MosaicLayout | None
     """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
-
-
-class SubvolumesPlan(Record):
-    """Level 0 in pieces that share a layer of voxels with their neighbours."""
-
-    size: Count
-    """Largest number of voxels of a piece along an axis."""
-    format: TextureFormat
-    """Format of a texel."""
-    pieces: bool
-    """Whether each piece is a file."""
-    whole: PackagePath | None
-    """KTX 2 file of the whole level, the texture of level 0 where the package has it; none if it is not wanted."""
-    keep_empty: bool
-    """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
 
 
 class LookupPlan(Record):
@@ -211,7 +205,7 @@ class ProgramPlan(Record):
 
     name: str
     """Name of the program."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic"]
+    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes"]
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
@@ -225,6 +219,23 @@ class ProgramPlan(Record):
     """Levels that it draws."""
     transfer: str
     """Name of the transfer function that it draws."""
+
+
+class SubvolumesPlan(Record):
+    """Level 0 in pieces that share a layer of voxels with their neighbours."""
+
+    size: Count
+    """Largest number of voxels of a piece along an axis."""
+    format: TextureFormat
+    """Format of a texel."""
+    pieces: bool
+    """Whether each piece is a file."""
+    whole: PackagePath | None
+    """KTX 2 file of the whole level, the texture of level 0 where the package has it; none if it is not wanted."""
+    keep_empty: bool
+    """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
+    programs: tuple[ProgramPlan, ...] = ()
+    """A program for each transfer function that draws the pieces around a point; none without files of pieces."""
 
 
 class Plan(Record):
@@ -263,7 +274,16 @@ class Plan(Record):
     stages: tuple[str, ...]
     """Names of the stages that this plan needs, in order."""
     items: tuple[PlanItem, ...]
-    """Every decision with its reason, cost and files."""
+    """Every decision with its reason, cost and files; of all channels."""
+    channel: str | None = None
+    """Channel that it is for, where there are several."""
+    others: "tuple[Plan, ...]" = ()
+    """Plans of the other channels: of the same profile and grid. What is drawn of them has names of its own."""
+
+    @property
+    def every(self) -> "tuple[Plan, ...]":
+        """The plan of each channel."""
+        return (self, *self.others)
 
     @property
     def value_slack(self) -> float:

@@ -19,6 +19,7 @@ SHARE = 0.5
 """Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
 _TABLE_SHARE = 0.05
 """Part of the scene's tolerance by which a shorter lookup table may be worse than the longest one."""
+_LARGEST_LABEL = 255.0
 _ENTRIES = (256, 512, 1024, 2048, 4096)
 """Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
 
@@ -67,29 +68,41 @@ def choose_values(
 ) -> ValueChoice:
     """Choose bits, window and length of the lookup tables.
 
-    8 bits if, with the best window, they change the pictures of the sample of rays by at most half of the scene's
-    tolerance, or if the profile has no wider format; else 16. Raises VP3020 when the scene asks for bits that the
-    profile does not have, VP3021 for a window without width.
+    Labels keep their value: 8 bits and a window from 0 to 255. Else 8 bits if, with the best window, they change the
+    pictures of the sample of rays by at most half of the scene's tolerance, or if the profile has no wider format; else
+    16. Raises VP3020 when the scene asks for bits that the profile does not have, VP3021 for a window without width,
+    VP3025 for labels that are none.
     """
+    settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
     bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
     def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
-        tried = [Codes(bits, window) for window in _windows(scene.quantize, bits, info, measured, functions)]
+        tried = [Codes(bits, window) for window in _windows(settings, bits, info, measured, functions)]
         # min keeps the first of equal ones: the widest.
         return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
 
-    trials = [best_window(bits) for bits in _possible_bits(scene.quantize, profile)]
+    trials = [best_window(bits) for bits in _possible_bits(settings, profile)]
     error, codes = next((trial for trial in trials if _within(trial[0], scene.tolerance)), trials[-1])
     narrow_error = trials[0][0] if codes is not trials[0][1] else None
     entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
-        quantize=QuantizePlan(bits=codes.bits, window=codes.window),
+        quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
         entries=entries,
         error=error,
         narrow_error=narrow_error,
-        exact=is_exact(codes.bits, codes.window, info, measured.statistics),
+        exact=scene.source.labels or is_exact(codes.bits, codes.window, info, measured.statistics),
     )
+
+
+def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeSettings:
+    """Settings under which the code of a label is the label. 16 bits are no way: a half float has only 11."""
+    low, high = measured.statistics.minimum, measured.statistics.maximum
+    if low < 0 or high > _LARGEST_LABEL:
+        raise VolprepError("VP3025", problem=f"the values of the source reach from {low:g} to {high:g}")
+    if settings != QuantizeSettings():
+        raise VolprepError("VP3025", problem="the scene asks for other codes in quantize")
+    return QuantizeSettings(bits=8, window=(0.0, _LARGEST_LABEL))
 
 
 def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:

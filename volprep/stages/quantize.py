@@ -16,7 +16,8 @@ from volprep import _native
 from volprep.plan import Plan
 from volprep.slabs import bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
-from volprep.work import code_type, codes_name, levels_of, source_volume
+from volprep.work import code_type, codes_name, levels_of, source_info, source_volume
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Quantization
 from volprep_formats.progress import Progress
@@ -29,7 +30,7 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     losses: list[_native.QuantizationLoss] = []
-    draft.write(codes_name(0), "work", _codes(draft, plan, losses, progress))
+    draft.write(codes_name(0, plan.channel), "work", _codes(draft, plan, losses, progress))
     return {
         "stored_type": code_type(plan).name,
         "grid": plan.grid,
@@ -42,8 +43,8 @@ def _codes(
     draft: Draft, plan: Plan, losses: list[_native.QuantizationLoss], progress: Progress
 ) -> Iterator[memoryview]:
     """Give the codes slab by slab; what each slab lost is added to `losses`."""
-    source = source_volume(draft)
-    info = draft.manifest.source.info
+    source = source_volume(draft, plan.channel)
+    info = source_info(draft.manifest, plan.channel)
     histogram = np.zeros(2**plan.quantize.bits, np.uint64)
     (z_start, y0, x0), (z_stop, y1, x1) = plan.crop.start_zyx, plan.crop.stop_zyx
     progress.start("quantize", z_stop - z_start)
@@ -60,6 +61,8 @@ def _quantization(plan: Plan, losses: list[_native.QuantizationLoss]) -> Quantiz
     low, high = plan.quantize.window
     # The kernel's losses add up exactly: the slabs leave no trace.
     total = reduce(operator.add, losses)
+    if plan.quantize.labels and total.max_abs_error > 0:
+        raise VolprepError("VP3025", problem=f"a voxel is {total.max_abs_error:.2g} away from any")
     return Quantization(
         bits=plan.quantize.bits,
         window=(low, high),

@@ -1,0 +1,1 @@
+"""Coarser levels of a volume: the filters that make them."""

@@ -1,0 +1,64 @@
+"""How strong the noise of a volume is, measured on the volume itself.
+
+The Laplacian of what a scan shows is small almost everywhere; what remains is noise, with a standard deviation that is
+the noise's times the root of the sum of the squared weights. The median of its size is not moved by edges.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep import _native
+from volprep.slabs import RawVolume, slab_ranges
+
+_DEVIATION_FROM_MEDIAN = 1.4826
+"""Standard deviation of normal noise over the median of its size."""
+_ROUNDING = 1 / math.sqrt(12)
+"""Standard deviation of what rounding to a code adds."""
+_STENCIL = 3
+"""Voxels that a second difference needs."""
+
+
+def noise_of(volume: RawVolume) -> float:
+    """Estimate the standard deviation of the noise of `volume`, in units of its integer voxels, at least rounding.
+
+    1.4826 · median(|Laplacian|) / √(Σ weights²), over the voxels that differ from a neighbour: padding is no signal
+    without noise. Axes of fewer than three voxels are left out.
+    """
+    axes = sum(length >= _STENCIL for length in volume.shape_zyx)
+    histogram = np.zeros(_bins(volume.dtype), np.uint64)
+    if axes:
+        for slab in _overlapping(volume):
+            _native.laplacian_histogram(slab, histogram)
+    # Two neighbours of weight 1 along each axis, and the voxel itself, which balances them.
+    weight = math.sqrt(2 * axes + (2 * axes) ** 2) if axes else 1.0
+    return max(_DEVIATION_FROM_MEDIAN * _median(histogram) / weight, _ROUNDING)
+
+
+def _bins(dtype: np.dtype[np.generic]) -> int:
+    return 6 * ((1 << 8 * dtype.itemsize) - 1) + 1
+
+
+def _overlapping(volume: RawVolume) -> Iterator[NDArray[np.generic]]:
+    """Slabs that share two slices, so that every voxel is once the middle of its neighbours."""
+    depth = volume.shape_zyx[0]
+    if depth < _STENCIL:
+        yield volume.read_slab(0, depth)
+        return
+    for z0, z1 in slab_ranges(depth - 2, volume.slice_bytes):
+        yield volume.read_slab(z0, z1 + 2)
+
+
+def _median(histogram: NDArray[np.uint64]) -> float:
+    """Median of integers from their histogram, within the bin that it falls into as if that were evenly filled."""
+    counts = histogram.astype(np.float64)
+    # A size of 0 stands for 0 to 1/2 only.
+    half = counts.sum() / 2
+    if half == 0:
+        return 0.0
+    upto = counts.cumsum()
+    k = int(np.searchsorted(upto, half))
+    inside = float((half - (upto[k] - counts[k])) / counts[k])
+    return inside / 2 if k == 0 else k - 0.5 + inside
