@@ -7,19 +7,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from volprep.channels import drawn_channels, opened_channel, with_listed_channels
 from volprep.drafts import import_draft, require_sound
 from volprep.origin import Origin, write_origin
 from volprep.pipeline import plan_draft, run_stages
-from volprep.plan import Plan, make_plan
-from volprep.repair import open_scan
+from volprep.plan import Plan, make_plans
 from volprep.request import Request
-from volprep.statistics import measure
+from volprep.statistics import Measured, measure
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.files import output_errors
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.publish import check_target, publish
 from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo
 
 
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
@@ -36,6 +37,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
         _drop_unusable(partial)
+        request = request.with_listed_channels()
         imported = import_draft(request, partial, progress)
         draft = imported.draft
         progress.start("plan", 1)
@@ -53,8 +55,14 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 def plan_build(request: Request, progress: Progress) -> Plan:
     """Give the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
-    with open_scan(request.scene.source, Path("/"), progress) as source:
-        return make_plan(request.scene, request.profile, source.info, measure(source, progress))
+    scene = with_listed_channels(request.scene)
+    found: list[tuple[SourceInfo, Measured]] = []
+    channels = drawn_channels(scene)
+    for channel in channels:
+        first = (channels[0].name, found[0][0].grid) if found else None
+        with opened_channel(channel, first, progress) as source:
+            found.append((source.info, measure(source, progress)))
+    return make_plans(scene, request.profile, [info for info, _ in found], [measured for _, measured in found])
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.repair import open_scan
+from volprep.channels import SceneChannel, drawn_channels, files_of, opened_channel, with_listed_channels
 from volprep.request import Request, with_grey_ramp
 from volprep.scene import Scene
 from volprep.stages.import_volume import NAME, NOT_MEASURED, import_key, import_volume
@@ -13,8 +13,9 @@ from volprep.work import SCENE, generator, is_current
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.files import MANIFEST
-from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord
+from volprep_formats.package.manifest import Channel, Manifest, SourceRecord, StageRecord
 from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo
 
 _NOT_IMPORTED = "0" * 64
 # What later stages wrote into the manifest, as it is before they ran.
@@ -37,8 +38,8 @@ class Imported:
 
     draft: Draft
     """The draft."""
-    measured: Measured | None
-    """What the import measured; None where an earlier one has done it."""
+    measured: tuple[Measured, ...] | None
+    """What the import measured of each channel; None where an earlier one has done it."""
 
 
 def import_draft(request: Request, folder: Path, progress: Progress) -> Imported:
@@ -47,33 +48,61 @@ def import_draft(request: Request, folder: Path, progress: Progress) -> Imported
     Raises what the readers raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and
     VP4023 where the draft cannot be written.
     """
-    scene = request.scene
-    if not Path(scene.source.path).exists():
-        raise VolprepError("VP1001", path=scene.source.path)
-    key = import_key(scene.source, generator())
+    scene = with_listed_channels(request.scene)
+    for path in files_of(scene.source):
+        if not path.exists():
+            raise VolprepError("VP1001", path=path)
+    channels = drawn_channels(scene)
+    key = import_key([channel.spec for channel in channels], generator())
     old = Draft.open(folder) if (folder / MANIFEST).exists() else None
     if old is not None and is_current(NAME, key, old.manifest):
         return Imported(old, None)
-    with open_scan(scene.source, Path("/"), progress) as source:
-        draft = old or Draft.create(
-            folder,
-            Manifest(
-                state="draft",
-                name=scene.name,
-                generator=generator(),
-                profile=request.profile,
-                source=SourceRecord(info=source.info, sha256=_NOT_IMPORTED),
-                statistics=NOT_MEASURED,
-            ),
-        )
-        measured = import_volume(draft, source, progress)
-        record = SourceRecord(info=source.info, sha256=measured.sha256)
+    draft: Draft | None = old
+    found: list[tuple[SourceRecord, Measured]] = []
+    for channel in channels:
+        first = (channels[0].name, found[0][0].info.grid) if found else None
+        with opened_channel(channel, first, progress) as source:
+            info = source.info if first is None else source.info.model_copy(update={"grid": first[1]})
+            draft = draft or Draft.create(folder, _new_manifest(request, info))
+            measured = import_volume(draft, source, progress, channel.name if len(channels) > 1 else None)
+            found.append((SourceRecord(info=info, sha256=measured.sha256), measured))
+    assert draft is not None  # noqa: S101 - a scene has at least one channel
+    record, statistics = found[0][0], found[0][1].statistics
     if request.scene_path is None:
-        scene = with_grey_ramp(scene, measured.statistics, record.info.grid)
+        scene = with_grey_ramp(scene, statistics, record.info.grid)
     draft.write(SCENE, "work", scene.model_dump_json().encode())
-    common = {"name": scene.name, "generator": generator(), "profile": request.profile}
-    draft.commit(StageRecord(name=NAME, key=key), source=record, statistics=measured.statistics, **common, **_BLANK)
-    return Imported(draft, measured)
+    changes: dict[str, object] = {"name": scene.name, "generator": generator(), "profile": request.profile, **_BLANK}
+    changes |= {"source": record, "statistics": statistics, "channels": _listed(channels, found)}
+    draft.commit(StageRecord(name=NAME, key=key), **changes)
+    return Imported(draft, tuple(measured for _, measured in found))
+
+
+def _new_manifest(request: Request, info: SourceInfo) -> Manifest:
+    return Manifest(
+        state="draft",
+        name=request.scene.name,
+        generator=generator(),
+        profile=request.profile,
+        source=SourceRecord(info=info, sha256=_NOT_IMPORTED),
+        statistics=NOT_MEASURED,
+    )
+
+
+def _listed(
+    channels: tuple[SceneChannel, ...], found: list[tuple[SourceRecord, Measured]]
+) -> tuple[Channel, ...] | None:
+    """Give the channels as the manifest lists them: not at all if there is one."""
+    if len(channels) == 1:
+        return None
+    return tuple(
+        Channel(
+            name=channel.name,
+            source=record,
+            statistics=measured.statistics,
+            transfers=tuple(transfer.name for transfer in channel.transfer),
+        )
+        for channel, (record, measured) in zip(channels, found, strict=True)
+    )
 
 
 def scene_of(draft: Draft) -> Scene:

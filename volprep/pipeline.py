@@ -3,7 +3,8 @@
 import hashlib
 import json
 
-from volprep.plan import Plan, make_plan
+from volprep.merge import merged, plans_of
+from volprep.plan import Plan, make_plans
 from volprep.scene import Scene
 from volprep.stages import Stage, grid, mosaic, normals, pyramid, quantize, seal, shaders, skip, texture, transfer
 from volprep.statistics import Measured, measure_again
@@ -41,7 +42,8 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     key = stage_key(stage, plan, draft.manifest)
     if is_current(stage.name, key, draft.manifest):
         return
-    changes = stage.run(draft, plan, progress)
+    each = [(one, stage.run(draft, one, progress)) for one in plans_of(stage, plan)]
+    changes = merged(draft.manifest, each, scene)
     # Every step leaves the scene that it was made for; only drafts hold it.
     draft.write(SCENE, "work", scene.model_dump_json().encode())
     common = {
@@ -62,7 +64,9 @@ def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
             "stage": stage.name,
             "generator": generator(),
             "profile": plan.profile.model_dump(mode="json"),
-            "settings": [record.model_dump(mode="json") for record in stage.settings(plan)],
+            "settings": [
+                record.model_dump(mode="json") for one in plans_of(stage, plan) for record in stage.settings(one)
+            ],
             "reads": {name: keys[name] for name in stage.reads if name in keys},
         },
         sort_keys=True,
@@ -70,15 +74,21 @@ def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def plan_draft(draft: Draft, scene: Scene, profile: DeviceProfile, measured: Measured | None = None) -> Plan:
+def plan_draft(
+    draft: Draft, scene: Scene, profile: DeviceProfile, measured: tuple[Measured, ...] | None = None
+) -> Plan:
     """Make the plan for a draft whose source has been imported; `measured` is what import has just found, if it ran.
 
-    Raises what `make_plan` raises.
+    Raises what `make_plans` raises.
     """
     manifest = draft.manifest
+    if manifest.channels is None:
+        records = [(manifest.source, manifest.statistics, source_volume(draft, None))]
+    else:
+        records = [(each.source, each.statistics, source_volume(draft, each.name)) for each in manifest.channels]
     if measured is None:
-        measured = measure_again(manifest.source, manifest.statistics, source_volume(draft))
-    return make_plan(scene, profile, manifest.source.info, measured)
+        measured = tuple(measure_again(*record) for record in records)
+    return make_plans(scene, profile, [record[0].info for record in records], measured)
 
 
 def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:

@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from volprep.channels import with_listed_channels
 from volprep.profiles import load_profile
-from volprep.scene import Scene, ScenePoint, SceneTransfer, load_scene
+from volprep.scene import Scene, load_scene
+from volprep.transfer.wishes import ScenePoint, SceneTransfer
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.package.profile import DeviceProfile
@@ -28,23 +31,42 @@ class Request:
     """The scene file, absolute; None for a source without a scene."""
 
     def with_source(self, **changes: object) -> Self:
-        """Give the same request with some fields of its source replaced."""
+        """Give the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
+        if isinstance(self.scene.source.channels, tuple) and self.scene.source.channels:
+            raise VolprepError("VP1243", path=self.scene_path)
         source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
         return replace(self, scene=self.scene.model_copy(update={"source": source}))
+
+    def with_listed_channels(self) -> Self:
+        """Give the same request with "all" channels of an OME file listed. Raises VP1241, and what the reader raises."""
+        return replace(self, scene=with_listed_channels(self.scene))
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:
     """Read a scene and its profile. `profile` and `source`, if given, replace what the scene says.
 
     A relative path in the scene starts at the scene's folder, one given here at the current folder. Raises VP3001 to
-    VP3003 for the scene, VP3010 to VP3012 for the profile.
+    VP3003 for the scene, VP3010 to VP3012 for the profile, VP1243 for a source in place of several.
     """
     scene = load_scene(scene_path)
     base = scene_path.absolute().parent
-    where = source.absolute() if source is not None else base / scene.source.path
-    resolved = scene.model_copy(update={"source": scene.source.model_copy(update={"path": str(where)})})
+    resolved = scene.model_copy(update={"source": at_place(scene.source, base, source)})
     device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
     return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+
+
+def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
+    """Give a source with absolute paths: those of the scene start at `base`, and `instead` replaces the only one.
+
+    Raises VP1243 where there are several.
+    """
+    if spec.channels and spec.channels != "all":
+        if instead is not None:
+            raise VolprepError("VP1243", path=instead)
+        listed = tuple(each.model_copy(update={"path": str(base / each.path)}) for each in spec.channels)
+        return spec.model_copy(update={"channels": listed})
+    where = instead.absolute() if instead is not None else base / spec.path
+    return spec.model_copy(update={"path": str(where)})
 
 
 def request_for_source(source: Path, profile: str | None = None) -> Request:

@@ -6,70 +6,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from volprep.transfer.wishes import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import ClassificationName, LevelFilter, MosaicOrder, Tolerance
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.skip import SkipKind
-from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
-from volprep_formats.source import ChannelName, SourceSpec
-
-Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
-
-
-class ScenePoint(Record):
-    """One control point of a transfer function."""
-
-    value: float
-    """Physical value (HU for CT)."""
-    colour: Colour
-    """sRGB colour as "#rrggbb", or three numbers from 0 to 1 in the transfer function's colour space."""
-    extinction_per_mm: Annotated[float, Field(ge=0.0)]
-    """Extinction coefficient: a path of d millimetres has opacity 1 - exp(-extinction · d)."""
-
-
-class SceneTransfer(Record):
-    """A transfer function over physical values."""
-
-    name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
-    """Name, unique in the scene; lower-case letters, digits, - and _."""
-    channel: ChannelName | None = None
-    """Channel whose values it maps, where the source has several; the first if absent."""
-    colour_space: Literal["srgb", "linear"] = "srgb"
-    """Meaning of colours that are given as three numbers. "#rrggbb" is always sRGB."""
-    points: Annotated[tuple[ScenePoint, ...], Field(min_length=1)]
-    """Control points in ascending order of value; two at one value make a jump."""
-
-    @model_validator(mode="after")
-    def _is_a_function(self) -> Self:
-        try:
-            self.resolved()
-        except ValidationError as error:
-            raise ValueError(problems(error)) from error
-        return self
-
-    def resolved(self) -> TransferFunction:
-        """Give the same function with linear-light colours."""
-        return TransferFunction(
-            name=self.name,
-            points=tuple(
-                TransferPoint(
-                    value=point.value,
-                    colour=self._linear(point.colour),
-                    extinction_per_mm=point.extinction_per_mm,
-                )
-                for point in self.points
-            ),
-        )
-
-    def _linear(self, colour: str | tuple[float, float, float]) -> tuple[float, float, float]:
-        if isinstance(colour, str):
-            red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-        else:
-            red, green, blue = colour
-            if self.colour_space == "linear":
-                return red, green, blue
-        return _linear_from_srgb(red), _linear_from_srgb(green), _linear_from_srgb(blue)
+from volprep_formats.source import SourceSpec
 
 
 class QuantizeSettings(Record):
@@ -259,6 +203,3 @@ def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: b
         raise VolprepError("VP3003", path="volprep skip", problems=problems(error)) from error
     return scene.model_copy(update={"skip": after})
 
-
-def _linear_from_srgb(value: float) -> float:
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4

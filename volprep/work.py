@@ -9,19 +9,23 @@ from volprep.slabs import RawVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.source import SourceInfo
 
 if TYPE_CHECKING:
     from volprep.plan import Plan
 
-SOURCE_VOLUME = "work/level0.raw"
-"""Stored values of the source, in its type."""
 SCENE = "work/scene.json"
 """The scene, with the absolute path of the source."""
 
 
-def codes_name(level: int) -> str:
-    """Give the name of the codes of a level."""
-    return f"work/stored{level}.raw"
+def source_name(channel: str | None) -> str:
+    """Give the name of the stored values of the source, in its type; of a channel where there are several."""
+    return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"
+
+
+def codes_name(level: int, channel: str | None = None) -> str:
+    """Give the name of the codes of a level; of a channel where there are several."""
+    return f"work/stored{level}.raw" if channel is None else f"work/stored{level}-{channel}.raw"
 
 
 def code_type(plan: "Plan") -> np.dtype[np.generic]:
@@ -29,20 +33,27 @@ def code_type(plan: "Plan") -> np.dtype[np.generic]:
     return np.dtype(np.uint8 if plan.quantize.bits == 8 else np.uint16)
 
 
-def source_volume(draft: Draft) -> RawVolume:
-    """Give the stored values of the source, which import wrote."""
-    info = draft.manifest.source.info
-    return RawVolume(draft.folder / SOURCE_VOLUME, info.grid.shape_zyx, np.dtype(info.stored_type))
+def source_info(manifest: Manifest, channel: str | None) -> SourceInfo:
+    """Say what the source is; a channel of it where there are several."""
+    if channel is None:
+        return manifest.source.info
+    return next(each.source.info for each in manifest.channels or () if each.name == channel)
+
+
+def source_volume(draft: Draft, channel: str | None) -> RawVolume:
+    """Give the stored values of the source, which import wrote; of a channel where there are several."""
+    info = source_info(draft.manifest, channel)
+    return RawVolume(draft.folder / source_name(channel), info.grid.shape_zyx, np.dtype(info.stored_type))
 
 
 def codes_of_source(draft: Draft, plan: "Plan") -> RawVolume:
-    """Give the codes at the resolution of the source, which quantize wrote."""
-    return RawVolume(draft.folder / codes_name(0), plan.grid.shape_zyx, code_type(plan))
+    """Give the codes of the plan's channel at the resolution of the source, which quantize wrote."""
+    return RawVolume(draft.folder / codes_name(0, plan.channel), plan.grid.shape_zyx, code_type(plan))
 
 
 def codes_of_level(draft: Draft, plan: "Plan", index: int) -> RawVolume:
-    """Give the codes of a level that the package holds, which quantize or pyramid wrote."""
-    return RawVolume(draft.folder / codes_name(index), plan.level(index).shape_zyx, code_type(plan))
+    """Give the codes of the plan's channel of a level that the package holds, which quantize or pyramid wrote."""
+    return RawVolume(draft.folder / codes_name(index, plan.channel), plan.level(index).shape_zyx, code_type(plan))
 
 
 def levels_of(plan: "Plan") -> tuple[Level, ...]:

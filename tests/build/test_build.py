@@ -267,12 +267,12 @@ class TestFailure:
 
 def test_the_key_of_import_tells_files_by_size_and_time(tmp_path, scene) -> None:
     spec = load_request(scene).scene.source
-    key = import_volume.import_key(spec, "1")
-    assert import_volume.import_key(spec, "1") == key
-    assert import_volume.import_key(spec, "2") != key
-    assert import_volume.import_key(spec.model_copy(update={"raw": None}), "1") != key
+    key = import_volume.import_key([spec], "1")
+    assert import_volume.import_key([spec], "1") == key
+    assert import_volume.import_key([spec], "2") != key
+    assert import_volume.import_key([spec.model_copy(update={"raw": None})], "1") != key
     os.utime(spec.path, ns=(0, 0))
-    assert import_volume.import_key(spec, "1") != key
+    assert import_volume.import_key([spec], "1") != key
 
 
 def test_a_scan_without_a_scene_gets_a_grey_ramp_over_its_values(scene) -> None:

@@ -1,5 +1,6 @@
 """The plan: what a scene needs on a class of devices. Every decision is made here, once, with its reason."""
 
+from volprep.plan.channels import make_plans
 from volprep.plan.make import make_plan
 from volprep.plan.records import (
     BlockRangesPlan,
@@ -34,4 +35,5 @@ __all__ = [
     "SkipTablePlan",
     "VolumePlan",
     "make_plan",
+    "make_plans",
 ]

@@ -1,13 +1,24 @@
 """Make the plan of a scene: one decision after the other."""
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 from volprep.plan.classification import StepLengths, choose_tables, require_classification, tables_bytes
 from volprep.plan.crop import choose_crop
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
-from volprep.plan.records import LevelPlan, NormalsPlan, Plan, ProgramPlan, SkipPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.records import (
+    CropPlan,
+    LevelPlan,
+    NormalsPlan,
+    Plan,
+    ProgramPlan,
+    SkipPlan,
+    SubvolumesPlan,
+    VolumePlan,
+)
 from volprep.plan.room import Beside, Misfit
 from volprep.plan.skip import Found, describe_skip, plan_skip
 from volprep.plan.subvolumes import plan_subvolumes
@@ -23,17 +34,31 @@ from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
 
-def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
-    """Decide everything that the stages need to know.
+@dataclass(frozen=True)
+class Common:
+    """What is decided for several channels together."""
+
+    crop: CropPlan
+    """The part of the source that becomes level 0."""
+    step_mm: float | None = None
+    """Nominal distance of the samples, if it is not what the channel would have."""
+    cutoff: bool | None = None
+    """Whether rays may stop early, if it is not what the channel would have."""
+
+
+def make_plan(
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured, common: Common | None = None
+) -> Plan:
+    """Decide everything that the stages need to know; for one of several channels, with what they have in common.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and VP3051
-    for normals that it cannot hold.
+    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and
+    VP3051 for normals that it cannot hold.
     """
     require_classification(scene.render, profile)
     functions = tuple(transfer.resolved() for transfer in scene.transfer)
     values = choose_values(scene, profile, info, measured, functions)
-    crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
+    crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
     candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
@@ -45,8 +70,9 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     ]
     levels, volumes = _kept(candidates, fits, profile)
     normals = plan_normals(wanted, profile, volumes)
-    subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes)
+    subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
     step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
+    step_mm = common.step_mm or step_mm if common else step_mm
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
     found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured)
@@ -54,6 +80,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
     opacity = _largest_opacity(functions, measured.statistics, slack, grid)
+    stops = common.cutoff if common and common.cutoff is not None else opacity > scene.render.opacity_cutoff
     plan = Plan(
         profile=profile,
         crop=crop,
@@ -68,10 +95,10 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
         palettes=tables.palettes,
         skip=skip,
         normals=normals,
-        programs=tuple(_program(function, volumes, scene.render) for function in functions),
+        programs=tuple(program for function in functions for program in _programs(function, volumes, scene.render)),
         render=RenderSettings(
             step_mm=step_mm,
-            opacity_cutoff=scene.render.opacity_cutoff if opacity > scene.render.opacity_cutoff else None,
+            opacity_cutoff=scene.render.opacity_cutoff if stops else None,
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
@@ -88,19 +115,34 @@ def make_plan(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: 
 def _kept(
     candidates: list[LevelPlan], fits: list[VolumePlan | Misfit], profile: DeviceProfile
 ) -> tuple[tuple[LevelPlan, ...], tuple[VolumePlan, ...]]:
-    """Take every level that fits as a 3D texture; as mosaics only the finest, for which the shader is written."""
+    """Take every level that fits as a 3D texture; as mosaics the finest, and each with an eighth of the voxels."""
     fitting = [(level, fit) for level, fit in zip(candidates, fits, strict=True) if isinstance(fit, VolumePlan)]
     if not fitting:
         coarsest = fits[-1]
         assert isinstance(coarsest, Misfit)  # noqa: S101 - what is not a VolumePlan
         raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=coarsest.reason)
-    if fitting[0][1].mosaic is not None:
-        fitting = fitting[:1]
-    return tuple(level for level, _ in fitting), tuple(volume for _, volume in fitting)
+    kept = fitting[:1]
+    for level, volume in fitting[1:]:
+        if volume.mosaic is None or math.prod(level.factors_zyx) >= 8 * math.prod(kept[-1][0].factors_zyx):
+            kept.append((level, volume))
+    return tuple(level for level, _ in kept), tuple(volume for _, volume in kept)
 
 
-def _program(function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes) -> ProgramPlan:
+def _programs(
+    function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes
+) -> Iterator[ProgramPlan]:
+    """One program draws all 3D textures; each mosaic has its own, whose text holds its layout."""
     name = f"raycast-{function.name}"
+    if volumes[0].mosaic is None or len(volumes) == 1:
+        yield _program(name, function, volumes, render)
+        return
+    for volume in volumes:
+        yield _program(f"{name}-{volume.level}", function, (volume,), render)
+
+
+def _program(
+    name: str, function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes
+) -> ProgramPlan:
     return ProgramPlan(
         name=name,
         technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",

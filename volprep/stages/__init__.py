@@ -28,6 +28,8 @@ class Stage:
     """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
     run: "Callable[[Draft, Plan, Progress], Changes]"
     """Writes files with `Draft.write` and gives the changes of the manifest. The pipeline commits them, last."""
+    whole: bool = False
+    """Whether it runs once for all channels; else it runs for each, with the plan of the channel."""
 
 
 def with_textures(manifest: Manifest, textures: tuple[Texture, ...]) -> tuple[Texture, ...]:

@@ -5,11 +5,12 @@ Import comes before the plan, which needs what it measures; so it is no `Stage`.
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from volprep.slabs import bytes_of
 from volprep.statistics import Gauge, Measured, source_slabs
-from volprep.work import SOURCE_VOLUME
+from volprep.work import source_name
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.progress import Progress
@@ -21,25 +22,26 @@ NOT_MEASURED = Statistics(minimum=0.0, maximum=0.0, non_finite=0)
 """What a draft says of its source before import has run."""
 
 
-def import_key(spec: SourceSpec, version: str) -> str:
-    """Digest of what the source is: where, and of which files with their sizes and times of change.
+def import_key(specs: Sequence[SourceSpec], version: str) -> str:
+    """Digest of what the source is: where, and of which files with their sizes and times of change, for each channel.
 
     Only drafts hold it. The digest of the values themselves would cost a whole reading.
     """
-    path = Path(spec.path)
-    files = sorted(found for found in path.rglob("*") if found.is_file()) if path.is_dir() else [path]
-    states = [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
-    text = json.dumps([version, spec.model_dump(mode="json"), states])
+    states = []
+    for path in (Path(spec.path) for spec in specs):
+        files = sorted(found for found in path.rglob("*") if found.is_file()) if path.is_dir() else [path]
+        states += [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    text = json.dumps([version, [spec.model_dump(mode="json") for spec in specs], states])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def import_volume(draft: Draft, source: VolumeSource, progress: Progress) -> Measured:
-    """Write the stored values of a source to the draft; give what was measured.
+def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channel: str | None = None) -> Measured:
+    """Write the stored values of a source to the draft, as a channel if it is one of several; give what was measured.
 
     Raises what the reader raises, VP1090 for voxels that are no numbers, VP4020 where the draft cannot be written.
     """
     gauge = Gauge(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])
     slabs = source_slabs(source, gauge, progress)
-    written = draft.write(SOURCE_VOLUME, "work", (bytes_of(slab) for slab in slabs))
+    written = draft.write(source_name(channel), "work", (bytes_of(slab) for slab in slabs))
     return gauge.result(written.sha256)

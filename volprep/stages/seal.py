@@ -47,6 +47,14 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
         raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
+    shapes = {path: shape for each in plan.every for path, shape in _shapes(each).items()}
+    found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
+    if found != shapes:
+        raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
+
+
+def _shapes(plan: Plan) -> dict[str, tuple[int, int, int]]:
+    """Shapes of the textures of one channel by their files, in texels."""
     shapes = {path: volume.shape_zyx for volume in plan.volumes for path in volume.files}
     shapes |= {lookup.file: (1, 1, lookup.entries) for lookup in plan.lookups}
     shapes |= {table.file: (1, table.entries, table.entries) for table in plan.preintegrated}
@@ -55,9 +63,7 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
         shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
     if plan.normals is not None:
         shapes |= {texture.file: texture.shape_zyx for texture in plan.normals.textures}
-    found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
-    if found != shapes:
-        raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
+    return shapes
 
 
 def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
@@ -72,4 +78,5 @@ STAGE = Stage(
     reads=("quantize", "pyramid", "transfer", "normals", "mosaic", "texture", "skip", "grid", "shaders"),
     settings=_settings,
     run=_run,
+    whole=True,
 )

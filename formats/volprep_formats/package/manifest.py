@@ -186,6 +186,21 @@ class Texture(Record):
     """What the texels mean, for normals."""
 
 
+UniformSource = Literal[
+    "box_from_clip",
+    "step_mm",
+    "texture_from_box",
+    "blocks_from_box",
+    "block_low_mm",
+    "block_high_mm",
+    "split_voxel",
+    "low_start_voxel",
+    "low_size_voxels",
+    "high_start_voxel",
+    "high_size_voxels",
+]
+
+
 class Uniform(Record):
     """One active uniform of a program that is no sampler."""
 
@@ -193,9 +208,9 @@ class Uniform(Record):
     """Name in the shader."""
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
-    source: Literal["box_from_clip", "step_mm", "texture_from_box", "blocks_from_box"]
+    source: UniformSource
     """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz,
-    or blocks_from_box_per_mm_xyz of its skip table."""
+    blocks_from_box_per_mm_xyz of its skip table, or what section 16 says of the sub-volumes around a point."""
 
 
 class Sampler(Record):
@@ -203,11 +218,11 @@ class Sampler(Record):
 
     name: str
     """Name in the shader."""
-    role: Literal["volume", "transfer", "preintegrated", "skip", "normals"]
-    """Which texture to bind: the level's volume or normals, the table of the program's transfer function, or its skip
-    table for the level."""
+    role: Literal["volume", "transfer", "preintegrated", "skip", "normals", "subvolume"]
+    """Which texture to bind: the level's volume or normals, the table of the program's transfer function, its skip
+    table for the level, or one of the sub-volumes around a point."""
     part: Annotated[int, Field(ge=0)] = 0
-    """Which of the textures of a mosaic, from 0."""
+    """Which of the textures of a mosaic, from 0; of sub-volumes 1 for the upper one along x, + 2 along y, + 4 along z."""
 
 
 class Program(Record):
@@ -215,7 +230,7 @@ class Program(Record):
 
     name: str
     """Name, unique in the package."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic"]
+    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes"]
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
@@ -268,6 +283,8 @@ class SubvolumeFiles(Record):
     """KTX 2 files of the pieces that are not empty, in their order."""
     whole: PackagePath | None = None
     """KTX 2 file of the whole level, which may be a texture, too."""
+    programs: tuple[Program, ...] = ()
+    """Programs that draw the pieces around a point, where there are files of pieces: one for each transfer function."""
 
 
 class PlanItem(Record):

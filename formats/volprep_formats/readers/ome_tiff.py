@@ -25,7 +25,7 @@ from volprep_formats.readers.ome_pages import (
     pages_of,
     pages_request,
 )
-from volprep_formats.readers.ome_xml import Image, Sizes, parse_description, planes_of, sizes_of
+from volprep_formats.readers.ome_xml import Description, Image, Sizes, parse_description, planes_of, sizes_of
 from volprep_formats.readers.voxel_source import stored_type_of
 from volprep_formats.source import SourceInfo, SourceSpec
 
@@ -110,12 +110,9 @@ class _Slices:
         return slab
 
 
-def channel_names(path: Path) -> list[str]:
-    """Names of the channels of the first image, "" where they have none. Raises VP1220, VP1224 and VP1225."""
-    description = parse_description(path, description_in(path))
-    if not description.images:
-        raise VolprepError("VP1220", path=path, error="its OME-XML describes no image")
-    image = description.images[0]
+def channel_names(spec: SourceSpec, path: Path) -> list[str]:
+    """Names of the channels of the image that is chosen, "" where they have none. Raises what `open_volume` raises."""
+    _, image = _chosen_image(spec, path)
     return _channel_names(image, sizes_of(path, image))
 
 
@@ -125,13 +122,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
     Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
     (name of another file), VP1227 (no distances), VP1165 (damaged) or VP1270 to VP1273.
     """
-    description = parse_description(path, description_in(path))
-    if description.metadata_file is not None:
-        raise VolprepError("VP1224", path=path, what="its description, which lies in another file,")
-    images = description.images
-    if not images:
-        raise VolprepError("VP1220", path=path, error="its OME-XML describes no image")
-    image = images[chosen(path, "series", "image", [image.name for image in images], spec.series)]
+    description, image = _chosen_image(spec, path)
     sizes = sizes_of(path, image)
     channel = chosen(path, "channel", "channel", _channel_names(image, sizes), spec.channel)
     time = chosen(path, "volume", "time point", [""] * sizes.t, spec.volume)
@@ -147,6 +138,16 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
         stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
         info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
         return OmeTiffSource(info, slices, pool, opened.pop_all())
+
+
+def _chosen_image(spec: SourceSpec, path: Path) -> tuple[Description, Image]:
+    description = parse_description(path, description_in(path))
+    if description.metadata_file is not None:
+        raise VolprepError("VP1224", path=path, what="its description, which lies in another file,")
+    images = description.images
+    if not images:
+        raise VolprepError("VP1220", path=path, error="its OME-XML describes no image")
+    return description, images[chosen(path, "series", "image", [image.name for image in images], spec.series)]
 
 
 def _channel_names(image: Image, sizes: Sizes) -> list[str]:

@@ -170,11 +170,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         return OmeZarrSource(info, slabs, opened.pop_all())
 
 
-def channel_names(path: Path) -> list[str]:
-    """Names of the channels of the first image, "" where they have none. Raises what `open_volume` raises."""
+def channel_names(spec: SourceSpec, path: Path) -> list[str]:
+    """Names of the channels of the image that is chosen, "" where they have none. Raises what `open_volume` raises."""
     with workers() as pool:
         store = StoreKey.of(path)
-        prefix, picture = _image(path, store, pool, None)
+        prefix, picture = _image(path, store, pool, spec.series)
         array = ArrayRequest(store, f"{prefix}{picture.levels[0].path}")
         facts = _facts(pool, array)
         return _channels(path, picture, facts)

@@ -1,0 +1,61 @@
+"""A package of several channels, seen channel by channel: each is a package of one channel over the same grid."""
+
+from volprep_formats.package.manifest import Channel, Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.package.skip import Skipping
+
+
+def channel_views(manifest: Manifest) -> dict[str, Manifest]:
+    """Give what the manifest says of each channel, under its name; of the only one under ""."""
+    if not manifest.channels:
+        return {"": manifest}
+    return {channel.name: _view(manifest, channel) for channel in manifest.channels}
+
+
+def channel_packages(package: Package) -> tuple[Package, ...]:
+    """Give the package as it is for each channel, the default one first."""
+    if not package.manifest.channels:
+        return (package,)
+    return tuple(Package(package.path, view) for view in channel_views(package.manifest).values())
+
+
+def package_of_transfer(package: Package, transfer: str | None) -> Package:
+    """Give the package as it is for the channel of a transfer function, the default one if None.
+
+    A name that no channel knows gives the package itself.
+    """
+    functions = package.manifest.transfer_functions
+    name = functions[0].name if transfer is None and functions else transfer
+    for channel in package.manifest.channels or ():
+        if name in channel.transfers:
+            return Package(package.path, _view(package.manifest, channel))
+    return package
+
+
+def _view(manifest: Manifest, channel: Channel) -> Manifest:
+    transfers = set(channel.transfers)
+    textures = tuple(
+        texture.model_copy(update={"channel": None})
+        for texture in manifest.textures
+        if (texture.channel == channel.name if texture.transfer is None else texture.transfer in transfers)
+    )
+    held = {texture.level for texture in textures if texture.role == "volume"}
+    skipping = manifest.skipping
+    if skipping is not None:
+        tables = tuple(table for table in skipping.tables if table.transfer in transfers)
+        skipping = Skipping(epsilon=skipping.epsilon, tables=tables) if tables else None
+    return manifest.model_copy(
+        update={
+            "source": channel.source,
+            "statistics": channel.statistics,
+            "stored_type": channel.stored_type,
+            "quantization": channel.quantization,
+            "channels": None,
+            "textures": textures,
+            "levels": tuple(level for level in manifest.levels if level.index in held or not held),
+            "transfer_functions": tuple(each for each in manifest.transfer_functions if each.name in transfers),
+            "palettes": tuple(palette for palette in manifest.palettes if palette.transfer in transfers),
+            "programs": tuple(program for program in manifest.programs if program.transfer in transfers),
+            "skipping": skipping,
+        }
+    )

@@ -1,0 +1,113 @@
+"""The channels of a scene: which there are, which are drawn, and whether their voxels lie in the same places."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from volprep.repair import open_scan
+from volprep.scene import Scene
+from volprep.transfer.wishes import SceneTransfer
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Progress
+from volprep_formats.readers import list_channels
+from volprep_formats.source import ChannelSpec, SourceSpec, VolumeSource
+
+REGISTERED_VOXELS = 0.01
+"""Corners of two channels may lie apart by this part of the smallest spacing. Programs that resample one volume onto
+the grid of another write its affine in single precision, which is a thousandth of a voxel off at most."""
+
+
+@dataclass(frozen=True)
+class SceneChannel:
+    """A channel that transfer functions are for."""
+
+    name: str
+    """Its name; "" for a source of one channel."""
+    spec: SourceSpec
+    """Where it is."""
+    transfer: tuple[SceneTransfer, ...]
+    """Its transfer functions, in the order of the scene."""
+
+
+def with_listed_channels(scene: Scene) -> Scene:
+    """Give the scene with "all" channels of an OME file replaced by their list; its path is absolute.
+
+    A name becomes lower case, other characters than letters, digits, - and _ become -, equal ones get a number. Raises
+    VP1241 for a transfer function of a channel that is not there, VP1242, and what the reader raises.
+    """
+    source = scene.source
+    if source.channels != "all":
+        return scene
+    names: list[str] = []
+    for number, label in enumerate(list_channels(source, Path("/")), 1):
+        plain = re.sub(r"[^a-z0-9_-]+", "-", label.lower()).strip("-_")[:50] or f"channel-{number}"
+        names.append(plain if plain not in names else f"{plain}-{number}")
+    for transfer in scene.transfer:
+        if transfer.channel is not None and transfer.channel not in names:
+            raise VolprepError("VP1241", path=source.path, wanted=transfer.channel, found=", ".join(names))
+    shared = source.model_dump(exclude={"channels", "channel"})
+    listed = tuple(ChannelSpec(**shared, name=name, channel=number) for number, name in enumerate(names, 1))
+    return scene.model_copy(update={"source": SourceSpec(channels=listed)})
+
+
+def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:
+    """Give the channels that transfer functions are for, that of the first one first; "all" has been listed."""
+    assert scene.source.channels != "all"  # noqa: S101 - see above
+    if not scene.source.channels:
+        return (SceneChannel("", scene.source, scene.transfer),)
+    specs = {channel.name: channel for channel in scene.source.channels}
+    first = scene.source.channels[0].name
+    names = list(dict.fromkeys(transfer.channel or first for transfer in scene.transfer))
+    return tuple(
+        SceneChannel(name, specs[name], tuple(each for each in scene.transfer if (each.channel or first) == name))
+        for name in names
+    )
+
+
+def left_out(scene: Scene) -> tuple[str, ...]:
+    """Give the names of the channels that no transfer function is for."""
+    drawn = {channel.name for channel in drawn_channels(scene)}
+    channels = scene.source.channels
+    return tuple(channel.name for channel in channels if isinstance(channel, ChannelSpec) and channel.name not in drawn)
+
+
+def files_of(spec: SourceSpec) -> tuple[Path, ...]:
+    """Give the paths of a source, one for each channel; "all" has been listed."""
+    return tuple(Path(each.path) for each in (spec.channels or (spec,)) if isinstance(each, SourceSpec))
+
+
+@contextmanager
+def opened_channel(channel: SceneChannel, first: tuple[str, Grid] | None, progress: Progress) -> Iterator[VolumeSource]:
+    """Open a channel; `first` is the name and grid of the one that it must be registered with.
+
+    Raises VP1240 when its voxels lie elsewhere, and what the reader raises.
+    """
+    with open_scan(channel.spec, Path("/"), progress) as source:
+        if first is not None:
+            check_registered(channel, source.info.grid, *first)
+        yield source
+
+
+def check_registered(channel: SceneChannel, grid: Grid, first_name: str, first: Grid) -> None:
+    """Raise VP1240 unless both grids have the same voxels, within REGISTERED_VOXELS at the corners."""
+    difference = ""
+    if grid.shape_zyx != first.shape_zyx:
+        sizes = ["×".join(str(n) for n in reversed(shape)) for shape in (grid.shape_zyx, first.shape_zyx)]
+        difference = f"it has {sizes[0]} voxels instead of {sizes[1]}"
+    else:
+        corners = np.array(list(product(*((0, n - 1) for n in grid.shape_zyx[::-1]), (1,))), dtype=np.float64)
+        apart = corners @ (grid.world_from_index - first.world_from_index)[:3].T
+        most_mm = float(np.linalg.norm(apart, axis=1).max())
+        # One voxel along an axis has no second corner to show another spacing.
+        most_mm = max(most_mm, *(abs(a - b) for a, b in zip(grid.spacing_mm_zyx, first.spacing_mm_zyx, strict=True)))
+        limit_mm = REGISTERED_VOXELS * min(first.spacing_mm_zyx)
+        if most_mm > limit_mm:
+            difference = f"voxels lie up to {most_mm:.4g} mm apart, and {limit_mm:.4g} mm are allowed"
+    if difference:
+        raise VolprepError("VP1240", path=channel.spec.path, name=channel.name, first=first_name, difference=difference)

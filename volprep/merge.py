@@ -1,0 +1,68 @@
+"""A stage of a volume of several channels: it runs for each channel, and what it changes is put together."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from volprep.plan import Plan
+from volprep.scene import Scene
+from volprep.stages import Changes, Stage
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Manifest, Program, Texture
+from volprep_formats.package.palette import Palette
+from volprep_formats.package.transfer_function import TransferFunction
+
+_OF_CHANNELS = ("quantization", "stored_type")
+
+
+def plans_of(stage: Stage, plan: Plan) -> tuple[Plan, ...]:
+    """Give the plans of the channels, for each of which a stage runs; the plan itself where it runs once for all."""
+    return (plan,) if stage.whole else plan.every
+
+
+def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Scene) -> Changes:
+    """Put together what a stage changes for each channel; what belongs to transfer functions is in the scene's order.
+
+    Raises VP1244 for what a package has only once, and the channels have differently.
+    """
+    if len(parts) == 1:
+        return parts[0][1]
+    result: dict[str, object] = {}
+    for key, first in parts[0][1].items():
+        each = [changes[key] for _, changes in parts]
+        if key == "textures":
+            result[key] = _textures(manifest, parts)
+        elif key == "levels":
+            by_index = {level.index: level for level in _chained(each)}
+            result[key] = tuple(by_index[index] for index in sorted(by_index))
+        elif key in {"palettes", "programs", "transfer_functions"}:
+            names = [transfer.name for transfer in scene.transfer]
+            result[key] = tuple(sorted(_chained(each), key=lambda item: names.index(_transfer_of(item))))
+        elif key in _OF_CHANNELS or all(changes == first for changes in each):
+            result[key] = first
+        else:
+            raise VolprepError("VP1244", path=scene.name, what=key)
+    if set(_OF_CHANNELS) <= result.keys():
+        result["channels"] = tuple(
+            channel.model_copy(update={key: changes[key] for key in _OF_CHANNELS})
+            for channel, (_, changes) in zip(manifest.channels or (), parts, strict=True)
+        )
+    return result
+
+
+def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tuple[Texture, ...]:
+    by_name = {texture.name: texture for texture in manifest.textures}
+    for plan, changes in parts:
+        for texture in _chained([changes["textures"]]):
+            if texture not in manifest.textures:
+                channel = plan.channel if texture.transfer is None else None
+                by_name[texture.name] = texture.model_copy(update={"channel": channel})
+    return tuple(by_name[name] for name in sorted(by_name))
+
+
+def _transfer_of(item: TransferFunction | Palette | Program) -> str:
+    return item.name if isinstance(item, TransferFunction) else item.transfer
+
+
+def _chained(each: Iterable[Any]) -> Iterable[Any]:
+    # Records of several kinds, each under its key of the manifest.
+    return (item for items in each for item in items)

@@ -1,0 +1,117 @@
+"""The plan of a volume of several channels: that of each for itself, with what they share decided once.
+
+All have the same crop, because they have one box, and the same step and early end of rays, which a package says once.
+"""
+
+import math
+from collections.abc import Sequence
+
+from volprep.channels import drawn_channels, left_out
+from volprep.plan.crop import choose_crop
+from volprep.plan.make import Common, make_plan
+from volprep.plan.records import CropPlan, Plan, VolumePlan
+from volprep.scene import Scene
+from volprep.statistics import Measured
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.source import SourceInfo
+
+_OF_ALL = frozenset(("preview", "empty border", "early ray termination"))
+
+
+def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo], measured: Sequence[Measured]) -> Plan:
+    """Decide everything for the channels that are drawn, in the order of `drawn_channels`; the first has the others.
+
+    Raises what `make_plan` raises, and VP1244 for what cannot be made of several channels.
+    """
+    drawn = drawn_channels(scene)
+    if len(infos) == 1:
+        plan = make_plan(scene, profile, infos[0], measured[0])
+        return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
+    _require_possible(scene)
+    scenes = [scene.model_copy(update={"transfer": channel.transfer}) for channel in drawn]
+    crop = _common_crop(scenes, measured)
+    channels = list(zip(scenes, infos, measured, strict=True))
+    plans = [make_plan(each, profile, info, found, Common(crop)) for each, info, found in channels]
+    cutoffs = {plan.render.opacity_cutoff for plan in plans}
+    steps_mm = {plan.render.step_mm for plan in plans}
+    if len(cutoffs) > 1 or len(steps_mm) > 1:
+        common = Common(crop, min(steps_mm), cutoff=len(cutoffs) > 1 or None not in cutoffs)
+        plans = [make_plan(each, profile, info, found, common) for each, info, found in channels]
+    stages = tuple(dict.fromkeys(stage for plan in plans for stage in plan.stages))
+    named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
+    items = (*_items(named), *_left_out(scene, named[0]))
+    return named[0].model_copy(update={"others": tuple(named[1:]), "items": items})
+
+
+def _require_possible(scene: Scene) -> None:
+    # These name their files by level, and the manifest has each of them once.
+    unwanted = {
+        "sub-volumes": scene.grid is None,
+        "empty-space skipping": scene.skip is None,
+        "normals": scene.normals is None,
+        "lighting": scene.render.lighting == "none",
+    }
+    for what, is_unwanted in unwanted.items():
+        if not is_unwanted:
+            raise VolprepError("VP1244", path=scene.name, what=what)
+
+
+def _common_crop(scenes: Sequence[Scene], measured: Sequence[Measured]) -> CropPlan:
+    """Give the smallest box that holds what each channel shows."""
+    crops = [
+        choose_crop(scene.crop, tuple(transfer.resolved() for transfer in scene.transfer), found.ranges_zyx)
+        for scene, found in zip(scenes, measured, strict=True)
+    ]
+    z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
+    z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
+    return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
+
+
+def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
+    """Give the plan of a channel names of its own for what does not belong to a transfer function."""
+    volumes = tuple(_volume(volume, channel) for volume in plan.volumes)
+    files = {
+        old: new
+        for before, after in zip(plan.volumes, volumes, strict=True)
+        for old, new in zip(before.files, after.files, strict=True)
+    }
+    items = tuple(
+        item.model_copy(update={"files": tuple(files.get(path, path) for path in item.files)}) for item in plan.items
+    )
+    return plan.model_copy(update={"channel": channel, "volumes": volumes, "items": items, "stages": stages})
+
+
+def _volume(volume: VolumePlan, channel: str) -> VolumePlan:
+    names = tuple(f"{name}-{channel}" for name in volume.names)
+    files = tuple(f"{file.removesuffix('.ktx2')}-{channel}.ktx2" for file in volume.files)
+    return volume.model_copy(update={"names": names, "files": files})
+
+
+def _items(plans: Sequence[Plan]) -> tuple[PlanItem, ...]:
+    """List the decisions about each channel under its name, and those about all of them once."""
+    items: list[PlanItem] = []
+    claimed: set[str] = set()
+    for plan in plans:
+        for item in plan.items:
+            if item.name in _OF_ALL:
+                continue
+            files = tuple(path for path in item.files if path not in claimed)
+            claimed |= set(files)
+            items.append(item.model_copy(update={"name": f"{plan.channel}: {item.name}", "files": files}))
+    items += [item for item in plans[0].items if item.name in _OF_ALL]
+    return tuple(items)
+
+
+def _left_out(scene: Scene, plan: Plan) -> tuple[PlanItem, ...]:
+    voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
+    return tuple(
+        PlanItem(
+            name=f"channel {name}",
+            kept=False,
+            reason="no transfer function is for it",
+            size_bytes=voxels * plan.quantize.bits // 8,
+        )
+        for name in left_out(scene)
+    )
