@@ -183,18 +183,48 @@ class TestLevels:
             "4620 bytes, with 2048 for what else is sampled, are more than the 4000" in item(decided, "level 0").reason
         )
 
-    def test_without_3d_textures_one_mosaic_of_the_finest_level_that_fits(self) -> None:
+    def test_without_3d_textures_the_finest_mosaic_that_fits_and_those_with_an_eighth_of_the_voxels(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64, "texture_units": 2})
         decided = plan(noise((33, 20, 31)), scene(pyramid={"coarsest_longest_axis": 9}), small)
         # One of two units is for the transfer function; 6 tiles of 20×31 with 4 channels hold 24 slices: not the 33
         # of level 0, but the 17 of level 1.
-        assert [level.factors_zyx for level in decided.levels] == [(2, 1, 1)]
-        assert [level.index for level in decided.levels] == [1]
+        assert [level.factors_zyx for level in decided.levels] == [(2, 1, 1), (4, 2, 2)]
+        assert [level.index for level in decided.levels] == [1, 4]
+        assert [program.levels for program in decided.programs] == [(1,), (4,)]
+        assert [volume.format for volume in decided.volumes] == ["RGBA8", "LUMINANCE8"]
         assert decided.stages == ("import", "quantize", "pyramid", "transfer", "mosaic", "shaders", "seal")
         assert "33 slices of 20×31 voxels, but" in item(decided, "level 0").reason
         assert "room for 24" in item(decided, "level 0").reason
         assert item(decided, "level 2").reason == "level 1 fits and is finer"
         assert not item(decided, "3D texture").kept
+
+    def test_seven_of_eight_units_hold_the_finest_level_beside_the_transfer_function(self) -> None:
+        small = GLES2.model_copy(update={"max_texture_size": 64})
+        decided = plan(noise((168, 20, 31)), profile=small)
+        (volume, *_) = decided.volumes
+        assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "RGBA8")
+        assert volume.files == tuple(f"textures/mosaic-0-{part}.ktx2" for part in range(7))
+        assert item(decided, "several textures").reason.endswith("24 slices have room, there are 168")
+        assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
+
+    def test_slices_overlap_where_that_takes_no_more_textures(self) -> None:
+        small = GLES2.model_copy(update={"max_texture_size": 64})
+        orders = [plan(noise((n, 20, 31)), profile=small).volumes[0].mosaic.order for n in (19, 20, 24, 38, 48)]
+        # One texture has room for 3 · 6 + 1 overlapping slices, and for 24 interleaved ones; two for 37 and 48.
+        assert orders == ["overlapping", "interleaved", "interleaved", "interleaved", "interleaved"]
+        assert plan(noise((37, 20, 31)), profile=small).volumes[0].mosaic.order == "overlapping"
+        reason = item(plan(noise((19, 20, 31)), profile=small), "overlapping slices").reason
+        assert reason == "one fetch serves each sample, not 1.25, for a third more memory"
+
+    def test_the_scene_chooses_order_and_gutter(self) -> None:
+        wanted = {"order": "planar", "gutter": 1}
+        layout = plan(noise((5, 20, 31)), scene(mosaic=wanted), GLES2).volumes[0].mosaic
+        assert (layout.channels, layout.order, layout.gutter) == (4, "planar", 1)
+
+    def test_textures_of_a_mosaic_are_powers_of_two_and_square_where_the_profile_says_so(self) -> None:
+        old = GLES2.model_copy(update={"npot": False, "square": True})
+        layout = plan(noise((5, 20, 31)), profile=old).volumes[0].mosaic
+        assert layout.texture_shape_yx == (64, 64)
 
     def test_four_channels_only_where_one_is_too_few(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.plan.classification import Tables, describe_tables
+from volprep.plan.functions import describe_functions
 from volprep.plan.levels import by
 from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
@@ -49,6 +50,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_levels(plan, grounds),
         *_layout(plan, grounds.scene),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
+        *describe_functions(grounds.scene, plan.transfer_functions),
         *describe_tables(plan, grounds.tables),
         _shaders(plan),
         _ray_termination(plan, grounds),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from volprep.plan.classification import StepLengths, choose_tables, require_classification, tables_bytes
 from volprep.plan.crop import choose_crop
+from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
@@ -56,7 +57,7 @@ def make_plan(
     VP3051 for normals that it cannot hold.
     """
     require_classification(scene.render, profile)
-    functions = tuple(transfer.resolved() for transfer in scene.transfer)
+    functions = resolved_functions(scene, info, measured)
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)

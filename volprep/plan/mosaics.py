@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import FOUR_CHANNELS, ONE_CHANNEL, Beside, Misfit, first_of, too_large
+from volprep.plan.room import FOUR_CHANNELS, ONE_CHANNEL, Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.scene import MosaicSettings
 from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -18,25 +18,50 @@ def as_mosaic(
 ) -> VolumePlan | Misfit:
     """Lay a level out as a mosaic, or say why it cannot be one.
 
-    One texture of one channel is the smallest. Where it does not hold the slices, texels of four channels do, in as
-    many textures as it takes, and as the units and the memory of the device class allow.
+    One texture of one channel is the smallest. Where it does not hold the slices, or the scene names an order, texels
+    of four channels do, in as many textures as it takes, and as the units and the memory of the device class allow.
     """
-    misfit = Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
-    for packing, textures in _ways(wanted, profile, beside):
-        texel = first_of((ONE_CHANNEL if packing.channels == 1 else FOUR_CHANNELS)[bits], profile)
-        if texel is None:
-            continue
-        room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
-        layout = fit_mosaic(level.shape_zyx, packing, room)
-        if layout is None:
-            misfit = _no_room(level, packing, room)
-            continue
-        volume = _plan(level, texel, layout)
-        problem = too_large(volume, profile, beside)
-        if problem is None:
-            return volume
-        misfit = problem
+    units = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
+    if wanted.order == "auto":
+        single = _fitted(level, bits, profile, beside, Packing(gutter=wanted.gutter), 1)
+        if isinstance(single, VolumePlan):
+            return single
+    orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)
+    found = [_fitted(level, bits, profile, beside, Packing(4, order, wanted.gutter), units) for order in orders]
+    fitting = [volume for volume in found if isinstance(volume, VolumePlan)]
+    if fitting:
+        return min(fitting, key=lambda volume: (fetches(volume), texture_bytes(volume)))
+    misfit = found[-1]
+    assert isinstance(misfit, Misfit)  # noqa: S101 - what is not a VolumePlan
     return misfit
+
+
+def fetches(volume: VolumePlan) -> float:
+    """Texture fetches of a sample, on average, times the textures among which each has to choose.
+
+    That is what drawing costs: 84 slices of 127×128 took 41, 57 and 65 ms in one texture, overlapping, interleaved and
+    planar; 69, 87 and 111 ms in two; 154, 196 and 189 ms in six or seven (tests/benchmarks/bench_mosaics.py, llvmpipe,
+    which fetches from all of them).
+    """
+    layout = volume.mosaic
+    if layout is None:
+        return 1.0
+    each = 2.0 if layout.channels == 1 else {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}[layout.order]
+    return each * layout.textures
+
+
+def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
+    level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, packing: Packing, textures: int
+) -> VolumePlan | Misfit:
+    texel = first_of((ONE_CHANNEL if packing.channels == 1 else FOUR_CHANNELS)[bits], profile)
+    if texel is None:
+        return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
+    room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
+    layout = fit_mosaic(level.shape_zyx, packing, room)
+    if layout is None:
+        return _no_room(level, packing, room)
+    volume = _plan(level, texel, layout)
+    return too_large(volume, profile, beside) or volume
 
 
 def mosaic_text(layout: MosaicLayout) -> str:
@@ -46,26 +71,31 @@ def mosaic_text(layout: MosaicLayout) -> str:
     return f"mosaic of {layout.tiles_y}×{layout.tiles_x} tiles{gutter}{textures}"
 
 
-def describe_mosaic(layout: MosaicLayout, profile: DeviceProfile) -> Iterator[PlanItem]:
+def describe_mosaic(layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings) -> Iterator[PlanItem]:
     """Say which parts of the layout are there, and why."""
     room = Room(profile.max_texture_size, 1, profile.npot, profile.square)
-    four = layout.channels == 4
-    single = most_slices(layout.tile_shape_yx, Packing(gutter=layout.gutter), room)
+    tile = layout.tile_shape_yx
+    single = most_slices(tile, Packing(gutter=layout.gutter), room)
     reason = f"in one channel {single} slices have room, there are {layout.slices}"
+    four = layout.channels == 4
+    if four and wanted.order != "auto":
+        reason = f"the scene asks for {layout.order} slices"
     yield PlanItem(name="four channels", kept=four, reason=reason)
-    if four:
-        one = most_slices(layout.tile_shape_yx, Packing(4, layout.order, layout.gutter), room)
-        reason = f"in one texture of four channels {one} slices have room, there are {layout.slices}"
-        yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
-
-
-def _ways(wanted: MosaicSettings, profile: DeviceProfile, beside: Beside) -> Iterator[tuple[Packing, int]]:
-    """Packings in order of preference, each with the textures that it may take."""
-    units = min(profile.texture_units - beside.units, MOST_TEXTURES)
-    yield Packing(gutter=wanted.gutter), 1
-    orders: tuple[MosaicOrder, ...] = ("interleaved",) if wanted.order == "auto" else (wanted.order,)
-    for order in orders:
-        yield Packing(channels=4, order=order, gutter=wanted.gutter), units
+    if not four:
+        return
+    one = most_slices(tile, Packing(4, layout.order, layout.gutter), room)
+    reason = f"in one texture of four channels {one} slices have room, there are {layout.slices}"
+    yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
+    if wanted.order == "auto":
+        overlaps = layout.order == "overlapping"
+        reason = (
+            "one fetch serves each sample, not 1.25, for a third more memory"
+            if overlaps
+            else (
+                "a third more memory would take more textures or more than there is, and each fetch chooses among them"
+            )
+        )
+        yield PlanItem(name="overlapping slices", kept=overlaps, reason=reason)
 
 
 def _no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:

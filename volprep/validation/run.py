@@ -19,6 +19,7 @@ from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
@@ -59,9 +60,12 @@ def validate(
             _require_no_light(package)
         found = find_scan(path, source)
         with clock.part("reading"):
-            scan = read_scan(package.manifest, found.spec, progress)
-        subject = Subject(package, scan, picture_size or found.picture_size)
-        programs, gain, driver = _measure(Bench(subject, folder, clock, progress))
+            subjects = [
+                Subject(part, read_scan(part.manifest, spec, progress), picture_size or found.picture_size)
+                for part, spec in zip(channel_packages(package), found.specs, strict=True)
+            ]
+        subject = subjects[0]
+        programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
         report = Report(
             generator=f"volprep {version('volprep')}",
             package=_facts(package),
@@ -78,7 +82,7 @@ def validate(
                 seconds=clock.so_far(),
                 threads=_native.max_threads(),
                 peak_memory_bytes=_peak_memory_bytes(),
-                source_bytes=scan.stored.nbytes,
+                source_bytes=sum(each.scan.stored.nbytes for each in subjects),
             ),
         )
         folder.write(report)
@@ -92,11 +96,11 @@ def _require_no_light(package: Package) -> None:
         raise VolprepError("VP6014", path=package.path, lighting=lit)
 
 
-def _measure(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:
-    """Measure all programs; give them, the gain of their difference pictures, and the driver."""
-    programs = bench.subject.package.manifest.programs
-    viewed = [measure_views(bench, program, SWEEP_VIEW) for program in programs]
-    gain = draw_differences(viewed, bench.folder)
+def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Driver]:
+    """Measure all programs of all channels; give them, the gain of their difference pictures, and the driver."""
+    programs = [(bench, program) for bench in benches for program in bench.subject.programs]
+    viewed = [measure_views(bench, program, SWEEP_VIEW) for bench, program in programs]
+    gain = draw_differences(viewed, benches[0].folder)
     results = tuple(
         ProgramResult(
             program=program.name,
@@ -106,7 +110,7 @@ def _measure(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:
             views=views.views,
             sweep=measure_sweep(bench, program, views),
         )
-        for program, views in zip(programs, viewed, strict=True)
+        for (bench, program), views in zip(programs, viewed, strict=True)
     )
     return results, gain, viewed[0].driver
 

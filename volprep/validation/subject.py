@@ -9,7 +9,7 @@ from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import OraclePicture, oracle_picture
 from volprep.validation.decoded import Volume, level_volume, table_function
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.manifest import Program, RenderSettings
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -30,6 +30,8 @@ class Subject:
         self._cameras = standard_views(self.grid, self.render.projection)
         self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self._cameras.items()}
         """Matrix from clip coordinates to the package's box space by name of the standard view."""
+        self.programs = _finest(package.manifest.programs)
+        """For each transfer function the program that draws it at the finest level."""
         self._levels: dict[int, Volume] = {}
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
@@ -43,6 +45,12 @@ class Subject:
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
         return self._integrate(self._level(level), table_function(self.package, transfer), view)
+
+    def levels(self, program: Program) -> list[int]:
+        """Levels at which the transfer function of `program` is drawn in the same way, finest first."""
+        same = (program.technique, program.transfer)
+        programs = self.package.manifest.programs
+        return sorted({level for each in programs if (each.technique, each.transfer) == same for level in each.levels})
 
     def function(self, transfer: str) -> TransferFunction:
         """Give the transfer function of this name."""
@@ -58,6 +66,14 @@ class Subject:
         if level not in self._levels:
             self._levels[level] = level_volume(self.package, level)
         return self._levels[level]
+
+
+def _finest(programs: tuple[Program, ...]) -> tuple[Program, ...]:
+    finest: dict[str, Program] = {}
+    for program in programs:
+        if program.transfer not in finest or min(program.levels) < min(finest[program.transfer].levels):
+            finest[program.transfer] = program
+    return tuple(finest.values())
 
 
 def _render_settings(package: Package) -> RenderSettings:

@@ -135,10 +135,10 @@ class _Sweeper:
 
 
 def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Sweep:
-    """Measure error and time of each step at each level that `program` draws."""
+    """Measure error and time of each step at each level that `program`, or its like for coarser levels, draws."""
     subject, clock = bench.subject, bench.clock
     ratios = _finest_ratios(subject.render.step_mm, program.step_mm_min)
-    finest, *coarser = sorted(program.levels)
+    finest, *coarser = subject.levels(program)
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
     sweeper = _Sweeper(bench, program, viewed)
