@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 from unittest.mock import patch
 
 import numpy as np
@@ -20,9 +21,12 @@ from volprep.plan import (
     SkipPlan,
     VolumePlan,
 )
+from volprep.plan.normals import plan_normals
 from volprep.plan.skip import skip_table_plan
 from volprep.profiles import load_profile
+from volprep.scene import NormalSettings
 from volprep.stages import mosaic, shaders, texture, transfer
+from volprep.stages import normals as normals_stage
 from volprep.stages import skip as skip_stage
 from volprep.work import codes_name, levels_of
 from volprep_formats.grid import Grid
@@ -74,11 +78,13 @@ def tiny_package(
     grid: Grid | None = None,
     classification: ClassificationName = "lookup",
     skip: tuple[SkipKind, int] | None = None,
+    normals: NormalSettings | None = None,
+    lighting: Literal["none", "headlight"] = "none",
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
-    `skip` is a kind of skip table and the cells along an edge of a block.
+    `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -90,6 +96,9 @@ def tiny_package(
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
     skipping = () if skip is None else (skip_stage.STAGE,)
+    lit = tuple(program.model_copy(update={"lighting": lighting}) for program in plan.programs)
+    plan = plan.model_copy(update={"normals": plan_normals(normals, profile, volumes), "programs": lit})
+    vectors = () if normals is None else (normals_stage.STAGE,)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
     manifest = Manifest(
         state="draft",
@@ -106,7 +115,7 @@ def tiny_package(
             draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
         draft.commit(StageRecord(name="quantize", key=KEY), grid=grid, levels=levels_of(plan), render=render)
         layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE
-        for stage in (transfer.STAGE, layout, *skipping, shaders.STAGE):
+        for stage in (transfer.STAGE, *vectors, layout, *skipping, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
     return Package.open(folder, allow_draft=True)
 

@@ -1,7 +1,7 @@
 import pytest
 from pydantic import ValidationError
 
-from volprep.scene import ScenePoint, SceneTransfer
+from volprep.transfer.wishes import ScenePoint, SceneTransfer
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 
@@ -17,8 +17,8 @@ def test_two_points_at_one_value_make_a_jump() -> None:
     ("values", "text"),
     [
         ((), "at least 1 item"),
-        ((2.0, 1.0), "must ascend: 2.0 stands before 1.0"),
-        ((5.0, 5.0, 5.0), "at most two points may share a value: 5.0 has 3"),
+        ((2.0, 1.0), "points.1: points must ascend: 2.0 stands before 1.0"),
+        ((5.0, 5.0, 5.0), "points.2: at most two points may share a value: 5.0 has more"),
         ((float("nan"),), "finite"),
     ],
 )

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from volprep.channels import drawn_channels, left_out
 from volprep.plan.crop import choose_crop
+from volprep.plan.functions import resolved_functions
 from volprep.plan.make import Common, make_plan
 from volprep.plan.records import CropPlan, Plan, VolumePlan
 from volprep.scene import Scene
@@ -31,8 +32,8 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
     _require_possible(scene)
     scenes = [scene.model_copy(update={"transfer": channel.transfer}) for channel in drawn]
-    crop = _common_crop(scenes, measured)
     channels = list(zip(scenes, infos, measured, strict=True))
+    crop = _common_crop(channels)
     plans = [make_plan(each, profile, info, found, Common(crop)) for each, info, found in channels]
     cutoffs = {plan.render.opacity_cutoff for plan in plans}
     steps_mm = {plan.render.step_mm for plan in plans}
@@ -58,11 +59,11 @@ def _require_possible(scene: Scene) -> None:
             raise VolprepError("VP1244", path=scene.name, what=what)
 
 
-def _common_crop(scenes: Sequence[Scene], measured: Sequence[Measured]) -> CropPlan:
+def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]]) -> CropPlan:
     """Give the smallest box that holds what each channel shows."""
     crops = [
-        choose_crop(scene.crop, tuple(transfer.resolved() for transfer in scene.transfer), found.ranges_zyx)
-        for scene, found in zip(scenes, measured, strict=True)
+        choose_crop(scene.crop, resolved_functions(scene, info, found), found.ranges_zyx)
+        for scene, info, found in channels
     ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
     z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))

@@ -32,12 +32,12 @@ class TransferFunction(Record):
     @model_validator(mode="after")
     def _points_ascend(self) -> Self:
         values = [point.value for point in self.points]
-        for lower, upper in pairwise(values):
+        for index, (lower, upper) in enumerate(pairwise(values), start=1):
             if lower > upper:
-                msg = f"points must ascend: {lower} stands before {upper}"
+                msg = f"points.{index}: points must ascend: {lower} stands before {upper}"
                 raise ValueError(msg)
-        for value in set(values):
-            if values.count(value) > 2:
-                msg = f"at most two points may share a value: {value} has {values.count(value)}"
+        for index in range(2, len(values)):
+            if values[index] == values[index - 2]:
+                msg = f"points.{index}: at most two points may share a value: {values[index]} has more"
                 raise ValueError(msg)
         return self

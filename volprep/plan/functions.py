@@ -1,0 +1,50 @@
+"""Transfer functions over the physical values of one scan, and what was done to the scene's words on the way."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from volprep.scene import Scene
+from volprep.statistics import Measured
+from volprep.transfer.presets import load_preset
+from volprep.transfer.wishes import MOST_OPAQUE, Measure
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+
+_OUTLIERS = 0.1
+"""Per cent of the sample of rays below the range of a scan, and as much above it: noise, and single hot voxels."""
+
+
+def resolved_functions(scene: Scene, info: SourceInfo, measured: Measured) -> tuple[TransferFunction, ...]:
+    """Give the scene's transfer functions over the values of a scan."""
+    measure = _measure(info, measured)
+    return tuple(transfer.resolved(measure) for transfer in scene.transfer)
+
+
+def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) -> Iterator[PlanItem]:
+    """Say where a transfer function comes from, where that is not the scene itself, and what was changed of it."""
+    for transfer, function in zip(scene.transfer, functions, strict=True):
+        wish = transfer.wish
+        if transfer.preset is not None:
+            low, high = function.points[0].value, function.points[-1].value
+            yield PlanItem(
+                name=f"preset {transfer.name}",
+                kept=True,
+                reason=f"{transfer.preset}: {load_preset(transfer.preset).shows}; here from {low:.4g} to {high:.4g}",
+            )
+        if wish.opaque_points:
+            points = ", ".join(f"points.{index}" for index in wish.opaque_points)
+            yield PlanItem(
+                name=f"full opacity in {transfer.name}",
+                kept=False,
+                reason=f"{points}: opacity 1 has no finite extinction, and became {MOST_OPAQUE:.6f}",
+            )
+
+
+def _measure(info: SourceInfo, measured: Measured) -> Measure:
+    low, high = (float(each) for each in np.percentile(measured.columns, (_OUTLIERS, 100 - _OUTLIERS)))
+    if low == high:
+        low, high = measured.statistics.minimum, measured.statistics.maximum
+    return Measure(low=low, high=high, diagonal_mm=math.hypot(*info.grid.extent_mm_zyx))
