@@ -9,6 +9,7 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
@@ -209,18 +210,11 @@ class Fields:
 
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
         """Value as `count` finite numbers of sane size; None when missing or wrong."""
-        try:
-            if keyword in _BINARY:
-                value, order = raw_value(self._data, keyword)
-                numbers = tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))
-            else:
-                text = self.text(keyword)
-                numbers = tuple(float(part) for part in text.split("\\")) if text else ()
-        except (ValueError, struct.error):
-            numbers = (math.nan,)
+        value, order = raw_value(self._data, keyword)
+        numbers = _words(value, order) if keyword in _BINARY else _decimals(value)
         if not numbers:
             return None
-        if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _LIMIT for n in numbers):
+        if len(numbers) != count or not all(abs(n) <= _LIMIT for n in numbers):
             wanted = "a number" if count == 1 else f"{count} numbers"
             wanted += " of at most a million"
             self.refuse("VP1037", keyword=keyword, wanted=wanted)
@@ -247,6 +241,25 @@ class Fields:
         else:
             return int(number)
         return low
+
+
+# Most values of a series are the same in all its slices.
+@lru_cache(maxsize=4096)
+def _decimals(value: bytes) -> tuple[float, ...]:
+    """Numbers of a decimal string; NaN for what is none."""
+    text = value.decode("latin-1").strip(" \0")
+    try:
+        return tuple(float(part) for part in text.split("\\")) if text else ()
+    except ValueError:
+        return (math.nan,)
+
+
+@lru_cache(maxsize=4096)
+def _words(value: bytes, order: str) -> tuple[float, ...]:
+    """16-bit numbers; NaN where a byte is left over."""
+    if len(value) % 2:
+        return (math.nan,)
+    return tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:

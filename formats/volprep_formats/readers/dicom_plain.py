@@ -37,6 +37,7 @@ _SYNTAX_TAG = 0x0002_0010
 _FIRST_TAG = 0x0008_0000
 _PIXELS = frozenset((PIXEL_DATA, FLOAT_PIXELS, DOUBLE_PIXELS))
 _PIXEL_TYPES = frozenset((b"OB", b"OW", b"OF", b"OD"))
+_FRAMES = TAGS["PerFrameFunctionalGroupsSequence"]
 _KEPT = frozenset((*TAGS.values(), *PRIVATE_TAGS))
 _SHORT = frozenset(b"AE AS AT CS DA DS DT FL FD IS LO LT PN SH SL SS ST TM UI UL US".split())
 """Types whose length has 16 bits."""
@@ -68,8 +69,7 @@ def plain_header(path: Path) -> PlainHeader | None:
             syntax, at = _meta(head)
             elements: dict[int, tuple[bytes, str]] = {}
             at = _walk(head, at, elements, explicit=syntax != IMPLICIT)
-            frames = raw_text(elements, "NumberOfFrames")
-            if frames not in {"", "1"} or TAGS["PerFrameFunctionalGroupsSequence"] in elements:
+            if raw_text(elements, "NumberOfFrames") not in {"", "1"}:
                 return None
             file.seek(at)
             pixels = pixel_element(file, syntax == IMPLICIT, little=True, encapsulated=syntax in DECODERS)
@@ -107,7 +107,7 @@ def _meta(head: _Head) -> tuple[str, int]:
     syntax = ""
     last = 0x0002_0000
     while at < end:
-        tag, start, length, _ = _element(head, at, explicit=True)
+        tag, start, length, _ = _explicit(head.up_to(at + 12), at)
         if not last < tag < 0x0003_0000 or length == UNDEFINED_LENGTH:
             raise _UnusualError
         last, at = tag, start + length
@@ -123,34 +123,37 @@ def _walk(head: _Head, at: int, elements: dict[int, tuple[bytes, str]], *, expli
     if not explicit and head.up_to(at + 6)[at + 4 : at + 6] in _SHORT | _LONG:
         raise _UnusualError  # its types are there, though the transfer syntax says that they are not
     last = _FIRST_TAG - 1
+    data = b""
     while True:
-        tag, start, length, kind = _element(head, at, explicit=explicit)
-        if tag <= last:
+        if at + 12 > len(data):
+            data = head.up_to(at + 12)
+        tag, start, length, kind = _explicit(data, at) if explicit else _implicit(data, at)
+        if tag <= last or tag == _FRAMES:
             raise _UnusualError
+        last = tag
         if tag in _PIXELS:
             if explicit and kind not in _PIXEL_TYPES:
                 raise _UnusualError
             return at
-        last = tag
         if length == UNDEFINED_LENGTH:
             # Without types, only a dictionary of all tags tells what ends with a delimiter.
             if kind != b"SQ":
                 raise _UnusualError
             at = _end_of_sequence(head, start, depth=1)
-            if tag in _KEPT:
-                elements[tag] = (b"", "<")
             continue
         at = start + length
         if tag in _KEPT:
             elements[tag] = (head.up_to(at)[start:at], "<")
 
 
-def _element(head: _Head, at: int, *, explicit: bool) -> tuple[int, int, int, bytes]:
+def _implicit(data: bytes, at: int) -> tuple[int, int, int, bytes]:
+    """Tag, start of the value, and its length, of the element at `at`; its type is not there."""
+    group, number, length = _IMPLICIT.unpack_from(data, at)
+    return group << 16 | number, at + 8, length, b""
+
+
+def _explicit(data: bytes, at: int) -> tuple[int, int, int, bytes]:
     """Tag, start of the value, its length, and its type, of the element at `at`."""
-    data = head.up_to(at + 12)
-    if not explicit:
-        group, number, length = _IMPLICIT.unpack_from(data, at)
-        return group << 16 | number, at + 8, length, b""
     group, number, kind, length = _EXPLICIT.unpack_from(data, at)
     if kind in _SHORT:
         return group << 16 | number, at + 8, length, kind
@@ -164,7 +167,7 @@ def _end_of_sequence(head: _Head, at: int, *, depth: int) -> int:
     if depth > _DEEPEST:
         raise _UnusualError
     while True:
-        tag, at, length, _ = _element(head, at, explicit=False)  # items never have a type
+        tag, at, length, _ = _implicit(head.up_to(at + 12), at)  # items never have a type
         if tag == SEQUENCE_END and length == 0:
             return at
         if tag != ITEM:
@@ -175,10 +178,10 @@ def _end_of_sequence(head: _Head, at: int, *, depth: int) -> int:
 def _end_of_item(head: _Head, at: int, end: int | None, *, depth: int) -> int:
     """Where an item ends whose first element begins at `at`: at its delimiter, or at `end` if that is known."""
     while at != end:
-        tag, start, length, _ = _element(head, at, explicit=False)
+        tag, start, length, _ = _implicit(head.up_to(at + 12), at)
         if tag == ITEM_END and length == 0 and end is None:
             return start
-        tag, start, length, kind = _element(head, at, explicit=True)
+        tag, start, length, kind = _explicit(head.up_to(at + 12), at)
         if length != UNDEFINED_LENGTH:
             at = start + length
         elif kind == b"SQ":
