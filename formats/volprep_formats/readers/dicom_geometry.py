@@ -121,7 +121,8 @@ def _common_plane(images: Sequence[SliceImage]) -> tuple[tuple[int, int], tuple[
     """Shape and pixel spacing that all slices share."""
     shape_yx = images[0].shape_yx
     spacing = np.array([image.pixel_spacing_mm_yx for image in images], dtype=np.float64)
-    for image, own in zip(images, spacing, strict=True):
+    alike = np.isclose(spacing, spacing[0], rtol=SAME_TOLERANCE, atol=0.0).all(axis=1).tolist()
+    for image, own, same in zip(images, spacing, alike, strict=True):
         if image.shape_yx != shape_yx:
             folder, (one, two) = _names((images[0], image))
             raise VolprepError(
@@ -130,7 +131,7 @@ def _common_plane(images: Sequence[SliceImage]) -> tuple[tuple[int, int], tuple[
                 other=f"{two} has {image.shape_yx[1]}×{image.shape_yx[0]}",
                 folder=folder,
             )
-        if not np.allclose(own, spacing[0], rtol=SAME_TOLERANCE, atol=0.0):
+        if not same:
             folder, (one, two) = _names((images[0], image))
             raise VolprepError(
                 "VP2002",
