@@ -18,6 +18,10 @@ Eye = Annotated[
 Size = Annotated[str, typer.Option(help="Width and height in pixels.", metavar="WxH")]
 Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.")]
 Transfer = Annotated[str | None, typer.Option(help="Transfer function; the first if not given.", metavar="NAME")]
+Point = Annotated[
+    int | None,
+    typer.Option(min=0, help="Draw the sub-volumes around this point of the grid, not a level.", metavar="NUMBER"),
+]
 Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="What is behind the volume.")]
 Step = Annotated[float | None, typer.Option(help="Distance of the samples; the package's if not given.", metavar="MM")]
 
@@ -30,6 +34,7 @@ def render(
     eye: Eye = None,
     size: Size = "512x512",
     level: Level = None,
+    point: Point = None,
     transfer: Transfer = None,
     background: Background = "black",
     step: Step = None,
@@ -46,6 +51,7 @@ def render(
         shape_hw=(height, width),
         background=background,
         level=level,
+        point=point,
         transfer=transfer,
         step_mm=step,
     )

@@ -31,10 +31,9 @@ class Record(BaseModel):
         schema = handler(core_schema)
         properties = handler.resolve_ref_schema(schema)["properties"]
         for name, text in _field_docstrings(cls).items():
-            field = properties[name]
             # What the docstring of the field's record says as well stands only there.
-            if "$ref" not in field or handler.resolve_ref_schema(field).get("description") != text:
-                field.setdefault("description", text)
+            if getattr(cls.model_fields[name].annotation, "__doc__", None) != text:
+                properties[name].setdefault("description", text)
         return schema
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from volprep.plan.levels import by
-from volprep.plan.records import LevelPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.records import LevelPlan, ProgramPlan, SubvolumesPlan, VolumePlan
 from volprep.plan.room import ONE_CHANNEL, first_of
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
@@ -13,6 +13,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
@@ -22,8 +23,13 @@ _HELD = 8
 """Pieces that a device draws at a time: those around a point."""
 
 
-def plan_subvolumes(
-    scene: Scene, profile: DeviceProfile, grid: Grid, bits: int, volumes: tuple[VolumePlan, ...]
+def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
+    scene: Scene,
+    profile: DeviceProfile,
+    grid: Grid,
+    bits: int,
+    volumes: tuple[VolumePlan, ...],
+    functions: tuple[TransferFunction, ...],
 ) -> SubvolumesPlan | None:
     """Decide how level 0 is cut. Raises VP3030 where the profile cannot hold eight pieces of this size."""
     wanted = scene.grid
@@ -46,6 +52,21 @@ def plan_subvolumes(
         pieces=wanted.layout != "single",
         whole=None if wanted.layout == "files" else finest,
         keep_empty=scene.crop == "none",
+        programs=tuple(_program(function, scene) for function in functions if wanted.layout != "single"),
+    )
+
+
+def _program(function: TransferFunction, scene: Scene) -> ProgramPlan:
+    name = f"subvolumes-{function.name}"
+    return ProgramPlan(
+        name=name,
+        technique="raycast_subvolumes",
+        classification=scene.render.classification,
+        lighting="none",
+        vertex="shaders/raycast.vert",
+        fragment=f"shaders/{name}.frag",
+        levels=(0,),
+        transfer=function.name,
     )
 
 
@@ -63,7 +84,7 @@ def describe_subvolumes(
     counts = [len(cuts_along(n, plan.size)) - 1 for n in grid.shape_zyx]
     z, y, x = counts
     fits = ", though the whole volume fits into one texture" if whole_fits else ""
-    files = [GRID]
+    files = [GRID, *(program.fragment for program in plan.programs)]
     if plan.whole is not None and all(plan.whole not in volume.files for volume in volumes):
         files.append(plan.whole)
     yield PlanItem(

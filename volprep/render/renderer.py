@@ -13,11 +13,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.render.block_inputs import block_inputs
 from volprep.render.egl import Context, Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.gl_formats import KTX2_FORMAT, texture_format
+from volprep.render.inputs import level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channels import package_of_transfer
 from volprep_formats.package.manifest import Level, Program, Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
@@ -36,18 +39,20 @@ class Renderer:
         level: int | None = None,
         transfer: str | None = None,
         target: TargetFormat = "rgba8",
+        point: int | None = None,
     ) -> None:
         """Choose what to draw: the finest level and the first transfer function unless others are named.
 
-        Raises VP5018 where the package cannot draw that, VP5010 to VP5015 where it breaks a limit of its profile.
+        With `point`, what the sub-volumes around this point of the grid hold. Raises VP5018 where the package cannot
+        draw that, VP5010 to VP5015 where it breaks a limit of its profile.
         """
+        package = package_of_transfer(package, transfer)
         self._package = package
         self._target_format = target
-        manifest = package.manifest
-        self._program = _find_program(package, level, transfer)
-        self._level = _find_level(package, self._program, level)
-        self._textures = _find_textures(package, self._program, self._level.index)
-        check_program(self._program, self._textures, manifest.profile)
+        inputs = level_inputs(package, level, transfer) if point is None else block_inputs(package, point, transfer)
+        check_program(inputs.program, inputs.textures, package.manifest.profile)
+        self._inputs = inputs
+        self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
 
     def __enter__(self) -> Self:
@@ -134,8 +139,7 @@ class Renderer:
         values = {
             "box_from_clip": box_from_clip,
             "step_mm": step,
-            "texture_from_box": self._level.texture_from_box_per_mm_xyz,
-            "blocks_from_box": _blocks_from_box(self._package, self._program, self._level.index),
+            **self._inputs.values,
         }
         uniforms = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in self._program.uniforms}
         self._gl.draw(self._linked, Bindings(self._handles, uniforms), target, self._triangle)
@@ -170,6 +174,8 @@ class Renderer:
         return vertex, fragment
 
     def _read_texture(self, texture: Texture) -> NDArray[np.generic]:
+        if texture.name in self._inputs.texels:
+            return self._inputs.texels[texture.name]
         image = ktx2.decode(self._package.read_bytes(texture.file), texture.file)
         name = texture_format(texture.gl, self._package.manifest.profile.api)
         found = (image.format, image.shape_zyx, image.dimensions)
@@ -177,57 +183,6 @@ class Renderer:
         if found != named:
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
         return image.data
-
-
-def _find_program(package: Package, level: int | None, transfer: str | None) -> Program:
-    manifest = package.manifest
-    for program in manifest.programs:
-        if transfer in (None, program.transfer) and (level is None or level in program.levels):
-            return program
-    known = "; ".join(
-        f"level {', '.join(str(each) for each in program.levels)} with {program.transfer}"
-        for program in manifest.programs
-    )
-    fields = {"level": "any" if level is None else level, "transfer": transfer or "any", "known": known or "nothing"}
-    raise VolprepError("VP5018", package=package.path, **fields)
-
-
-def _find_level(package: Package, program: Program, level: int | None) -> Level:
-    index = min(program.levels, default=None) if level is None else level
-    found = next((each for each in package.manifest.levels if each.index == index), None)
-    if found is None:
-        fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
-        raise VolprepError("VP5018", package=package.path, **fields)
-    return found
-
-
-def _find_textures(package: Package, program: Program, level: int) -> list[Texture]:
-    """Textures in the order of the program's samplers."""
-    found = []
-    for sampler in program.samplers:
-        matches = [
-            texture
-            for texture in package.manifest.textures
-            if (texture.role, texture.part) == (sampler.role, sampler.part)
-            and _is_for(texture, program.transfer, level)
-        ]
-        if len(matches) != 1:
-            fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
-            raise VolprepError("VP5018", package=package.path, **fields)
-        found.append(matches[0])
-    return found
-
-
-def _is_for(texture: Texture, transfer: str, level: int) -> bool:
-    """Say whether what a texture holds is for this level and this transfer function, or for all."""
-    return texture.level in {None, level} and texture.transfer in {None, transfer}
-
-
-def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:
-    tables = package.manifest.skipping.tables if package.manifest.skipping else ()
-    table = next((each for each in tables if (each.transfer, each.level) == (program.transfer, level)), None)
-    # Only a program that skips asks for it, and check_uniforms has seen whether it does.
-    return (0.0, 0.0, 0.0) if table is None else table.blocks_from_box_per_mm_xyz
 
 
 def _check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:

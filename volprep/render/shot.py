@@ -27,6 +27,8 @@ class Shot:
     """What is behind the volume."""
     level: int | None
     """Level to draw; the finest if absent."""
+    point: int | None
+    """Point of the grid whose sub-volumes are drawn, in place of a level."""
     transfer: str | None
     """Transfer function to draw with; the first if absent."""
     step_mm: float | None
@@ -57,7 +59,7 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
     camera = _camera(package.manifest, shot)
-    with Renderer(package, level=shot.level, transfer=shot.transfer) as renderer:
+    with Renderer(package, level=shot.level, transfer=shot.transfer, point=shot.point) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
         taken = Taken(renderer.level.index, renderer.program.name, str(renderer.driver))
     try:

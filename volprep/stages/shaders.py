@@ -1,7 +1,7 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
 from volprep.plan import Plan, ProgramPlan
-from volprep.render.techniques import raycast_mosaic, raycast_texture3d
+from volprep.render.techniques import raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
 from volprep.render.techniques.lighting import Lighting, headlight
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
@@ -23,15 +23,31 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
         *plan.preintegrated,
         *plan.palettes,
         *plan.programs,
+        *(() if plan.subvolumes is None else plan.subvolumes.programs),
     )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    progress.start("shaders", len(plan.programs))
-    programs = []
+    around_points = () if plan.subvolumes is None else plan.subvolumes.programs
+    progress.start("shaders", len(plan.programs) + len(around_points))
     # Programs share the vertex shader, and two may have the same fragment shader.
     texts: dict[str, str] = {}
-    for planned in plan.programs:
+    changes: dict[str, object] = {"programs": _programs(draft, plan, plan.programs, texts, progress)}
+    subvolumes = draft.manifest.subvolumes
+    if subvolumes is not None:
+        programs = _programs(draft, plan, around_points, texts, progress)
+        changes["subvolumes"] = subvolumes.model_copy(update={"programs": programs})
+    for path, text in texts.items():
+        draft.write(path, "shader", text.encode("ascii"))
+    return changes
+
+
+def _programs(
+    draft: Draft, plan: Plan, wanted: tuple[ProgramPlan, ...], texts: dict[str, str], progress: Progress
+) -> tuple[Program, ...]:
+    """Give the records of programs; their texts are added to `texts`, by file."""
+    programs = []
+    for planned in wanted:
         shaders = _ray_caster(draft, plan, planned)
         texts |= {planned.vertex: shaders.vertex, planned.fragment: shaders.fragment}
         programs.append(
@@ -50,25 +66,20 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             )
         )
         progress.advance()
-    for path, text in texts.items():
-        draft.write(path, "shader", text.encode("ascii"))
-    return {"programs": tuple(programs)}
+    return tuple(programs)
 
 
 def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     manifest = draft.manifest
     classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
-    return ray_caster(
-        _sampling(plan, program),
-        classified,
-        (x, y, z),
-        plan.render,
-        Additions(
-            skipping_of(draft.manifest, program.transfer, program.levels[0], program.classification),
-            _lighting(draft, program),
-        ),
+    # Blocks of a level are not blocks of its pieces.
+    whole_level = program.technique != "raycast_subvolumes"
+    additions = Additions(
+        skipping_of(manifest, program.transfer, program.levels[0], program.classification) if whole_level else None,
+        _lighting(draft, program),
     )
+    return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
 
 
 def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
@@ -80,6 +91,8 @@ def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
         return raycast_texture3d.sampling()
+    if program.technique == "raycast_subvolumes":
+        return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     # The layout is constant in the shader, so a mosaic's program draws one level.
     (level,) = program.levels
     volume = next(each for each in plan.volumes if each.level == level)
@@ -91,4 +104,4 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
 
 
-STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip"), settings=_settings, run=_run)
+STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip", "grid"), settings=_settings, run=_run)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel_agreement import channel_contradictions
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
 from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
@@ -26,6 +28,15 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     """Give every problem of the manifest that can be seen without opening another file."""
     yield from _unique(manifest)
     yield from _roles(manifest)
+    if manifest.channels is None:
+        yield from _of_one_channel(manifest)
+        return
+    yield from channel_contradictions(manifest)
+    for name, view in channel_views(manifest).items():
+        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
+
+
+def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from _levels(manifest)
     levels = {level.index: level for level in manifest.levels}
     for texture in manifest.textures:
@@ -61,7 +72,8 @@ def _unique(manifest: Manifest) -> Iterator[str]:
 def _roles(manifest: Manifest) -> Iterator[str]:
     """Every file is used for what its role says, and every use has its file."""
     used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
-    used |= {path: "shader" for program in manifest.programs for path in (program.vertex, program.fragment)}
+    programs = (*manifest.programs, *(manifest.subvolumes.programs if manifest.subvolumes else ()))
+    used |= {path: "shader" for program in programs for path in (program.vertex, program.fragment)}
     if manifest.subvolumes is not None:
         whole = {manifest.subvolumes.whole} - {None, *used}
         used |= {path: "subvolume" for path in (*manifest.subvolumes.pieces, *whole) if path is not None}
@@ -123,6 +135,8 @@ def _is_part(grid: Grid, source: Grid) -> bool:
 
 def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> Iterator[str]:
     name = f"texture {texture.name}"
+    if texture.channel is not None:
+        yield f"{name} is of channel {texture.channel}, but there is one channel"
     profile = manifest.profile
     limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
     if max(texture.shape_zyx) > limit:

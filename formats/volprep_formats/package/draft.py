@@ -10,7 +10,7 @@ import hashlib
 import math
 import os
 import shutil
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Self
@@ -30,7 +30,7 @@ from volprep_formats.package.files import (
     sync_folder,
 )
 from volprep_formats.package.lock import Lock
-from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord
+from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 
 Role = Literal["texture", "shader", "preview", "grid", "subvolume", "work"]
@@ -137,19 +137,19 @@ class Draft:
                 raise VolprepError("VP4008", path=self._folder, file=name, size=actual, expected=size)
             return np.memmap(file, dtype=dtype, mode="r", shape=shape)
 
-    def commit(self, stage: StageRecord, **manifest_updates: object) -> None:
+    def commit(self, stage: StageRecord, drop: Collection[str] = (), /, **manifest_updates: object) -> None:
         """Add what `stage` wrote: the one step from the draft before the stage to the draft after it.
 
         The record's `files` are filled in here: all files written since the last commit. The files of an earlier
-        run of the same stage, and the records and files of the stages after it, are dropped, and with them the
-        textures, programs and the preview that name them. `state="sealed"` ends the draft: working data and stage
-        records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
+        run of the same stage, and the records and files of the stages after it and of those in `drop`, are dropped,
+        and with them the textures, programs and the preview that name them. `state="sealed"` ends the draft: working
+        data and stage records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
         """
         before = self._manifest
         with output_errors(self._folder):
             staging = self._begin()
             self._finish_maps()
-            after = _after(before, stage, self._pending, manifest_updates)
+            after = _after(before, stage, drop, self._pending, manifest_updates)
             self._check_staged()
             for folder in _folders_around((self._staged(path) for path in self._pending), staging):
                 sync_folder(folder)
@@ -216,11 +216,16 @@ def recover(folder: Path) -> None:
 
 
 def _after(
-    before: Manifest, stage: StageRecord, pending: dict[str, FileRecord], updates: dict[str, object]
+    before: Manifest,
+    stage: StageRecord,
+    drop: Collection[str],
+    pending: dict[str, FileRecord],
+    updates: dict[str, object],
 ) -> Manifest:
     """Make the manifest as it is after `stage` wrote `pending`."""
     names = [record.name for record in before.stages]
-    kept = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
+    earlier = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
+    kept = tuple(record for record in earlier if record.name not in drop)
     owned = {path for record in kept for path in record.files}
     files = {record.path: record for record in before.files if record.path in owned} | pending
     stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
@@ -230,11 +235,24 @@ def _after(
     fields = dict(before) | {
         "textures": tuple(texture for texture in before.textures if texture.file in files),
         "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
-        "subvolumes": before.subvolumes if before.subvolumes and before.subvolumes.grid in files else None,
+        "subvolumes": _subvolumes(before.subvolumes, files),
+        "skipping": before.skipping if _has_tables(before, files) else None,
         "preview": before.preview if before.preview in files else None,
     }
     records = {"stages": stages, "files": tuple(files[path] for path in sorted(files))}
     return Manifest.model_validate(fields | updates | records)
+
+
+def _has_tables(before: Manifest, files: dict[str, FileRecord]) -> bool:
+    """Say whether the files of empty-space skipping are still there."""
+    return all(texture.file in files for texture in before.textures if texture.role in {"skip", "ranges"})
+
+
+def _subvolumes(before: SubvolumeFiles | None, files: dict[str, FileRecord]) -> SubvolumeFiles | None:
+    if before is None or before.grid not in files:
+        return None
+    programs = tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys())
+    return before.model_copy(update={"programs": programs})
 
 
 def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:

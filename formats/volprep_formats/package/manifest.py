@@ -222,7 +222,7 @@ class Sampler(Record):
     """Which texture to bind: the level's volume or normals, the table of the program's transfer function, its skip
     table for the level, or one of the sub-volumes around a point."""
     part: Annotated[int, Field(ge=0)] = 0
-    """Which of the textures of a mosaic, from 0; of sub-volumes 1 for the upper one along x, + 2 along y, + 4 along z."""
+    """Which of the textures of a mosaic, from 0; of sub-volumes 1 for upper along x, plus 2 along y, plus 4 along z."""
 
 
 class Program(Record):
@@ -235,7 +235,7 @@ class Program(Record):
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
     lighting: Literal["none", "headlight"] = "none"
-    """What lights it. headlight: diffuse, from where the viewer is, |normal · ray|; what has no normal is fully lit."""
+    """What lights it. headlight: diffuse, from where the viewer is; what has no normal is fully lit."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath

@@ -82,7 +82,9 @@ def ray_caster(
         **sampling.parts,
         **classification.parts,
     }
-    constants = {"BOX_MM": literal(*extent_mm_xyz), **classification.constants, **sampling.constants}
+    constants = {**classification.constants, **sampling.constants}
+    if parts["box"] == "box":
+        constants["BOX_MM"] = literal(*extent_mm_xyz)
     if render.opacity_cutoff is not None:
         parts["termination"] = "terminate"
         constants["LEAST_TRANSMITTANCE"] = literal(1.0 - render.opacity_cutoff)

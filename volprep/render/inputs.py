@@ -1,0 +1,92 @@
+"""What a program is given: its textures, and the values of its uniforms that do not change from picture to picture."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Level, Program, Texture
+from volprep_formats.package.reader import Package
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A program with all that it reads."""
+
+    program: Program
+    """The program."""
+    level: Level
+    """The level that it draws."""
+    textures: list[Texture]
+    """Textures in the order of the program's samplers."""
+    values: Mapping[str, ArrayLike]
+    """Values by the `source` of a uniform."""
+    texels: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
+    """Texels by the name of a texture, of those that are not read from the package."""
+
+
+def level_inputs(package: Package, level: int | None, transfer: str | None) -> Inputs:
+    """Choose what to draw: the finest level and the first transfer function unless others are named.
+
+    Raises VP5018 where the package cannot draw that.
+    """
+    program = _find_program(package, level, transfer)
+    found = _find_level(package, program, level)
+    values: dict[str, ArrayLike] = {
+        "texture_from_box": found.texture_from_box_per_mm_xyz,
+        "blocks_from_box": _blocks_from_box(package, program, found.index),
+    }
+    return Inputs(program, found, find_textures(package, program, found.index), values)
+
+
+def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
+    """Textures in the order of the program's samplers. Raises VP5018 where one is missing."""
+    found = []
+    for sampler in program.samplers:
+        matches = [
+            texture
+            for texture in package.manifest.textures
+            if (texture.role, texture.part) == (sampler.role, sampler.part)
+            and _is_for(texture, program.transfer, level)
+        ]
+        if len(matches) != 1:
+            fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
+            raise VolprepError("VP5018", package=package.path, **fields)
+        found.append(matches[0])
+    return found
+
+
+def _find_program(package: Package, level: int | None, transfer: str | None) -> Program:
+    manifest = package.manifest
+    for program in manifest.programs:
+        if transfer in (None, program.transfer) and (level is None or level in program.levels):
+            return program
+    known = "; ".join(
+        f"level {', '.join(str(each) for each in program.levels)} with {program.transfer}"
+        for program in manifest.programs
+    )
+    fields = {"level": "any" if level is None else level, "transfer": transfer or "any", "known": known or "nothing"}
+    raise VolprepError("VP5018", package=package.path, **fields)
+
+
+def _find_level(package: Package, program: Program, level: int | None) -> Level:
+    index = min(program.levels, default=None) if level is None else level
+    found = next((each for each in package.manifest.levels if each.index == index), None)
+    if found is None:
+        fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
+        raise VolprepError("VP5018", package=package.path, **fields)
+    return found
+
+
+def _is_for(texture: Texture, transfer: str, level: int) -> bool:
+    """Say whether what a texture holds is for this level and this transfer function, or for all."""
+    return texture.level in {None, level} and texture.transfer in {None, transfer}
+
+
+def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:
+    tables = package.manifest.skipping.tables if package.manifest.skipping else ()
+    table = next((each for each in tables if (each.transfer, each.level) == (program.transfer, level)), None)
+    # Only a program that skips asks for it, and check_uniforms has seen whether it does.
+    return (0.0, 0.0, 0.0) if table is None else table.blocks_from_box_per_mm_xyz
