@@ -38,7 +38,7 @@ class Request:
         return replace(self, scene=self.scene.model_copy(update={"source": source}))
 
     def with_listed_channels(self) -> Self:
-        """Give the same request with "all" channels of an OME file listed. Raises VP1241, and what the reader raises."""
+        """Give the same request with "all" channels of a file listed. Raises what `with_listed_channels` does."""
         return replace(self, scene=with_listed_channels(self.scene))
 
 

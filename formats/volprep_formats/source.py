@@ -91,7 +91,7 @@ class SourceSpec(Record):
     volume: Count | None = None
     """DICOM, OME: which volume to read, from 1, where there are several: time points, echoes, phases."""
     channel: str | Count | None = None
-    """OME only: name of the channel, or its number from 1, when there are several."""
+    """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0)] | None = None
     """OME-Zarr only: which resolution to read; 0, the finest, if it is not given."""
     repair: tuple[RepairKind, ...] = ()

@@ -262,14 +262,14 @@ def test_a_scene_tells_the_scan_and_the_size_of_the_pictures(package, tmp_path) 
     scene.write_text(scene.read_text() + "\n[render]\npicture_size = 24\n")
     found = find_scan(package, scene)
     assert found.picture_size == 24
-    scan = read_scan(Package.open(package).manifest, found.spec, Silent())
+    scan = read_scan(Package.open(package).manifest, found.spec_of(""), Silent())
     np.testing.assert_array_equal(scan.stored, phantom())
 
 
 def test_a_moved_scan_is_read_as_the_origin_says(package, tmp_path) -> None:
     phantom().tofile(tmp_path / "moved.raw")
     found = find_scan(package, tmp_path / "moved.raw")
-    np.testing.assert_array_equal(read_scan(Package.open(package).manifest, found.spec, Silent()).stored, phantom())
+    np.testing.assert_array_equal(read_scan(Package.open(package).manifest, found.spec_of(""), Silent()).stored, phantom())
 
 
 def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of_it(report, folder) -> None:

@@ -24,7 +24,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     # The noise of level 0 is the same for all levels.
     noise = noise_of(source) if any(level.filter == "feature-preserving" for level in coarser) else 0.0
     for level in coarser:
-        draft.write(codes_name(level.index), "work", _slices(source, level, noise, progress))
+        draft.write(codes_name(level.index, plan.channel), "work", _slices(source, level, noise, progress))
     return {"levels": levels_of(plan)}
 
 

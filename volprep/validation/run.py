@@ -59,10 +59,11 @@ def validate(
             package = open_whole(path)
             _require_no_light(package)
         found = find_scan(path, source)
+        size = picture_size or found.picture_size
         with clock.part("reading"):
             subjects = [
-                Subject(part, read_scan(part.manifest, spec, progress), picture_size or found.picture_size)
-                for part, spec in zip(channel_packages(package), found.specs, strict=True)
+                Subject(part, read_scan(part.manifest, found.spec_of(name), progress), size)
+                for name, part in channel_packages(package).items()
             ]
         subject = subjects[0]
         programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])

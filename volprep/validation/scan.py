@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep.channels import SceneChannel, drawn_channels, with_listed_channels
 from volprep.origin import read_origin
 from volprep.repair import open_scan
+from volprep.request import at_place
 from volprep.scene import RenderWishes, load_scene
 from volprep.slabs import bytes_of
 from volprep.statistics import Gauge, source_slabs
@@ -22,31 +24,45 @@ from volprep_formats.source import SourceSpec
 class FoundScan:
     """Where the scan is, and what its scene says about validation."""
 
-    spec: SourceSpec
-    """The source; its path is absolute."""
+    channels: tuple[SceneChannel, ...]
+    """The channels that are drawn; paths are absolute."""
     picture_size: int
     """Width and height of the pictures, in pixels."""
+
+    def spec_of(self, channel: str) -> SourceSpec:
+        """Give the source of a channel of the package; "" is its only one. Raises VP1241 if there is none."""
+        if not channel and len(self.channels) == 1:
+            return self.channels[0].spec
+        names = [each.name for each in self.channels]
+        if channel not in names:
+            raise VolprepError(
+                "VP1241", path="the scene", wanted=channel or "for a package of one", found=", ".join(names)
+            )
+        return self.channels[names.index(channel)].spec
 
 
 def find_scan(package: Path, source: Path | None) -> FoundScan:
     """Find the scan of the package at `package`: `source`, a scene or a scan, or else the origin beside the package.
 
     A scan that is named by its path is read as the origin says, where there is one. Raises VP3001 to VP3003 for a
-    scene that cannot be read, VP4043 for an origin that cannot, VP6012 where neither tells.
+    scene that cannot be read, VP4043 for an origin that cannot, VP6012 where neither tells, VP1243 for one path in
+    place of several.
     """
     if source is not None and source.suffix == ".toml":
         scene = load_scene(source)
-        path = source.resolve().parent / scene.source.path
+        spec = at_place(scene.source, source.resolve().parent, None)
     else:
         origin = read_origin(package.resolve())
         if origin is not None:
             scene = origin.scene
-            path = Path(scene.source.path) if source is None else source.absolute()
+            spec = at_place(scene.source, Path("/"), source)
         elif source is not None:
-            return FoundScan(SourceSpec(path=str(source.absolute())), RenderWishes().picture_size)
+            spec = SourceSpec(path=str(source.absolute()))
+            return FoundScan((SceneChannel("", spec, ()),), RenderWishes().picture_size)
         else:
             raise VolprepError("VP6012", path=package)
-    return FoundScan(scene.source.model_copy(update={"path": str(path)}), scene.render.picture_size)
+    scene = with_listed_channels(scene.model_copy(update={"source": spec}))
+    return FoundScan(drawn_channels(scene), scene.render.picture_size)
 
 
 def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volume:
@@ -69,4 +85,5 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
     if found != manifest.source.sha256:
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])
-    return Volume(stored, info.grid, info.slope, info.intercept)
+    # Of several channels the first says where the voxels are, as in the package; all are registered with it.
+    return Volume(stored, manifest.source.info.grid, info.slope, info.intercept)

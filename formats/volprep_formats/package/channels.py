@@ -7,16 +7,16 @@ from volprep_formats.package.skip import Skipping
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
     """Give what the manifest says of each channel, under its name; of the only one under ""."""
-    if not manifest.channels:
+    if manifest.channels is None:
         return {"": manifest}
     return {channel.name: _view(manifest, channel) for channel in manifest.channels}
 
 
-def channel_packages(package: Package) -> tuple[Package, ...]:
-    """Give the package as it is for each channel, the default one first."""
-    if not package.manifest.channels:
-        return (package,)
-    return tuple(Package(package.path, view) for view in channel_views(package.manifest).values())
+def channel_packages(package: Package) -> dict[str, Package]:
+    """Give the package as it is for each channel, the default one first; of the only one under ""."""
+    if package.manifest.channels is None:
+        return {"": package}
+    return {name: Package(package.path, view) for name, view in channel_views(package.manifest).items()}
 
 
 def package_of_transfer(package: Package, transfer: str | None) -> Package:

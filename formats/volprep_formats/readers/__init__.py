@@ -127,7 +127,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
         ("volume", spec.volume, {"dicom", *_OME}),
-        ("channel", spec.channel, _OME),
+        ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("grid", spec.grid, {"vdb"}),

@@ -7,15 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.files import path_inside
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
+from volprep_formats.readers.ome import chosen
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
-
-_WORKING_VOLUME = "work/level0.raw"
 
 
 class LevelSource:
@@ -43,40 +44,44 @@ class LevelSource:
         self._slices = self._slices[:0]
 
 
-def open_volume(_spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSource:
-    """Open the finest level. Raises what `open_level` raises."""
-    return open_level(path)
+def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSource:
+    """Open the finest level of the channel that is chosen. Raises what `open_level` raises."""
+    return open_level(path, channel=spec.channel)
 
 
-def open_level(path: Path, level: int | None = None) -> VolumeSource:
-    """Open a level of the package or draft at `path`, the finest if None.
+def open_level(path: Path, level: int | None = None, channel: str | int | None = None) -> VolumeSource:
+    """Open a level of the package or draft at `path`, the finest if None, of the only channel if None.
 
-    Level 0 of a draft is the whole scan as it was imported. Raises VP1250 (no such level), VP4008 (working data of
-    another size) and what `Package` and the texture reader raise.
+    Level 0 of a draft is the whole scan as it was imported. Raises VP1221 and VP1222 (choice of a channel), VP1250 (no
+    such level), VP4008 (working data of another size) and what `Package` and the texture reader raise.
     """
-    package = Package.open(path, allow_draft=True)
+    whole = Package.open(path, allow_draft=True)
+    packages = channel_packages(whole)
+    name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
+    package = packages[name]
     manifest = package.manifest
-    work = next((record for record in manifest.files if record.path == _WORKING_VOLUME), None)
+    working = f"work/level0-{name}.raw" if name else "work/level0.raw"
+    work = next((record for record in manifest.files if record.path == working), None)
     if work is not None and level in {None, 0}:
-        return _working_volume(package, work.size_bytes)
+        return _working_volume(package, work)
     held = {item.level for item in manifest.textures if item.role == "volume" and item.level is not None}
-    chosen = min(held, default=0) if level is None else level
-    if chosen not in held:
+    held_level = min(held, default=0) if level is None else level
+    if held_level not in held:
         found = sorted(held | ({0} if work is not None else set()))
-        raise VolprepError("VP1250", path=path, level=chosen, found=", ".join(map(str, found)) or "none")
-    return _texture_level(package, chosen)
+        raise VolprepError("VP1250", path=path, level=held_level, found=", ".join(map(str, found)) or "none")
+    return _texture_level(package, held_level)
 
 
-def _working_volume(package: Package, recorded: int) -> VolumeSource:
+def _working_volume(package: Package, work: FileRecord) -> VolumeSource:
     info = package.manifest.source.info
-    file = path_inside(package.path, _WORKING_VOLUME)
+    file = path_inside(package.path, work.path)
     # Given a stream, because voxels that happen to begin as gzip does are voxels all the same.
     stream = file.open("rb", buffering=0)
     voxels = VoxelFile(file, np.dtype(info.stored_type), info.grid.shape_zyx, 0, stream)
     actual = file.stat().st_size
-    if not actual == recorded == voxels.end_bytes:
+    if not actual == work.size_bytes == voxels.end_bytes:
         voxels.close()
-        raise VolprepError("VP4008", path=package.path, file=_WORKING_VOLUME, size=actual, expected=voxels.end_bytes)
+        raise VolprepError("VP4008", path=package.path, file=work.path, size=actual, expected=voxels.end_bytes)
     return VoxelSource(info, voxels)
 
 

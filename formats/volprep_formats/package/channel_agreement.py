@@ -1,0 +1,33 @@
+"""Whether the channels of a manifest agree with each other, and with what it says of its source."""
+
+from collections import Counter
+from collections.abc import Iterator
+
+from volprep_formats.package.manifest import Manifest
+
+
+def channel_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Give every problem between the channels of a manifest that has some; each for itself is another matter."""
+    channels = manifest.channels or ()
+    yield from (
+        f"channel {name} is named {count} times"
+        for name, count in Counter(channel.name for channel in channels).items()
+        if count > 1
+    )
+    first = channels[0]
+    for field in ("source", "statistics", "stored_type", "quantization"):
+        if getattr(manifest, field) != getattr(first, field):
+            yield f"{field} is not that of the first channel, {first.name}"
+    for channel in channels:
+        if channel.source.info.grid != first.source.info.grid:
+            yield f"channel {channel.name} has another grid than channel {first.name}"
+    functions = Counter(name for channel in channels for name in channel.transfers)
+    yield from (f"{count} channels have the transfer function {name}" for name, count in functions.items() if count > 1)
+    if manifest.transfer_functions:
+        named = {transfer.name for transfer in manifest.transfer_functions}
+        yield from (f"transfer function {name} is of no channel" for name in sorted(named - functions.keys()))
+        yield from (f"transfer function {name} of a channel is missing" for name in sorted(functions.keys() - named))
+    known = {channel.name for channel in channels}
+    for texture in manifest.textures:
+        if (texture.channel is None) == (texture.transfer is None) or texture.channel not in {None, *known}:
+            yield f"texture {texture.name} is of channel {texture.channel} and transfer function {texture.transfer}"
