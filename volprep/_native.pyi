@@ -213,6 +213,47 @@ def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.N
         If an array has another type or order.
     """
 
+def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, bins_per_code: float, linear: float, own: numpy.typing.NDArray[numpy.float32], slope: numpy.typing.NDArray[numpy.float32], product: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+    """
+    Improve a coarse level until its trilinear field misses level 0 least, in values or in what is made of them.
+
+    Values are counted in bins, v · bins_per_code for a code v. Each of m transfer functions gives a bin k a feature vector
+    F[k], linear between bins; d[k] = F[k + 1] - F[k]. The sum over level 0 of linear · (difference of bins)² and of
+    weight · (difference of features)² falls with each iteration: Gauss-Newton with the sums of rows.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0 [z, y, x]: uint8 or uint16.
+    level
+        float32, bins; with the shape that box_reduced_shape gives for src. Read, and written.
+    factors_zyx
+        Voxels of level 0 that make one of the level.
+    first
+        Number of the first slice of src in level 0, a multiple of the factor.
+    bins_per_code, linear
+        See above.
+    own, slope, product
+        float32 [m, bins], [m, bins], [m, bins, bins]: F[k] · d[k], d[k] · d[k], and d[k] · F[v].
+    weights
+        float32 [m, z, y, x]: how much each block of level 0 matters; blocks cover the whole volume.
+    weight_factors_zyx
+        Voxels of level 0 along the edges of a block.
+    iterations
+        What lies so many voxels of the level away has influence: slabs overlap by that.
+    step
+        1 for plain steps, below 2.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to histogram how often each size of the Laplacian occurs in src.
@@ -567,6 +608,110 @@ def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: 
     ------
     ValueError
         If a shape or the window does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def ray_light(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the light of rays from samples along them and a lookup table.
+
+    Samples lie in the middles of equal segments, each of opacity 1 - exp(-extinction · length), front to back.
+
+    Parameters
+    ----------
+    samples, offsets, lengths_mm
+        As sample_rays writes them.
+    scale
+        A sample times this is a value: 0 is the first entry of the table, 1 the last, linear between entries.
+    table
+        float64 [entries, 4]: linear colour, and extinction per millimetre.
+    light
+        float64 [n, 4], written: premultiplied linear colour, and opacity.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    """
+
+def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
+
+    Unknown are, at k knots at equal distances over the values and linear between them, the changes of red, of green, of blue,
+    and of the square root of the extinction: 4 k numbers in this order. With r = light - target and J its derivative,
+    matrix = JᵀJ / n and gradient = Jᵀr / n.
+
+    Parameters
+    ----------
+    samples, offsets, lengths_mm, scale, table
+        As for ray_light.
+    target
+        float64 [n, 4].
+    matrix
+        float64 [4 k, 4 k], written.
+    gradient
+        float64 [4 k], written, for at least 2 knots.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    """
+
+def solve_positive(matrix: numpy.typing.NDArray[numpy.float64], rhs: numpy.typing.NDArray[numpy.float64]) -> bool:
+    """
+    Solve matrix · x = rhs for a symmetric positive definite matrix; rhs becomes x.
+
+    In one order of operations, unlike LAPACK, whose last digits depend on the machine and its threads. Overwrites the lower
+    triangle of matrix. Gives False, with rhs in an undefined state, where the matrix is not positive definite.
+
+    Parameters
+    ----------
+    matrix
+        float64 [n, n].
+    rhs
+        float64 [n].
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    """
+
+def sample_rays(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], samples: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> None:
+    """
+    Write the samples of rays that lie in a slab, trilinear between voxels.
+
+    The samples of a ray lie in the middles of equal segments. A slab gives those whose lower slice it holds together with the
+    upper one, so that slabs that share one slice give each sample once.
+
+    Parameters
+    ----------
+    src
+        Slices of a volume [z, y, x]: uint8 or uint16.
+    first, depth
+        Number of the first of these slices, and of all slices of the volume.
+    origins, directions
+        float64 [n, 3], x, y, z: where each ray begins, in voxels (0 is the centre of voxel 0), and voxels per millimetre.
+    lengths_mm
+        float64 [n]: length of each ray.
+    offsets
+        int64 [n + 1]: the samples of ray r are offsets[r] to offsets[r + 1] - 1.
+    samples
+        float32, written where the slab has them.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
     TypeError
         If an array has another type or order.
     """

@@ -11,6 +11,7 @@ NB_MODULE(_native, module) {
     volprep::bind::distances(module);
     volprep::bind::extrema_reduce(module);
     volprep::bind::feature_reduce(module);
+    volprep::bind::fit_level(module);
     volprep::bind::laplacian_histogram(module);
     volprep::bind::linear_reduce(module);
     volprep::bind::median_reduce(module);
@@ -21,6 +22,8 @@ NB_MODULE(_native, module) {
     volprep::bind::pack_tiles(module);
     volprep::bind::preintegrate(module);
     volprep::bind::quantize(module);
+    volprep::bind::ray_light(module);
+    volprep::bind::ray_samples(module);
     volprep::bind::rgba_reduce(module);
     volprep::bind::slice_ranges(module);
     volprep::bind::threads(module);
