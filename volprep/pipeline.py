@@ -53,7 +53,10 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
         "plan": plan.items,
         "render": plan.render,
     }
-    draft.commit(StageRecord(name=stage.name, key=key), **(common | dict(changes)))
+    names = [each.name for each in STAGES]
+    # Of a draft whose stages ran in another order, or for another scene, nothing may stay that rests on older things.
+    stale = {name for name in names if name not in plan.stages or names.index(name) > names.index(stage.name)}
+    draft.commit(StageRecord(name=stage.name, key=key), stale, **(common | dict(changes)))
 
 
 def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:

@@ -19,18 +19,19 @@ def skip_contradictions(manifest: Manifest) -> Iterator[str]:
     skipping = manifest.skipping or Skipping()
     textures = {texture.name: texture for texture in manifest.textures}
     grids = {level.index: level.grid for level in manifest.levels}
-    named = Counter(record.texture for record in (*skipping.tables, *skipping.ranges))
+    names = [table.texture for table in skipping.tables] + [ranges.texture for ranges in skipping.ranges]
+    named = Counter(names)
     for texture in manifest.textures:
         if texture.role in {"skip", "ranges"} and named[texture.name] != 1:
             yield f"texture {texture.name} is named by {named[texture.name]} skip tables or ranges instead of one"
     for table in skipping.tables:
         name = f"skip table {table.texture}"
-        grid, texture = grids.get(table.level), textures.get(table.texture)
-        yield from (f"{name} {problem}" for problem in _described(table, "skip", grid, texture))
+        grid, held = grids.get(table.level), textures.get(table.texture)
+        yield from (f"{name} {problem}" for problem in _described(table, "skip", grid, held))
         if table.transfer not in {function.name for function in manifest.transfer_functions}:
             yield f"{name} is for {table.transfer}, which is no transfer function"
-        if texture is not None and texture.transfer != table.transfer:
-            yield f"{name} is for {table.transfer}, its texture for {texture.transfer}"
+        if held is not None and held.transfer != table.transfer:
+            yield f"{name} is for {table.transfer}, its texture for {held.transfer}"
         if grid is not None:
             yield from (f"{name} {problem}" for problem in _scaled(table, grid))
     for ranges in skipping.ranges:
