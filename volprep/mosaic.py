@@ -20,6 +20,10 @@ from volprep_formats.textures.mosaic import slices_of_tile, tiles_of
 
 Texels = NDArray[np.generic]
 
+_MANY_BYTES = 32 * 1024 * 1024
+"""Strips of this size are packed by all threads. One of 5 MB takes one thread a millisecond, and on a machine that is
+busy waiting for the second thread took 13."""
+
 
 @dataclass(frozen=True)
 class Packing:
@@ -116,7 +120,8 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
             else np.ascontiguousarray(plane).view(np.uint8).reshape(len(plane), height, row_bytes)
             for plane in planes
         ]
-        _native.pack_tiles(octets, step, layout.gutter, strip.view(np.uint8).reshape(rows, columns, -1))
+        threads = 0 if strip.nbytes >= _MANY_BYTES else 1
+        _native.pack_tiles(octets, step, layout.gutter, strip.view(np.uint8).reshape(rows, columns, -1), threads)
         yield strip
     below = layout.texture_shape_yx[0] - layout.tiles_y * rows
     if below and strip is not None:

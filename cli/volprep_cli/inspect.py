@@ -1,6 +1,5 @@
 """volprep inspect: what is in a package."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,19 +10,30 @@ from volprep_cli.console import Json, bytes_text, print_json, print_table
 
 if TYPE_CHECKING:
     from volprep_formats.package.manifest import Manifest, Texture
+    from volprep_formats.package.reader import Package
 
 PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
+Picture = Annotated[
+    Path | None,
+    typer.Option(help="Write the slices of a level side by side to this PNG file, to look at.", metavar="PICTURE"),
+]
+Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.")]
 Rows = list[tuple[str, ...]]
 
 
-def inspect(package: PackageFolder, as_json: Json = False) -> None:
+def inspect(package: PackageFolder, *, picture: Picture = None, level: Level = None, as_json: Json = False) -> None:
     """Say what is in a package: levels, textures, transfer functions, programs, plan, files.
 
-    Reads the manifest only. volprep validate --quick tells whether the files are what it says.
+    Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
+    the textures of a level, and writes a picture of its slices instead.
     """
     from volprep_formats.package.reader import Package  # noqa: PLC0415 - keeps volprep --help fast
 
-    manifest = Package.open(package, allow_draft=True).manifest
+    opened = Package.open(package, allow_draft=True)
+    if picture is not None:
+        _picture(opened, level, picture)
+        return
+    manifest = opened.manifest
     if as_json:
         record = manifest.model_dump(mode="json", exclude_none=True)
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
@@ -37,12 +47,24 @@ def inspect(package: PackageFolder, as_json: Json = False) -> None:
             print()
 
 
+def _picture(package: "Package", level: int | None, path: Path) -> None:
+    from volprep.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
+
+    made = write_montage(package, level, path)
+    height, width, _ = made.pixels.shape
+    every = "" if made.every == 1 else f", every {made.every}th"
+    print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
+
+
 def _size(manifest: "Manifest") -> int:
     return sum(record.size_bytes for record in manifest.files)
 
 
 def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]:
     yield "", ("GENERAL", ""), _general(manifest)
+    if manifest.channels is not None:
+        header = ("channel", "values", "stored as", "largest error", "transfer functions")
+        yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
     yield (
         "LEVELS",
         ("level", "voxels z×y×x", "spacing mm", "of level 0", "filter"),
@@ -149,15 +171,30 @@ def _general(manifest: "Manifest") -> Rows:
     return rows
 
 
+def _channel(channel: "Channel") -> tuple[str, ...]:
+    values, stored = channel.statistics, channel.quantization
+    return (
+        channel.name,
+        f"{values.minimum:g} to {values.maximum:g} {channel.source.info.unit}".rstrip(),
+        "" if stored is None else f"{stored.bits} bits over {stored.window[0]:g} to {stored.window[1]:g}",
+        "" if stored is None else f"{stored.max_error:.3g}",
+        " ".join(channel.transfers),
+    )
+
+
 def _holds(texture: "Texture") -> str:
     if texture.role == "transfer":
         scale = "" if texture.max_extinction_per_mm is None else f", extinction up to {texture.max_extinction_per_mm:g}"
         return f"transfer {texture.transfer}{scale}"
+    level = f"level {texture.level}" if texture.channel is None else f"{texture.channel}, level {texture.level}"
     if texture.mosaic is None:
-        return f"level {texture.level}"
+        return level
     mosaic = texture.mosaic
-    tiles = math.ceil(mosaic.slices / mosaic.channels)
-    return f"level {texture.level} as {tiles} tiles in {mosaic.tiles_x} columns, {mosaic.channels} slices a tile"
+    part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
+    order = "" if mosaic.channels == 1 else f" {mosaic.order}"
+    gutter = f", gutter {mosaic.gutter}" if mosaic.gutter else ""
+    tiles = f"{mosaic.tiles_y}×{mosaic.tiles_x} tiles of {mosaic.channels}{order} slices"
+    return f"{level}{part}: {tiles}{gutter}"
 
 
 def _times(numbers: tuple[float, ...]) -> str:

@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 
 
 def write_png(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write `picture` [H, W, 3], or [H, W, 4] with colours not multiplied by alpha, row 0 on top. Raises OSError."""
+    """Write a picture, row 0 on top: [H, W, 1], [H, W, 3], or [H, W, 4] with colours not multiplied by alpha.
+
+    Raises OSError.
+    """
     height, width, channels = picture.shape
     output = OpenImageIO.ImageOutput.create(str(path))
     if output is None:

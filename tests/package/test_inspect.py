@@ -3,13 +3,18 @@
 import json
 from pathlib import Path
 
+import numpy as np
+import OpenImageIO
 import pytest
 import typer
 from typer.testing import CliRunner
 
+from volprep.montage import montage
 from volprep_cli.inspect import inspect
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.reader import Package
 
 app = typer.Typer()
 app.command()(inspect)
@@ -35,7 +40,35 @@ def test_a_person_sees_every_table(sealed: Path) -> None:
 
 
 def test_a_person_sees_how_a_mosaic_is_laid_out(sealed_mosaic: Path) -> None:
-    assert "level 0 as 5 tiles in 3 columns, 1 slices a tile" in run(str(sealed_mosaic))
+    assert "level 0: 2×3 tiles of 1 slices" in run(str(sealed_mosaic))
+
+
+@pytest.mark.parametrize("package", ["sealed", "sealed_mosaic"])
+def test_the_slices_of_a_level_can_be_looked_at(package: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    folder = request.getfixturevalue(package)
+    picture = tmp_path / "slices.png"
+    said = run(str(folder), "--picture", str(picture))
+    assert said == f"{picture}: 9×35, level 0, 5 slices, 1 in a row\n"
+    pixels = OpenImageIO.ImageInput.open(str(picture)).read_image("uint8")
+    assert pixels.shape == (35, 9, 1)
+    np.testing.assert_array_equal(pixels.reshape(5, 7, 9), level_texels(Package.open(folder), 0))
+
+
+def test_a_picture_of_a_level_that_is_not_there_and_one_that_cannot_be_written(sealed: Path, tmp_path: Path) -> None:
+    with pytest.raises(VolprepError, match="VP1250"):
+        run(str(sealed), "--picture", str(tmp_path / "a.png"), "--level", "7")
+    for path in (tmp_path / "a.jpg", tmp_path / "none" / "a.png"):
+        with pytest.raises(VolprepError, match="VP5021"):
+            run(str(sealed), "--picture", str(path))
+
+
+def test_a_large_level_shows_some_of_its_slices_and_a_wide_one_some_of_its_voxels() -> None:
+    voxels = np.arange(60, dtype=np.uint8)[:, None, None] * np.ones((1, 9, 7), np.uint8)
+    made = montage(voxels, largest=30)
+    # 3 rows of 4 tiles have room for 12 slices.
+    assert (made.every, made.shown, made.tiles_x) == (5, 12, 4)
+    assert made.pixels[::9, ::7, 0].tolist() == [[0, 5, 10, 15], [20, 25, 30, 35], [40, 45, 50, 55]]
+    assert montage(np.zeros((1, 100, 7), np.float16), largest=30).pixels.shape == (25, 2, 1)
 
 
 def test_a_machine_gets_the_manifest(sealed: Path) -> None:

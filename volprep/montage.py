@@ -1,0 +1,75 @@
+"""A level as one grey picture to look at: its slices side by side, as a mosaic of one channel has them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.reader import Package
+from volprep_formats.png import write_png
+
+LARGEST = 4096
+"""Width and height that no picture exceeds."""
+
+
+@dataclass(frozen=True)
+class Montage:
+    """A picture of slices."""
+
+    pixels: NDArray[np.uint8]
+    """[H, W, 1], row 0 on top: the largest stored value is white."""
+    level: int
+    """Level that it shows."""
+    shown: int
+    """Number of slices that it shows."""
+    every: int
+    """Slices from one that it shows to the next."""
+    tiles_x: int
+    """Slices in a row."""
+
+
+def write_montage(package: Package, level: int | None, path: Path) -> Montage:
+    """Write the montage of a level, the finest if None, to a PNG file.
+
+    Raises VP1250 if no texture holds the level, VP5021 if the file cannot be written.
+    """
+    if path.suffix.lower() != ".png":
+        raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
+    held = sorted(
+        {each.level for each in package.manifest.textures if each.role == "volume" and each.level is not None}
+    )
+    if not held or level not in {None, *held}:
+        raise VolprepError("VP1250", path=package.path, level=level, found=", ".join(map(str, held)) or "none")
+    chosen = held[0] if level is None else level
+    made = montage(level_texels(package, chosen), chosen)
+    try:
+        write_png(path, made.pixels)
+    except OSError as error:
+        raise VolprepError("VP5021", path=path, error=error) from error
+    return made
+
+
+def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST) -> Montage:
+    """Lay slices [z, y, x] side by side, as many as have room, evenly spaced; of wide ones only every so many voxels.
+
+    `voxels` are uint8, or normalised floating point from 0 to 1.
+    """
+    thin = -(-max(voxels.shape[1:]) // largest)
+    slices = voxels[:, ::thin, ::thin]
+    every = 1
+    while (layout := fit_mosaic(_shape(slices[::every]), Packing(), Room(largest))) is None:
+        every += 1
+    shown = slices[::every]
+    if shown.dtype.kind == "f":
+        shown = np.rint(shown.astype(np.float32) * 255).astype(np.uint8)
+    strips = list(pack_mosaic(lambda z0, z1: shown[z0:z1], layout))
+    return Montage(np.concatenate(strips).astype(np.uint8, copy=False), level, len(shown), every, layout.tiles_x)
+
+
+def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:
+    z, y, x = voxels.shape
+    return z, y, x
