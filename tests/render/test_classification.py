@@ -1,5 +1,6 @@
 """Pre-integrated tables and palettes as shaders draw them, against the oracle and against lookup tables."""
 
+import gzip
 import re
 
 import numpy as np
@@ -163,3 +164,21 @@ def test_a_shader_holds_what_it_classifies_with_and_nothing_else(tmp_path):
     assert [bool(re.search("PALETTE", text)) for text in texts.values()] == [False, False, True]
     assert ["float front" in text for text in texts.values()] == [False, True, False]
     assert [len(re.findall("uniform highp sampler", text)) for text in texts.values()] == [2, 2, 1]
+
+
+def test_on_an_engine_half_a_voxel_does_what_takes_an_eighth_of_one_with_a_lookup_table(scans, tmp_path):
+    packed = next((scans / "engine_pair" / "data").glob("*.raw.gz"))
+    codes = np.frombuffer(gzip.decompress(packed.read_bytes()), np.uint8).reshape(128, 256, 256)
+    grid = Grid.of(codes.shape, (1.0, 1.0, 1.0))
+    edges = function(
+        *((95.0, GREEN, 0.0), (97.0, GREEN, 0.25), (101.0, GREEN, 0.25), (103.0, GREEN, 0.0)),
+        *((180.0, RED, 0.0), (180.0, RED, 1.5)),
+    )
+    matrices = [view.box_from_clip(grid, 1.0) for view in standard_views(grid).values()]
+    truth = [oracle_picture(codes, grid, 1.0, 0.0, edges, each, (72, 72), tolerance=1e-5).rgba for each in matrices]
+    errors = {}
+    for name, step_mm in (("lookup", 0.125), ("preintegrated", 0.5)):
+        package = tiny_package(tmp_path / name, codes, edges, grid=grid, classification=name, step_mm=step_mm)
+        with Renderer(package, target="rgba32f") as renderer:
+            errors[name] = rmse(np.array([renderer.render(each, (72, 72)) for each in matrices]), np.array(truth))
+    assert errors["preintegrated"] < errors["lookup"] < 0.01

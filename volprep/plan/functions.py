@@ -47,4 +47,7 @@ def _measure(info: SourceInfo, measured: Measured) -> Measure:
     low, high = (float(each) for each in np.percentile(measured.columns, (_OUTLIERS, 100 - _OUTLIERS)))
     if low == high:
         low, high = measured.statistics.minimum, measured.statistics.maximum
+    if low == high:
+        # A scan of one value: all of it is at the place 0, and what is above does not matter.
+        high = low + max(1.0, abs(low))
     return Measure(low=low, high=high, diagonal_mm=math.hypot(*info.grid.extent_mm_zyx))
