@@ -10,6 +10,7 @@ import sys
 import time
 import warnings
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -29,9 +30,10 @@ def main() -> int:
     from volprep_formats.isolation import workers
 
     from .mutations import mutation, outcome
-    from .subjects import SUBJECTS, sound_file
+    from .subjects import SUBJECTS, VDB, sound_file
 
-    subjects = [(subject, sound_file(subject)) for subject in SUBJECTS if options.only in subject.name]
+    kinds = (*SUBJECTS, VDB) if find_spec("volprep_formats._vdb") else SUBJECTS
+    subjects = [(subject, sound_file(subject)) for subject in kinds if options.only in subject.name]
     print(f"seed {options.seed}, {len(subjects)} kinds of files, {options.seconds:g} s", flush=True)
     KEPT.mkdir(parents=True, exist_ok=True)
     outcomes = {subject.name: Counter[str]() for subject, _ in subjects}

@@ -2,9 +2,11 @@
 
 import gzip
 import io
+import shutil
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -27,10 +29,11 @@ from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
 from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.manifest import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.source import RawLayout, SourceSpec
+from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
 from volprep_formats.textures import ktx2
 
 from .header_subjects import metaimage_file, nrrd_file, vtk_file
@@ -159,8 +162,44 @@ def _read_first_channel(path: Path) -> None:
     read_volume(path, format="ome-tiff", channel=1)
 
 
-_ZARR_PARTS = ("zarr.json", "0/zarr.json", "0/c/0/0/0/0")
+def _read_mosaic(path: Path) -> None:
+    read_volume(path, mosaic=MosaicLayout(tiles_x=2, tiles_y=3, slices=5))
+
+
 _BETWEEN = b"\0|\0"
+_PACKAGE_PARTS = (MANIFEST, "volume-0.ktx2")
+
+
+def _package(folder: Path) -> bytes:
+    transfer = function((0.0, (1.0, 0.0, 0.0), 0.0), (200.0, (1.0, 1.0, 1.0), 2.0))
+    package = folder / "sound.volpkg"
+    tiny_package(package, _noise().astype(np.uint8), transfer)
+    told = Quantization(
+        bits=8,
+        window=(0.0, 510.0),
+        slope=2.0,
+        intercept=0.0,
+        rmse=0.0,
+        max_error=0.0,
+        clipped_below=0,
+        clipped_above=0,
+    )
+    manifest = decode_manifest((package / MANIFEST).read_bytes(), package).model_copy(update={"quantization": told})
+    (package / MANIFEST).write_bytes(encode_manifest(manifest))
+    return _BETWEEN.join((package / name).read_bytes() for name in _PACKAGE_PARTS)
+
+
+def _read_package(path: Path) -> None:
+    """Read a package of which all but manifest and texture are missing, which a source does not need."""
+    folder = path.with_suffix("")
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    for name, part in zip(_PACKAGE_PARTS, path.read_bytes().split(_BETWEEN, 1), strict=False):
+        (folder / name).write_bytes(part)
+    read_volume(folder, format="volpkg")
+
+
+_ZARR_PARTS = ("zarr.json", "0/zarr.json", "0/c/0/0/0/0")
 
 
 def _zarr_store(folder: Path) -> Path:
@@ -192,6 +231,23 @@ def _read_first_zarr_channel(path: Path) -> None:
     read_volume(path, format="ome-zarr", channel=1)
 
 
+_VDB_MATRIX = [[0.0, -2.0, 0.0, 5.0], [1.5, 0.0, 0.0, 6.0], [0.0, 0.0, 3.0, 7.0], [0.0, 0.0, 0.0, 1.0]]
+
+
+def _vdb(folder: Path) -> bytes:
+    vdb = import_module("volprep_formats._vdb")
+    fog = vdb.FogVolume("density", _VDB_MATRIX)
+    fog.add(0, _noise().astype(np.float32))
+    file = folder / "sound.vdb"
+    fog.write(str(file))
+    data = bytearray(file.read_bytes())
+    data[21:57] = b"00000000-0000-0000-0000-000000000000"
+    return bytes(data)
+
+
+VDB = Subject("OpenVDB", ".vdb", _vdb, read_volume)
+"""OpenVDB believes sizes that damaged files declare (VP1272), and now and then is crashed by them (VP1270)."""
+
 SUBJECTS = (
     Subject("raw, gzipped", ".raw.gz", _raw, _read_raw),
     Subject("NIfTI-1", ".nii", _nifti(".nii", "int16", nibabel.Nifti1Image), read_volume),
@@ -216,6 +272,8 @@ SUBJECTS = (
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),
     Subject("VTK XML", ".vti", vtk_file(_noise(), ".vti", "inline zlib"), read_volume),
     Subject("VTK legacy", ".vtk", vtk_file(_noise(), ".vtk", "binary"), read_volume),
+    Subject("mosaic", ".png", _pictures(".png", "uint8"), _read_mosaic),
+    Subject("package as a source", ".volpkg.parts", _package, _read_package),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
 )
