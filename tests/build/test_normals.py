@@ -1,0 +1,221 @@
+"""Normals in packages: kept where the scene asks, nowhere else; the same bytes however slabs are cut; odd volumes."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from phantom_scene import write_phantom_scene
+from tiny_packages import function, tiny_package
+
+from volprep import slabs
+from volprep.build import build
+from volprep.normals.codes import decoded
+from volprep.normals.gradient import gradients
+from volprep.request import load_request
+from volprep.scene import NormalSettings
+from volprep.validation.run import validate
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
+
+FOG = function((0.0, (0.2, 0.4, 0.8), 0.1), (255.0, (0.2, 0.4, 0.8), 0.1))
+OBLIQUE = ((0.0, -0.6, 0.8), (1.0, 0.0, 0.0), (0.0, 0.8, 0.6))
+
+
+def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
+    scene = write_phantom_scene(folder, profile)
+    scene.write_text(scene.read_text(encoding="utf-8").replace("[pyramid]", f"{tables}\n[pyramid]"), encoding="utf-8")
+    build(load_request(scene), folder / "p.volpkg", Silent())
+    return folder / "p.volpkg"
+
+
+@pytest.fixture(scope="module")
+def lit(tmp_path_factory) -> Path:
+    return built(tmp_path_factory.mktemp("lit"), '[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n')
+
+
+def normals_of(package: Package, level: int = 0):
+    texture = next(each for each in package.manifest.textures if (each.role, each.level) == ("normals", level))
+    return texture, ktx2.decode(package.read_bytes(texture.file), texture.file).data
+
+
+def item(package: Package, name: str):
+    return next(each for each in package.manifest.plan if each.name == name)
+
+
+def test_a_lit_scene_has_normals_of_every_level_and_a_program_that_reads_them(lit):
+    package = Package.open(lit)
+    manifest = package.manifest
+    held = [texture for texture in manifest.textures if texture.role == "normals"]
+    assert [texture.level for texture in held] == [level.index for level in manifest.levels]
+    assert [texture.shape_zyx for texture in held] == [level.grid.shape_zyx for level in manifest.levels]
+    assert all(program.lighting == "headlight" for program in manifest.programs)
+    assert all("normals" in {sampler.role for sampler in program.samplers} for program in manifest.programs)
+    assert item(package, "normals").kept
+    assert set(item(package, "normals").files) == {texture.file for texture in held}
+    assert item(package, "normals").size_bytes == sum((lit / texture.file).stat().st_size for texture in held)
+    assert item(package, "lengths of gradients").kept
+
+
+def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
+    package = Package.open(built(tmp_path, ""))
+    assert {texture.role for texture in package.manifest.textures} == {"volume", "transfer"}
+    assert not item(package, "normals").kept
+    assert "normal_at" not in package.read_text(package.manifest.programs[0].fragment)
+
+
+def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
+    package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\nspace = "patient"\n'))
+    texture, _ = normals_of(package)
+    assert texture.filter == "nearest"
+    assert texture.normals.space == "patient"
+    assert "no shader reads them" in item(package, "normals").reason
+    assert all(program.lighting == "none" for program in package.manifest.programs)
+    validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+
+
+def test_there_is_no_true_picture_of_a_lit_package(lit, tmp_path):
+    with pytest.raises(VolprepError, match=r"VP6014 .*light the volume \(headlight\)"):
+        validate(lit, tmp_path / "report", Silent())
+
+
+def test_a_profile_without_3d_textures_has_no_normals(tmp_path):
+    with pytest.raises(VolprepError, match="VP3051 normals are 3D textures, and profile gles2-2048 has none"):
+        built(tmp_path, "[normals]", "gles2-2048")
+
+
+def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
+    text = (Path(slabs.__file__).parent / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    (tmp_path / "old.toml").write_text(text.replace('"RGB8_SNORM", ', ""), encoding="utf-8")
+    with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format RGB8_SNORM; profile"):
+        built(tmp_path, '[normals]\ncode = "snorm8"', "old.toml")
+
+
+def test_light_needs_normals_along_the_volumes_axes(tmp_path):
+    with pytest.raises(VolprepError, match=r"VP3003 .*normals.space is patient"):
+        built(tmp_path, '[render]\nlighting = "headlight"\n[normals]\nspace = "patient"')
+
+
+def test_normals_count_where_memory_is_short(tmp_path):
+    text = (Path(slabs.__file__).parent / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    (tmp_path / "small.toml").write_text(text.replace("268_435_456", "70_000"), encoding="utf-8")
+    plain = Package.open(built(tmp_path, "", "small.toml")).manifest
+    lit = Package.open(built(tmp_path, '[render]\nlighting = "headlight"', "small.toml")).manifest
+    assert lit.levels[0].index > plain.levels[0].index
+
+
+def test_the_same_bytes_come_out_however_slabs_are_cut(tmp_path, lit, monkeypatch):
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
+    again = built(tmp_path, '[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n')
+    whole = Package.open(lit)
+    for texture in whole.manifest.textures:
+        assert whole.read_bytes(texture.file) == Package.open(again).read_bytes(texture.file)
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 1), (1, 7, 5), (9, 1, 1), (1, 1, 12)], ids=str)
+@pytest.mark.parametrize("code", ["biased8", "oct8"])
+def test_axes_of_one_voxel_have_no_slope(tmp_path, shape, code):
+    codes = np.random.default_rng(1).integers(0, 256, shape, np.uint8)
+    package = tiny_package(tmp_path / "p", codes, FOG, normals=NormalSettings(code=code, magnitude=True))
+    _, texels = normals_of(package)
+    vectors = decoded(texels, code)
+    thin = [axis for axis in range(3) if shape[axis] == 1]
+    assert np.abs(vectors[..., [2 - axis for axis in thin]]).max() <= 1e-6
+    assert np.isfinite(vectors).all()
+
+
+def test_a_constant_volume_has_lengths_of_zero(tmp_path):
+    codes = np.full((4, 5, 6), 99, np.uint8)
+    package = tiny_package(tmp_path / "p", codes, FOG, normals=NormalSettings(magnitude=True))
+    texture, texels = normals_of(package)
+    assert texture.normals.largest_gradient == 0.0
+    assert (texels == [128, 128, 128, 0]).all()
+
+
+@pytest.mark.parametrize("spacing", [(100.0, 1.0, 1.0), (1.0, 100.0, 1.0), (0.01, 0.5, 1.0)], ids=str)
+def test_a_plane_has_its_normal_whatever_the_spacing(tmp_path, spacing):
+    grid = Grid.of((8, 9, 10), spacing)
+    normal = np.array([0.48, 0.6, 0.64])
+    z, y, x = (np.arange(n) * h for n, h in zip(grid.shape_zyx, spacing, strict=True))
+    field = x * normal[0] + y[:, None] * normal[1] + z[:, None, None] * normal[2]
+    codes = np.rint(field / field.max() * 65535).astype(np.uint16)
+    package = tiny_package(tmp_path / "p", codes, FOG, grid=grid, normals=NormalSettings(code="oct12"))
+    vectors = decoded(normals_of(package)[1], "oct12")
+    # Half a code at either end of a difference, on an axis along which the field rises by `rise` codes a voxel; and the
+    # code's own 0.06°.
+    rise = 65535 / field.max() * normal * np.array(spacing[::-1])
+    expected = np.linalg.norm(0.5 * normal / rise) + np.radians(0.06)
+    assert np.arccos(np.minimum(vectors @ normal, 1)).max() <= expected
+
+
+def test_normals_of_the_patient_are_those_of_the_box_turned(tmp_path):
+    codes = np.random.default_rng(5).integers(0, 256, (6, 7, 8), np.uint8)
+    grid = Grid.of(codes.shape, (2.0, 1.0, 0.5), direction=OBLIQUE)
+    found = {
+        space: decoded(
+            normals_of(
+                tiny_package(tmp_path / space, codes, FOG, grid=grid, normals=NormalSettings(code="oct12", space=space))
+            )[1],
+            "oct12",
+        )
+        for space in ("box", "patient")
+    }
+    turned = found["box"] @ np.array(OBLIQUE).T
+    # Each is off by the code's 0.06° at most.
+    assert np.linalg.norm(turned - found["patient"], axis=-1).max() <= 2 * np.radians(0.06)
+
+
+def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
+    package = Package.open(lit)
+    texture, texels = normals_of(package)
+    manifest = package.manifest
+    quantization = manifest.quantization
+    level = manifest.levels[0]
+    volume = next(each for each in manifest.textures if (each.role, each.level) == ("volume", level.index))
+    image = ktx2.decode(package.read_bytes(volume.file), volume.file)
+    assert image.format == "R8"
+    truth = np.linalg.norm(gradients(image.data, level.grid, "thesis", quantization.slope).astype(float), axis=-1)
+    largest = texture.normals.largest_gradient
+    assert largest == pytest.approx(truth.max(), rel=1e-6)
+    # Half a code, and float32.
+    assert np.abs(texels[..., 3] / 255 * largest - truth).max() <= largest * (0.5 / 255 + 1e-6)
+
+
+CHANGES = {
+    "has the role volume, but says what its normals mean": lambda m: texture_of(m, "volume").update(normals=meaning()),
+    "does not say what they mean": lambda m: texture_of(m, "normals").pop("normals"),
+    "its format is RGBA": lambda m: texture_of(m, "normals")["normals"].pop("largest_gradient"),
+    "texels of type UNSIGNED_BYTE": lambda m: texture_of(m, "normals")["normals"].update(code="snorm8"),
+    "has the filter nearest": lambda m: texture_of(m, "normals").update(filter="nearest"),
+    "not among the levels": lambda m: texture_of(m, "normals").update(level=9),
+    "two textures hold the normals": lambda m: texture_of(m, "normals", 1).update(level=0),
+    "has lighting none, and normals": lambda m: m["programs"][0].pop("lighting"),
+    "has a transfer function or a mosaic": lambda m: texture_of(m, "normals").update(transfer="shell"),
+}
+
+
+def meaning():
+    return {"kernel": "thesis", "code": "biased8", "space": "box"}
+
+
+def texture_of(manifest, role, number=0):
+    return [texture for texture in manifest["textures"] if texture["role"] == role][number]
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_manifest_that_contradicts_itself_about_normals_is_found(lit, name):
+    path = lit / "manifest.json"
+    before = path.read_text(encoding="utf-8")
+    manifest = json.loads(before)
+    CHANGES[name](manifest)
+    path.write_text(json.dumps(manifest), encoding="utf-8")
+    try:
+        found = [finding.summary for finding in check(lit) if finding.code == "VP4011"]
+    finally:
+        path.write_text(before, encoding="utf-8")
+    assert check(lit) == []
+    assert any(name in summary for summary in found), found

@@ -1,0 +1,50 @@
+"""volprep normals on a draft: its options replace what the scene wants, and stay."""
+
+import json
+from pathlib import Path
+
+import pytest
+from phantom_scene import write_phantom_scene
+from typer.testing import CliRunner
+
+from volprep_cli.main import app
+
+
+def run(*words: str | Path) -> tuple[int, str]:
+    result = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    return result.exit_code, result.output
+
+
+@pytest.fixture
+def draft(tmp_path) -> Path:
+    path = tmp_path / "d.volpkg"
+    for words in (("import", write_phantom_scene(tmp_path), "-o", path), ("quantize", path), ("pyramid", path)):
+        assert run(*words)[0] == 0
+    return path
+
+
+def test_the_verb_writes_normals_of_a_scene_that_wants_none(draft):
+    assert run("normals", draft, "--kernel", "sobel", "--code", "oct8", "--magnitude")[0] == 0
+    manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
+    textures = [texture for texture in manifest["textures"] if texture["role"] == "normals"]
+    assert [texture["level"] for texture in textures] == [level["index"] for level in manifest["levels"]]
+    assert textures[0]["normals"].items() >= {"kernel": "sobel", "code": "oct8", "space": "box"}.items()
+    assert textures[0]["normals"]["largest_gradient"] > 0
+    assert textures[0]["gl"]["internal_format"] == "RGB8"
+    assert textures[0]["filter"] == "nearest"
+
+    # The draft keeps the wish: the other stages, and seal, know of the normals.
+    for verb in ("transfer", "normals", "texture", "shaders", "seal"):
+        assert run(verb, draft)[0] == 0, verb
+    manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["state"] == "sealed"
+    assert {texture["role"] for texture in manifest["textures"]} == {"volume", "transfer", "normals"}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "known"), [("--kernel", "prewitt", "forward, central"), ("--code", "rgb", "biased8, snorm8")]
+)
+def test_a_name_that_there_is_not_is_a_wrong_command_line(draft, option, value, known):
+    status, output = run("normals", draft, option, value)
+    assert status == 2
+    assert f"{option} is {value}, and can be {known}" in " ".join(output.replace("│", " ").split())
