@@ -4,7 +4,7 @@
 //: classify(stored value) = (linear colour, extinction per millimetre), or the same for the two ends of a segment; box
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
 //: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
-//: space is skipped: skipping gives the table, skip_start begins, skip_step goes on with `next` where i is empty.
+//: space is skipped: skipping gives the table, skip_start begins, loop opens two blocks, loop_end closes the outer one.
 //: Where there is light: lighting gives the normals, light_start begins, light changes the colour of `medium`.
 //#part dialect
 $VARYING_IN vec4 v_near;
@@ -43,7 +43,6 @@ void main() {
   //#part skip_start
   //#part light_start
   //#part loop
-    //#part skip_step
     //#part medium
     //#part light
     depth += medium.a * segment_mm;
@@ -52,5 +51,6 @@ void main() {
     transmittance = remaining;
     //#part termination
   }
+  //#part loop_end
   $PICTURE = vec4(colour, 1.0 - transmittance);
 }

@@ -1,9 +1,12 @@
-//: As loop_es100, for rays that skip: the next sample is a variable of its own, because the index may not be changed.
+//: As loop_es100, for rays that skip: opens two blocks, of which the end closes the outer one.
 // GLSL ES 1.00 wants a constant bound: the longest ray at the finest step.
-float next = 0.5;
 for (float turn = 0.5; turn < $MAX_STEPS; turn++) {
-  float i = next;
-  if (i > count) {
+  if (next > count) {
     break;
   }
-  next = i + 1.0;
+  //#part skip_look
+  for (float k = 0.0; k < RUN; k++) {
+    float i = first + k;
+    if (i > count) {
+      break;
+    }

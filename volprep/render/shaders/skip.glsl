@@ -5,9 +5,11 @@
 
 //#part skip_reach
 
+// Samples that are taken before the table is read again.
+const float RUN = $RUN;
 // A sample this near to the end of an empty region, in steps, is looked at after all: what float32 rounds away is less.
 const float SKIP_MARGIN = 0.015625;
-// Number of samples after the one at `at`, every `stride` further, of which the entry of its block tells; both in blocks.
+// Number of samples after the one at `at`, every `stride` further, that its block's entry says are empty; in blocks.
 float samples_told(vec3 at, vec3 stride, vec3 block, float entry) {
   // As where the ray meets the box: a slope of 1e-7 instead of none.
   vec3 least = vec3(1e-7 * length(stride));

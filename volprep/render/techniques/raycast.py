@@ -16,7 +16,7 @@ from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
-_NOTHING = dict.fromkeys(("skipping", "skip_start", "skip_step", "lighting", "light_start", "light"))
+_NOTHING = dict.fromkeys(("skipping", "skip_start", "loop_end", "lighting", "light_start", "light"))
 """Slots that stay empty where no empty space is skipped and nothing is lit."""
 _MOST_STEPS = 2**23
 """float32 counts halves exactly up to here, and a loop that cannot count on never ends."""

@@ -21,6 +21,10 @@ _REACH: dict[SkipKind, str] = {
 }
 
 
+_RUN = 8
+"""Samples between two looks at the table."""
+
+
 @dataclass(frozen=True)
 class Skipping:
     """What a ray caster needs in order to skip."""
@@ -61,9 +65,10 @@ def skipping(table: SkipTable, layout: MosaicLayout | None, *, segments: bool) -
         "skip_octant": f"skip_octant_{form}" if octants else None,
         "skip_reach": _REACH[table.kind],
         "skip_start": "skip_start",
-        "skip_step": "skip_step_segment" if segments else "skip_step",
+        "skip_look": "skip_look_segment" if segments else "skip_look",
+        "loop_end": "loop_end_skip",
     }
-    constants = {"HALF_VOXEL": literal(0.5 / table.block)}
+    constants = {"RUN": literal(_RUN), "HALF_VOXEL": literal(0.5 / table.block)}
     uniforms: tuple[Uniform, ...] = ()
     if layout is None:
         constants["OCTANT_TABLES"] = " / ivec3(1, 1, 8)" if octants else ""

@@ -1,0 +1,3 @@
+//: After the run of samples: a ray that is done looks no further.
+//#part termination
+}
