@@ -281,7 +281,7 @@ class TestWhatDoesNotFit:
 
     @pytest.mark.parametrize(("noise", "low", "high"), [(-1, 3, 6), (math.nan, 3, 6), (1, 6, 3), (1, -1, 2)])
     def test_gates(self, noise, low, high):
-        with pytest.raises(ValueError, match="noise is|the gate is"):
+        with pytest.raises(ValueError, match=r"noise is|the gate is"):
             _native.feature_reduce(self.src, self.level, (2, 2, 2), *self.three, noise, low, high)
 
     def test_a_base_that_does_not_cover_the_cell(self):

@@ -3,6 +3,8 @@
 
 #include <omp.h>
 
+#include <type_traits>
+
 #include "volprep/clones.hpp"
 
 namespace volprep {
@@ -15,17 +17,22 @@ struct Neighbours {
     const T* after;
 };
 
+// Holds the Laplacian of a type: of bytes 16 of them fit a vector.
+template <typename T>
+using Laplacian = std::conditional_t<sizeof(T) == 1, int16_t, int32_t>;
+
 // bins[x] = |L|, or `flat` where all neighbours equal the voxel.
 template <typename T>
 VOLPREP_CLONES void laplacian_row(const T* row, Neighbours<T> z, Neighbours<T> y, Neighbours<T> x, int64_t length,
-                                  int32_t flat, int32_t* __restrict bins) noexcept {
+                                  Laplacian<T> flat, Laplacian<T>* __restrict bins) noexcept {
+    using Wide = Laplacian<T>;
     for (int64_t k = 0; k < length; ++k) {
-        const int32_t centre = row[k];
+        const T centre = row[k];
         const int32_t sum = z.before[k] + z.after[k] + y.before[k] + y.after[k] + x.before[k] + x.after[k];
-        const int32_t laplacian = sum - 6 * centre;
-        const int32_t difference = (z.before[k] ^ centre) | (z.after[k] ^ centre) | (y.before[k] ^ centre) |
-                                   (y.after[k] ^ centre) | (x.before[k] ^ centre) | (x.after[k] ^ centre);
-        const int32_t size = laplacian < 0 ? -laplacian : laplacian;
+        const auto laplacian = static_cast<Wide>(sum - 6 * centre);
+        const auto difference = static_cast<T>((z.before[k] ^ centre) | (z.after[k] ^ centre) | (y.before[k] ^ centre) |
+                                               (y.after[k] ^ centre) | (x.before[k] ^ centre) | (x.after[k] ^ centre));
+        const auto size = static_cast<Wide>(laplacian < 0 ? -laplacian : laplacian);
         bins[k] = difference == 0 ? flat : size;
     }
 }
@@ -48,15 +55,15 @@ void laplacian_histogram(const T* src, Shape3 shape, uint64_t* histogram, uint32
 #pragma omp parallel num_threads(threads)
     {
         uint32_t* const own_lanes = lanes + omp_get_thread_num() * tally_lanes * bins;
-        int32_t* const row = rows + omp_get_thread_num() * shape.x;
+        auto* const row = static_cast<Laplacian<T>*>(static_cast<void*>(rows + omp_get_thread_num() * shape.x));
 #pragma omp for schedule(static)
         for (int64_t index = 0; index < (shape.z - 2 * margin_z) * inner_y; ++index) {
             const int64_t z = margin_z + index / inner_y;
             const int64_t y = margin_y + index % inner_y;
             const T* const voxel = src + (z * shape.y + y) * shape.x + margin_x;
             laplacian_row(voxel, neighbours(voxel, margin_z * shape.slice()), neighbours(voxel, margin_y * shape.x),
-                          neighbours(voxel, margin_x), inner_x, static_cast<int32_t>(bins - 1), row);
-            tally(row, inner_x, bins, [](int32_t bin) { return bin; }, own_lanes);
+                          neighbours(voxel, margin_x), inner_x, static_cast<Laplacian<T>>(bins - 1), row);
+            tally(row, inner_x, bins, [](Laplacian<T> bin) { return bin; }, own_lanes);
         }
 #pragma omp for schedule(static)
         for (int64_t bin = 0; bin < bins - 1; ++bin) {

@@ -33,16 +33,25 @@ VOLPREP_CLONES void count_one_below(const T* plane, const Key<T>* bound, int64_t
     }
 }
 
+// Keeps the bit that bound has more than lower where at most `rank` voxels are below bound.
+template <typename K, typename Count>
+VOLPREP_CLONES void keep_bit(const Count* below, Count rank, K bit, int64_t count, K* __restrict lower,
+                             K* __restrict bound) noexcept {
+    for (int64_t k = 0; k < count; ++k) {
+        lower[k] = static_cast<K>(below[k] <= rank ? bound[k] : lower[k]);
+        bound[k] = static_cast<K>(lower[k] | bit);
+    }
+}
+
 // lower[k] = the key of rank `rank`, counted from 0.
 template <typename T, typename Count>
 void select(const T* planes, int64_t voxels, int64_t count, int64_t rank, Key<T>* lower) noexcept {
     Key<T> bound[max_block_run];
     Count below[max_block_run];
+    Key<T> bit = Key<T>{1} << (std::numeric_limits<Key<T>>::digits - 1);
     std::fill_n(lower, count, Key<T>{0});
-    for (int bit = std::numeric_limits<Key<T>>::digits - 1; bit >= 0; --bit) {
-        for (int64_t k = 0; k < count; ++k) {
-            bound[k] = static_cast<Key<T>>(lower[k] | (Key<T>{1} << bit));
-        }
+    std::fill_n(bound, count, bit);
+    while (bit != 0) {
         std::fill_n(below, count, Count{0});
         for (int64_t v = 0; v + 1 < voxels; v += 2) {
             count_below(planes + v * count, planes + (v + 1) * count, bound, count, below);
@@ -50,9 +59,8 @@ void select(const T* planes, int64_t voxels, int64_t count, int64_t rank, Key<T>
         if (voxels % 2 == 1) {
             count_one_below(planes + (voxels - 1) * count, bound, count, below);
         }
-        for (int64_t k = 0; k < count; ++k) {
-            lower[k] = static_cast<int64_t>(below[k]) <= rank ? bound[k] : lower[k];
-        }
+        bit = static_cast<Key<T>>(bit >> 1);
+        keep_bit(below, static_cast<Count>(rank), bit, count, lower, bound);
     }
 }
 
@@ -69,9 +77,20 @@ VOLPREP_CLONES void look_above(const T* plane, const Key<T>* lower, int64_t coun
     }
 }
 
-template <typename T>
-T middle(T lower, T upper) noexcept {
-    return round_mean<T>((static_cast<double>(lower) + static_cast<double>(upper)) / 2.0);
+// dst[k] = the mean of the lower and the upper of the middle two.
+template <typename T, typename Count>
+VOLPREP_CLONES void take_mean(const Key<T>* lower, const Key<T>* next, const Count* at_most, Count half, int64_t count,
+                              T* __restrict dst) noexcept {
+    for (int64_t k = 0; k < count; ++k) {
+        const T low = Sorted<T>::value(lower[k]);
+        const T high = Sorted<T>::value(at_most[k] > half ? lower[k] : next[k]);
+        if constexpr (std::is_integral_v<T>) {
+            const int32_t sum = low + high;
+            dst[k] = static_cast<T>((sum + ((sum >> 1) & 1)) >> 1);  // half to even
+        } else {
+            dst[k] = round_mean<T>((static_cast<double>(low) + static_cast<double>(high)) / 2.0);
+        }
+    }
 }
 
 template <typename T, typename Count>
@@ -88,10 +107,7 @@ void medians(const T* planes, int64_t voxels, int64_t count, T* dst) noexcept {
     for (int64_t v = 0; v < voxels; ++v) {
         look_above(planes + v * count, lower, count, at_most, next);
     }
-    for (int64_t k = 0; k < count; ++k) {
-        const Key<T> upper = static_cast<int64_t>(at_most[k]) > voxels / 2 ? lower[k] : next[k];
-        dst[k] = middle(Sorted<T>::value(lower[k]), Sorted<T>::value(upper));
-    }
+    take_mean(lower, next, at_most, static_cast<Count>(voxels / 2), count, dst);
 }
 
 }  // namespace
