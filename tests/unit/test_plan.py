@@ -87,7 +87,7 @@ class TestBitsAndWindow:
         assert "profile gles2-2048 has no texture format" in item(decided, "16-bit values").reason
 
     def test_asking_a_profile_for_bits_that_it_does_not_have_is_an_error(self) -> None:
-        with pytest.raises(VolprepError, match=r"VP3020 profile gles2-2048 .* 16 bits, only LUMINANCE8, RGBA8"):
+        with pytest.raises(VolprepError, match=r"VP3020 profile gles2-2048 .* 16 bits, only LUMINANCE8, LUMINANCE_ALPHA8, RGB8, RGBA8"):
             plan(noise(), scene(quantize={"bits": 16}), GLES2)
 
     def test_a_window_without_width_is_an_error(self) -> None:
@@ -215,6 +215,11 @@ class TestLevels:
         assert plan(noise((37, 20, 31)), profile=small).volumes[0].mosaic.order == "overlapping"
         reason = item(plan(noise((19, 20, 31)), profile=small), "overlapping slices").reason
         assert reason == "one fetch serves each sample, not 1.25, for a third more memory"
+
+    def test_a_volume_that_fits_no_mosaic_at_any_level_is_an_error_with_the_numbers(self) -> None:
+        small = GLES2.model_copy(update={"max_texture_size": 64})
+        with pytest.raises(VolprepError, match=r"VP3022 .* level 0: 3 slices of 70×31 voxels, .* has room for 0"):
+            plan(noise((3, 70, 31)), scene(pyramid={"coarsest_longest_axis": 70}), small)
 
     def test_the_scene_chooses_order_and_gutter(self) -> None:
         wanted = {"order": "planar", "gutter": 1}
