@@ -203,3 +203,13 @@ def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: b
         raise VolprepError("VP3003", path="volprep skip", problems=problems(error)) from error
     return scene.model_copy(update={"skip": after})
 
+
+def changed_classification(scene: Scene, classification: str | None, palette_entries: int | None) -> Scene:
+    """Change how a scene classifies; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
+    wishes = {"classification": classification, "palette_entries": palette_entries}
+    changes = {key: wish for key, wish in wishes.items() if wish is not None}
+    try:
+        after = RenderWishes.model_validate(scene.render.model_dump() | changes)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path="volprep transfer", problems=problems(error)) from error
+    return scene.model_copy(update={"render": after})

@@ -7,7 +7,8 @@ from volprep_cli.console import Json, bytes_text, print_json, print_table, progr
 def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
     """Say what a package would hold, why, and what it costs.
 
-    Reads the whole source, and writes nothing.
+    Reads the whole source, and writes nothing. Transfer functions that come with volprep (preset = "NAME" in
+    [[transfer]] of the scene): angiography, ct-bone, ct-soft-tissue, labels, micro-ct, mr-head.
     """
     from volprep.build import plan_build  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.request import load_request  # noqa: PLC0415

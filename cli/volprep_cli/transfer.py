@@ -1,8 +1,42 @@
-"""volprep transfer: the lookup tables of the transfer functions."""
+"""volprep transfer: what turns values into colours."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from volprep_cli.stage import Draft, run_stage
 
+if TYPE_CHECKING:
+    from volprep.scene import Scene
 
-def transfer(package: Draft) -> None:
-    """Write the lookup tables of the transfer functions."""
-    run_stage(package, "transfer")
+
+def transfer(
+    package: Draft,
+    classification: Annotated[
+        str | None,
+        typer.Option(
+            help="lookup, preintegrated or palette. Replaces the scene's render.classification.", metavar="KIND"
+        ),
+    ] = None,
+    palette_entries: Annotated[
+        int | None,
+        typer.Option(
+            min=2, max=256, help="Entries of a palette. Replaces the scene's render.palette_entries.", metavar="COUNT"
+        ),
+    ] = None,
+) -> None:
+    """Write what turns values into colours, for each transfer function.
+
+    lookup: a table of values. preintegrated: a table of ray segments, by the values at their two ends, for far fewer
+    samples where a transfer function is steep. palette: few entries in the shader, without a texture.
+
+    A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]): angiography, ct-bone,
+    ct-soft-tissue, labels, micro-ct, mr-head.
+    """
+
+    def change(scene: "Scene") -> "Scene":
+        from volprep.scene import changed_classification  # noqa: PLC0415 - keeps volprep --help fast
+
+        return changed_classification(scene, classification, palette_entries)
+
+    run_stage(package, "transfer", change)

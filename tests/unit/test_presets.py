@@ -1,6 +1,7 @@
 """What scenes say of transfer functions: presets, places in the range, opacity of a reference length, wrong points."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from volprep.plan import make_plan
 from volprep.profiles import load_profile
-from volprep.scene import Scene, load_scene
+from volprep.scene import Scene, changed_classification, load_scene
 from volprep.statistics import Gauge
 from volprep.transfer.presets import load_preset, preset_names
 from volprep.transfer.wishes import Measure, ScenePoint, SceneTransfer
@@ -170,3 +171,63 @@ def test_points_of_linear_and_srgb_colours_are_told_apart() -> None:
     srgb = SceneTransfer(name="a", points=(point,)).resolved()
     assert linear.points[0].colour[0] == 0.5
     assert srgb.points[0].colour[0] == pytest.approx(0.2140, abs=1e-4)
+
+
+@pytest.mark.parametrize("verb", ["plan", "transfer"])
+def test_help_lists_the_presets(verb, capsys) -> None:
+    from volprep_cli.main import app
+
+    app([verb, "--help"], standalone_mode=False)
+    # Lines may be broken at a hyphen.
+    text = re.sub(r"\s", "", capsys.readouterr().out)
+    assert all(name in text for name in preset_names())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"), [(("post", None), "classification: Input should be"), ((None, 1), "palette_entries: ")]
+)
+def test_a_wrong_wish_of_the_verb_is_told(changes, message) -> None:
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
+    with pytest.raises(VolprepError, match=message):
+        changed_classification(scene, *changes)
+
+
+def test_a_wish_of_the_verb_replaces_the_scenes() -> None:
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
+    render = changed_classification(scene, "palette", None).render
+    assert (render.classification, render.palette_entries) == ("palette", 60)
+    assert changed_classification(scene, None, None) == scene
+
+
+def test_a_palette_needs_indices_that_shaders_compute() -> None:
+    info = SourceInfo(format="raw", grid=Grid.of((4, 4, 4), (1.0, 1.0, 1.0)), stored_type="uint8")
+    gauge = Gauge(info)
+    gauge.add(np.arange(64).reshape(4, 4, 4).astype(np.uint8))
+    tables = {"transfer": [{"preset": "labels"}], "render": {"classification": "palette"}}
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
+    with pytest.raises(VolprepError, match=r"VP3040 classification palette .* 2.0 of profile gles2-2048"):
+        make_plan(scene, load_profile("gles2-2048", Path()), info, gauge.result("0" * 64))
+    plan = make_plan(scene, GLES3, info, gauge.result("0" * 64))
+    assert [(each.transfer, each.entries) for each in plan.palettes] == [("labels", 60)]
+    assert not plan.lookups
+
+
+def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are() -> None:
+    info = SourceInfo(format="raw", grid=Grid.of((40, 16, 16), (1.0, 1.0, 1.0)), stored_type="uint8")
+    gauge = Gauge(info)
+    z = np.arange(40)[:, None, None] + np.random.default_rng(5).uniform(0, 6, (1, 16, 16))
+    gauge.add(np.rint(127 + 120 * np.sin(z / 3)).astype(np.uint8))
+    points = [
+        {"value": v, "colour": "#ffffff", "extinction_per_mm": e} for v, e in ((99, 0), (99, 2), (103, 2), (103, 0))
+    ]
+    tables = {"transfer": [{"name": "a", "points": points}], "render": {"classification": "preintegrated"}}
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
+    plan = make_plan(scene, GLES3, info, gauge.result("0" * 64))
+    (table,) = plan.preintegrated
+    assert table.segment_mm == plan.render.step_mm == 1.0
+    item = next(each for each in plan.items if each.name == "pre-integrated table a")
+    assert item.size_bytes == table.entries**2 * 8
+    found = [float(each) for each in re.findall(r"RMSE ([\d.e-]+),", item.reason)]
+    own, few, many = found
+    assert own < many < few
+    assert own < few / 10
