@@ -9,7 +9,7 @@ import typer
 from volprep_cli.console import Json, bytes_text, print_json, print_table
 
 if TYPE_CHECKING:
-    from volprep_formats.package.manifest import Manifest, Texture
+    from volprep_formats.package.manifest import Channel, Manifest, Texture
     from volprep_formats.package.reader import Package
 
 PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
@@ -52,7 +52,7 @@ def _picture(package: "Package", level: int | None, path: Path) -> None:
 
     made = write_montage(package, level, path)
     height, width, _ = made.pixels.shape
-    every = "" if made.every == 1 else f", every {made.every}th"
+    every = "" if made.every == 1 else f", one of {made.every}"
     print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
 
 

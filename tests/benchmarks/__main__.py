@@ -6,6 +6,7 @@ measured in another unit, such as the memory of a build, gets a section of its o
 
 import json
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 
 from rich.console import Console
@@ -17,6 +18,8 @@ from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
 from .bench_memory import MemoryRow, measure_memory
+from .bench_mosaics import contests as mosaic_contests
+from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
 from .contest import Row, hold
 
@@ -30,7 +33,7 @@ def main() -> None:
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
     outcomes = []
-    for contest in contests():
+    for contest in chain(contests(), mosaic_contests()):
         console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
         outcomes.append(hold(contest))
     machine = {
@@ -47,6 +50,8 @@ def main() -> None:
     console.print(_import_table(imports))
     decodes = measure_decode(console)
     console.print(_decode_table(decodes))
+    fetches = measure_fetch(console)
+    console.print(fetch_table(fetches))
     normals = measure_normals(console)
     for table in normals_tables(normals):
         console.print(table)
@@ -58,6 +63,7 @@ def main() -> None:
         "import": [asdict(row) for row in imports],
         "decode": [asdict(row) for row in decodes],
         "memory": [asdict(row) for row in memory],
+        "mosaics": [asdict(row) for row in fetches],
         "normals": asdict(normals),
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

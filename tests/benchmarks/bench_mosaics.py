@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.table import Table
 from skimage.util import montage
 
 from tests.support.tiny_packages import ES2, ES3, function, tiny_package
@@ -112,8 +113,7 @@ def measure_fetch(console: Console) -> list[FetchRow]:
         folder = Path(name)
         drawn = [("3D texture", 1.0, tiny_package(folder / "3d", volume, GLOW, ES3, step_mm=STEP_MM))]
         for k, (layout, fetches, packing, textures) in enumerate(cases):
-            settings = {"packing": packing, "textures": 7, "step_mm": STEP_MM}
-            package = tiny_package(folder / str(k), volume, GLOW, profiles[textures], **settings)
+            package = tiny_package(folder / str(k), volume, GLOW, profiles[textures], packing=packing, step_mm=STEP_MM)
             drawn.append((layout, fetches, package))
         renderers = [stack.enter_context(Renderer(package, target="rgba8")) for _, _, package in drawn]
         grid = drawn[0][2].manifest.levels[0].grid
@@ -130,6 +130,17 @@ def measure_fetch(console: Console) -> list[FetchRow]:
             textures, size = _size(package)
             rows.append(FetchRow(layout, textures, fetches, size, ms, error.rmse, error.maximum))
     return rows
+
+
+def fetch_table(rows: list[FetchRow]) -> Table:
+    """Give the table of what `measure_fetch` found."""
+    table = Table("volume as", "textures", "fetches", "kB", "ms a picture", "RMSE", "largest error")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row in rows:
+        numbers = (f"{row.fetches:g}", f"{row.bytes / 1000:.0f}", f"{row.ms:.1f}")
+        table.add_row(row.layout, str(row.textures), *numbers, f"{row.rmse:.5f}", f"{row.maximum:.4f}")
+    return table
 
 
 def _phantom() -> np.ndarray:

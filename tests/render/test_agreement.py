@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing
+from volprep.mosaic import Packing, Room
 from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.truth.convergence import fit_order
@@ -85,12 +85,19 @@ def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
     assert error <= (0.5 / 255 + 0.4 / 255 * 17 if profile is ES2 else 2.0**-12 * (1 + 0.4 * 17))
 
 
-@pytest.mark.parametrize("channels", [1, 4])
-@pytest.mark.parametrize("view", ["anterior", "right", "anterior-left"])
-def test_mosaic_and_3d_texture_give_the_same_picture(tmp_path, channels, view):
+@pytest.mark.parametrize("tiles", [100, 1], ids=["in-one", "in-several"])
+@pytest.mark.parametrize(
+    "packing",
+    [Packing(), Packing(gutter=1), Packing(4), Packing(4, "planar", 1), Packing(4, "overlapping")],
+    ids=["one-channel", "gutter", "interleaved", "planar-gutter", "overlapping"],
+)
+@pytest.mark.parametrize("view", ["right", "anterior-left"])
+def test_mosaic_and_3d_texture_give_the_same_picture(tmp_path, packing, view, tiles):
     """A value that is off by e changes a picture by at most e (colour' + 2 · extinction' · path), here 14 e."""
     one = tiny_package(tmp_path / "3d", CODES, BENT, ES3_BYTES, grid=GRID)
-    other = tiny_package(tmp_path / "2d", CODES, BENT, ES2, grid=GRID, packing=Packing(channels))
+    room = Room(26 if packing.channels == 1 and tiles == 1 else 13 * tiles, textures=7)
+    other = tiny_package(tmp_path / "2d", CODES, BENT, ES2, grid=GRID, packing=packing, room=room)
+    assert (len(other.manifest.textures) > 2) == (tiles == 1)
     difference = draw(one, GRID, view) - draw(other, GRID, view)
     steepest = 255 * np.abs(
         np.diff([p.extinction_per_mm for p in BENT.points]) / np.diff([p.value for p in BENT.points])

@@ -15,22 +15,31 @@ from volprep_formats.diagnostics import VolprepError
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
 RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("R8", "RGBA8")})
+SMALL = ES2.model_copy(update={"max_texture_size": 64})
+"""Holds four tiles of 31×29 texels in a texture."""
+ONE, FOUR = Packing(), Packing(4)
+OVERLAPPING, PLANAR = Packing(4, "overlapping"), Packing(4, "planar")
 VARIANTS = {
-    "texture3d": (ES3, 1, (5, 4, 3), None),
-    "texture3d-rgba8": (RGBA8_ONLY, 1, (5, 4, 3), 0.99),
-    "mosaic-1": (ES2, 1, (5, 4, 3), None),
-    "mosaic-4": (ES2, 4, (5, 4, 3), 0.99),
-    "mosaic-1-slice": (ES2, 1, (1, 4, 3), 0.99),
-    "mosaic-4-slice": (ES2, 4, (1, 4, 3), None),
+    "texture3d": (ES3, ONE, (5, 4, 3), None),
+    "texture3d-rgba8": (RGBA8_ONLY, ONE, (5, 4, 3), 0.99),
+    "mosaic-1": (ES2, ONE, (5, 4, 3), None),
+    "mosaic-1-gutter": (ES2, Packing(gutter=1), (5, 4, 3), None),
+    "mosaic-1-in-two": (SMALL, ONE, (5, 31, 29), None),
+    "mosaic-4": (ES2, FOUR, (5, 4, 3), 0.99),
+    "mosaic-4-in-seven": (SMALL, FOUR, (101, 31, 29), 0.99),
+    "mosaic-overlapping": (ES2, OVERLAPPING, (5, 4, 3), 0.99),
+    "mosaic-overlapping-in-two": (SMALL, OVERLAPPING, (20, 31, 29), 0.99),
+    "mosaic-planar": (ES2, PLANAR, (5, 4, 3), 0.99),
+    "mosaic-planar-in-two": (SMALL, PLANAR, (20, 31, 29), 0.99),
+    "mosaic-1-slice": (ES2, ONE, (1, 4, 3), 0.99),
+    "mosaic-4-slice": (ES2, FOUR, (1, 4, 3), None),
 }
 
 
 @pytest.fixture(params=VARIANTS.values(), ids=VARIANTS.keys())
 def package(request, tmp_path):
-    profile, channels, shape, cutoff = request.param
-    return tiny_package(
-        tmp_path / "p", np.zeros(shape, np.uint8), GREY, profile, packing=Packing(channels), cutoff=cutoff
-    )
+    profile, packing, shape, cutoff = request.param
+    return tiny_package(tmp_path / "p", np.zeros(shape, np.uint8), GREY, profile, packing=packing, cutoff=cutoff)
 
 
 def texts(package):
@@ -77,7 +86,7 @@ def test_a_ray_stops_early_only_where_the_plan_has_a_cutoff(package):
 def test_one_slice_needs_no_interpolation_between_slices(package):
     fragment = package.read_text(package.manifest.programs[0].fragment)
     one_slice = package.manifest.levels[0].grid.shape_zyx[0] == 1
-    assert ("LAST_SLICE" in fragment) == (package.manifest.profile == ES2 and not one_slice)
+    assert ("LAST_SLICE" in fragment) == (package.manifest.profile.api == "es2.0" and not one_slice)
 
 
 def test_one_channel_needs_no_choice_of_channel(tmp_path):

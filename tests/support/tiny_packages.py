@@ -70,7 +70,7 @@ def tiny_package(
     *,
     spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0),
     packing: Packing = ONE_CHANNEL,
-    textures: int = 1,
+    room: Room | None = None,
     step_mm: float = 0.5,
     cutoff: float | None = None,
     entries: int = 256,
@@ -89,7 +89,7 @@ def tiny_package(
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
     render = RenderSettings(step_mm=step_mm, opacity_cutoff=cutoff)
-    volumes = tuple(_volume(index, level, profile, packing, textures) for index, level in enumerate(levels))
+    volumes = tuple(_volume(index, level, profile, packing, room) for index, level in enumerate(levels))
     plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, render)
     plan = _classified(plan, classification)
     if skip is not None:
@@ -180,7 +180,7 @@ def _classified(plan: Plan, name: ClassificationName) -> Plan:
 
 
 def _volume(
-    index: int, codes: NDArray[np.generic], profile: DeviceProfile, packing: Packing, textures: int
+    index: int, codes: NDArray[np.generic], profile: DeviceProfile, packing: Packing, room: Room | None
 ) -> VolumePlan:
     name = f"volume-{index}"
     if profile.max_3d_texture_size > 0:
@@ -188,8 +188,9 @@ def _volume(
         return VolumePlan(
             level=index, names=(name,), files=(f"{name}.ktx2",), format=texel, shape_zyx=codes.shape, mosaic=None
         )
-    layout = fit_mosaic(codes.shape, packing, Room(profile.max_texture_size, textures, profile.npot, profile.square))
-    assert layout is not None, f"{codes.shape} does not fit {textures} textures with {packing}"
+    room = room or Room(profile.max_texture_size, profile.texture_units - 1, profile.npot, profile.square)
+    layout = fit_mosaic(codes.shape, packing, room)
+    assert layout is not None, f"{codes.shape} does not fit {room} with {packing}"
     names = tuple(f"{name}-{part}" for part in range(layout.textures))
     return VolumePlan(
         level=index,
