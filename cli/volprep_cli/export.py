@@ -20,6 +20,9 @@ File = Annotated[
     ),
 ]
 Level = Annotated[int | None, typer.Option(min=0, help="Level to write; the finest if not given.")]
+Channel = Annotated[
+    str | None, typer.Option(help="Channel to write, by name or number, of a package of several.", metavar="NAME")
+]
 Values = Annotated[
     Literal["physical", "stored"],
     typer.Option(help="physical: as in the scan, by a slope where the format has one. stored: the codes alone."),
@@ -31,6 +34,7 @@ def export(
     package: PackageFolder,
     file: File,
     level: Level = None,
+    channel: Channel = None,
     values: Values = "physical",
     *,
     force: Force = False,
@@ -50,7 +54,7 @@ def export(
     for target in (file, file.with_name(f"{file.name}.toml")) if kind == "raw" else (file,):
         if target.exists() and not force:
             raise VolprepError("VP1251", path=target)
-    with open_level(package, level) as source, progress() as watcher:
+    with open_level(package, level, channel) as source, progress() as watcher:
         _write(StoredValues(source) if values == "stored" else source, file, kind, watcher)
         shape_zyx = source.info.grid.shape_zyx
     if as_json:

@@ -19,6 +19,19 @@ Series = Annotated[
 Volume = Annotated[
     int | None, typer.Option(min=1, help="Which volume of a series that holds several. Replaces the scene's.")
 ]
+Channel = Annotated[
+    str | None,
+    typer.Option(help="Which channel of an OME file that holds several, by name or number. Replaces the scene's."),
+]
+Level = Annotated[
+    int | None,
+    typer.Option(
+        min=0, help="Which resolution of a package or an OME-Zarr store; 0 is the finest. Replaces the scene's."
+    ),
+]
+Grid = Annotated[
+    str | None, typer.Option(help="Name of the grid in an OpenVDB file that holds several. Replaces the scene's.")
+]
 Repair = Annotated[
     list[str],
     typer.Option(
@@ -28,7 +41,11 @@ Repair = Annotated[
     ),
 ]
 List = Annotated[
-    bool, typer.Option("--list", help="Only list the DICOM series in a folder tree, and what is wrong with each.")
+    bool,
+    typer.Option(
+        "--list",
+        help="Only list the DICOM series of a folder tree, and what is wrong with each, or the channels of an OME file.",
+    ),
 ]
 
 
@@ -40,6 +57,9 @@ def import_source(
     *,
     series: Series = None,
     volume: Volume = None,
+    channel: Channel = None,
+    level: Level = None,
+    grid: Grid = None,
     repair: Repair = [],  # noqa: B006 - typer asks for a list, and nothing changes it
     only_list: List = False,
     as_json: Json = False,
@@ -49,7 +69,7 @@ def import_source(
     A scan without a scene is drawn with a grey ramp over all its values.
     """
     if only_list:
-        _list_series(scene, as_json=as_json)
+        _list(scene, as_json=as_json)
         return
     if output is None:
         msg = "Missing option '-o' / '--output'."
@@ -68,12 +88,12 @@ def import_source(
     if unknown := set(repair) - {"gaps", "tilt"}:
         msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
         raise typer.BadParameter(msg)
-    if series is not None:
-        request = request.with_source(series=series)
-    if volume is not None:
-        request = request.with_source(volume=volume)
+    told = {"series": series, "volume": volume, "channel": channel, "level": level, "grid": grid}
+    choices: dict[str, object] = {key: value for key, value in told.items() if value is not None}
     if repair:
-        request = request.with_source(repair=tuple(repair))
+        choices["repair"] = tuple(repair)
+    if choices:
+        request = request.with_source(**choices)
     with progress() as watcher:
         draft = import_draft(request, output, watcher).draft
     origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
@@ -88,6 +108,26 @@ def import_source(
         )
     else:
         print(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
+
+
+def _list(path: Path, *, as_json: bool) -> None:
+    from volprep_formats.readers import holds_channels  # noqa: PLC0415 - keeps volprep --help fast
+
+    if holds_channels(path):
+        _list_channels(path, as_json=as_json)
+    else:
+        _list_series(path, as_json=as_json)
+
+
+def _list_channels(path: Path, *, as_json: bool) -> None:
+    from volprep_formats.readers import list_channels  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.source import SourceSpec  # noqa: PLC0415
+
+    names = list_channels(SourceSpec(path=str(path)), Path())
+    if as_json:
+        print_json({"channels": names})
+    else:
+        print_table(("channel", "name"), [(str(number), name or "-") for number, name in enumerate(names, 1)])
 
 
 def _list_series(path: Path, *, as_json: bool) -> None:

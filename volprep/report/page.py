@@ -9,6 +9,7 @@ from volprep.report import text
 from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult
 from volprep.report.pictures import colours, css_bytes, css_colour
 from volprep.report.plots import Plot, error_against_step, error_against_time, transfer_plot
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -80,6 +81,11 @@ def _plots(program: ProgramResult, report: Report) -> ProgramPlots:
 
 
 def _transfer_plots(manifest: Manifest) -> dict[str, Plot]:
+    plots = [_plots_of_channel(view) for view in channel_views(manifest).values()]
+    return {name: plot for each in plots for name, plot in each.items()}
+
+
+def _plots_of_channel(manifest: Manifest) -> dict[str, Plot]:
     unit = manifest.source.info.unit
     window = (
         manifest.quantization.window

@@ -102,6 +102,12 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     return source
 
 
+def holds_channels(path: Path) -> bool:
+    """Whether a file or folder is of a format whose files may hold several channels. Raises VP1001 to VP1003."""
+    _, reader = _found(SourceSpec(path=str(path)), Path())
+    return reader.name in _OME
+
+
 def list_channels(spec: SourceSpec, base: Path) -> list[str]:
     """Names of the channels of an OME file, "" where they have none.
 
@@ -128,7 +134,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("series", spec.series, {"dicom", *_OME}),
         ("volume", spec.volume, {"dicom", *_OME}),
         ("channel", spec.channel, {"volpkg", *_OME}),
-        ("level", spec.level, {"ome-zarr"}),
+        ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("grid", spec.grid, {"vdb"}),
         ("stack", spec.stack, {"stack"}),

@@ -1,0 +1,335 @@
+"""Packages of several channels: registered files, or the channels of one file, on one grid."""
+
+import json
+
+import numpy as np
+import pytest
+import tifffile
+from channel_scene import channels, write_channel_scene
+
+from volprep.build import build, plan_build
+from volprep.channels import drawn_channels, left_out, with_listed_channels
+from volprep.drafts import import_draft, run_verb
+from volprep.pipeline import plan_draft
+from volprep.render.renderer import Renderer
+from volprep.request import load_request
+from volprep.scene import load_scene
+from volprep.validation.decoded import level_volume
+from volprep.validation.run import validate
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.channels import channel_packages, channel_views, package_of_transfer
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.readers.volpkg import open_level
+
+
+@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+def package(request, tmp_path_factory) -> Package:
+    folder = tmp_path_factory.mktemp(request.param)
+    target = folder / "tissues.volpkg"
+    build(load_request(write_channel_scene(folder, request.param)), target, Silent())
+    return Package.open(target)
+
+
+def refusal(scene) -> VolprepError:
+    with pytest.raises(VolprepError) as error:
+        plan_build(load_request(scene), Silent())
+    return error.value
+
+
+def edited(tmp_path, old: str, new: str, count: int = 1):
+    scene = write_channel_scene(tmp_path)
+    text = scene.read_text()
+    assert text.count(old) == count
+    scene.write_text(text.replace(old, new))
+    return scene
+
+
+class TestWhatItHolds:
+    def test_it_names_its_channels_the_one_of_the_default_transfer_function_first(self, package) -> None:
+        found = [(channel.name, channel.transfers) for channel in package.manifest.channels]
+        assert found == [("skin", ("red", "blue")), ("bone", ("white",))]
+        assert [transfer.name for transfer in package.manifest.transfer_functions] == ["red", "white", "blue"]
+
+    def test_each_channel_has_its_own_values_and_window(self, package) -> None:
+        for channel in package.manifest.channels:
+            values = channels()[channel.name]
+            assert channel.source.info.stored_type == values.dtype.name
+            assert (channel.statistics.minimum, channel.statistics.maximum) == (values.min(), values.max())
+        skin, bone = package.manifest.channels
+        assert skin.quantization.window[1] == 1.0
+        assert bone.quantization.window[1] > 500.0
+
+    def test_each_channel_has_its_own_voxels_at_every_level(self, package) -> None:
+        for name, part in channel_packages(package).items():
+            volume = level_volume(part, part.manifest.levels[0].index)
+            physical = volume.slope * volume.stored + volume.intercept
+            whole = channels()[name]
+            start = np.rint(
+                (np.linalg.inv(part.manifest.source.info.grid.world_from_index) @ [*volume.grid.origin_mm_xyz, 1])[
+                    2::-1
+                ]
+            ).astype(int)
+            seen = whole[tuple(slice(k, k + n) for k, n in zip(start, volume.grid.shape_zyx, strict=True))]
+            error = part.manifest.quantization.max_error
+            assert np.abs(physical - np.clip(seen, *part.manifest.quantization.window)).max() <= error * 1.01
+
+    def test_what_no_transfer_function_draws_is_left_out_and_the_plan_says_so(self, package) -> None:
+        (item,) = [item for item in package.manifest.plan if item.name == "channel air"]
+        assert not item.kept
+        assert not any("air" in record.path for record in package.manifest.files)
+
+    def test_it_agrees_with_itself(self, package) -> None:
+        assert check(package.path) == []
+
+    def test_every_file_is_of_one_item_of_the_plan(self, package) -> None:
+        planned = sorted(path for item in package.manifest.plan for path in item.files)
+        assert planned == [record.path for record in package.manifest.files]
+
+    def test_the_same_scene_gives_the_same_bytes(self, package, tmp_path) -> None:
+        again = tmp_path / "again.volpkg"
+        build(load_request(write_channel_scene(tmp_path, package.manifest.profile.name)), again, Silent())
+        assert (again / "manifest.json").read_bytes() == (package.path / "manifest.json").read_bytes()
+
+    def test_a_level_is_exported_of_the_channel_that_is_chosen(self, package) -> None:
+        for channel in ("bone", 2, "2"):
+            with open_level(package.path, None, channel) as source:
+                level = level_volume(channel_packages(package)["bone"], package.manifest.levels[0].index)
+                assert np.array_equal(source.read_slab(0, 3), level.stored[:3])
+        with pytest.raises(VolprepError, match="'skin'"):
+            open_level(package.path)
+
+
+class TestWhatItDraws:
+    def test_a_transfer_function_draws_its_channel(self, package) -> None:
+        from volprep.render.camera import standard_views
+
+        pictures = {}
+        for transfer in ("red", "white"):
+            with Renderer(package, transfer=transfer) as renderer:
+                grid = renderer.level.grid
+                pictures[transfer] = renderer.render(
+                    standard_views(grid, "orthographic")["anterior"].box_from_clip(grid, 1.0), (32, 32)
+                )
+        # The ball of bone lies to the right of that of skin.
+        middle = [
+            (picture[..., 3].sum(axis=0) @ np.arange(32)) / picture[..., 3].sum() for picture in pictures.values()
+        ]
+        assert middle[0] - middle[1] > 4
+
+    def test_it_validates_and_with_channels_exchanged_it_does_not(self, tmp_path) -> None:
+        scene = write_channel_scene(tmp_path)
+        build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        assert report.verdict.passed
+        assert [program.transfer for program in report.programs] == ["red", "blue", "white"]
+        bone = tmp_path / "bone.raw"
+        bone.write_bytes((channels()["bone"] // 2).tobytes())
+        with pytest.raises(VolprepError, match="VP6013"):
+            validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+
+
+class TestOneChannel:
+    def test_a_scene_that_draws_one_channel_gives_the_package_of_that_file_alone(self, tmp_path) -> None:
+        text = write_channel_scene(tmp_path).read_text()
+        begin, end = text.index('[[transfer]]\nname = "red"'), text.index('[[transfer]]\nname = "white"')
+        (tmp_path / "one.toml").write_text(text[:end].replace('channel = "skin"', 'channel = "skin"'))
+        source = text[text.index("[[source.channels]]") : text.index("[pyramid]")]
+        skin = text[text.index('path = "skin.raw"') : text.index('[[source.channels]]\nname = "air"')]
+        alone = text[:end].replace(source, f"[source]\n{skin}").replace('channel = "skin"\n', "")
+        (tmp_path / "alone.toml").write_text(alone)
+        assert begin < end
+        one = build(load_request(tmp_path / "one.toml"), tmp_path / "one.volpkg", Silent())
+        plain = build(load_request(tmp_path / "alone.toml"), tmp_path / "alone.volpkg", Silent())
+        assert one.channels is None
+        assert [item.name for item in one.plan if item not in plain.plan] == ["channel bone", "channel air"]
+        assert one.model_copy(update={"plan": plain.plan}) == plain
+        assert "channel" not in json.loads((tmp_path / "alone.volpkg/manifest.json").read_text())["textures"][0]
+
+
+class TestRegistration:
+    @pytest.mark.parametrize(
+        ("old", "new", "says"),
+        [
+            ("shape_zyx = [17, 22, 27]", "shape_zyx = [22, 17, 27]", "27×17×22"),
+            ("shape_zyx = [17, 22, 27]", "shape_zyx = [11, 17, 54]", "54×17×11"),
+            ("1.5, 1.0, 0.75", "1.5, 1.0, 0.752", "0.052 mm apart"),
+        ],
+    )
+    def test_a_channel_that_lies_elsewhere_is_refused_with_the_numbers(self, tmp_path, old, new, says) -> None:
+        scene = write_channel_scene(tmp_path)
+        first, second, rest = scene.read_text().split("[[source.channels]]")[1:]
+        head = scene.read_text().split("[[source.channels]]")[0]
+        second = second.replace(old, new)
+        if "54" in new:
+            (tmp_path / "skin.raw").write_bytes(channels()["skin"].tobytes()[: 11 * 17 * 54 * 4])
+        scene.write_text(f"{head}[[source.channels]]{first}[[source.channels]]{second}[[source.channels]]{rest}")
+        error = refusal(scene)
+        assert error.code == "VP1240"
+        assert says in str(error)
+
+    def test_a_difference_that_no_eye_sees_is_allowed(self, tmp_path) -> None:
+        scene = write_channel_scene(tmp_path)
+        parts = scene.read_text().split("1.5, 1.0, 0.75")
+        scene.write_text("1.5, 1.0, 0.75".join(parts[:2]) + "1.5, 1.0, 0.7501" + "1.5, 1.0, 0.75".join(parts[2:]))
+        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        assert len({channel.source.info.grid for channel in manifest.channels}) == 1
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        assert report.verdict.passed
+
+
+class TestScenes:
+    @pytest.mark.parametrize(
+        ("old", "new", "says"),
+        [
+            (
+                'channel = "skin"\npoints = [\n    { value = 0.2',
+                'channel = "hair"\npoints = [\n    { value = 0.2',
+                "hair",
+            ),
+            ('name = "skin"\npath', 'name = "bone"\npath', "same name"),
+            ('name = "skin"\npath', 'name = "Skin"\npath', "name"),
+            ('name = "skin"\npath = "skin.raw"', 'name = "skin"', "path is missing"),
+            ("[pyramid]", '[source]\npath = "x"\n[pyramid]', ""),
+        ],
+    )
+    def test_channels_that_cannot_be_are_refused(self, tmp_path, old, new, says) -> None:
+        scene = edited(tmp_path, old, new)
+        with pytest.raises(VolprepError, match=r"VP300[23]") as error:
+            load_scene(scene)
+        assert says in str(error.value)
+
+    def test_a_list_of_channels_has_no_path_beside_it(self, tmp_path) -> None:
+        scene = edited(
+            tmp_path, '[[source.channels]]\nname = "bone"', '[source]\npath = "x"\n[[source.channels]]\nname = "bone"'
+        )
+        with pytest.raises(VolprepError, match="each has its own path"):
+            load_scene(scene)
+
+    def test_one_path_cannot_replace_several(self, tmp_path) -> None:
+        scene = write_channel_scene(tmp_path)
+        with pytest.raises(VolprepError, match="VP1243"):
+            load_request(scene, source=tmp_path / "bone.raw")
+        with pytest.raises(VolprepError, match="VP1243"):
+            load_request(scene).with_source(volume=2)
+
+    @pytest.mark.parametrize("table", ["[grid]\nsize = 16", "[skip]", "[normals]"])
+    def test_what_is_made_of_one_channel_only_is_refused(self, tmp_path, table) -> None:
+        assert refusal(edited(tmp_path, "[pyramid]", f"{table}\n[pyramid]")).code == "VP1244"
+
+    def test_a_missing_file_is_refused_by_its_name(self, tmp_path) -> None:
+        scene = write_channel_scene(tmp_path)
+        (tmp_path / "skin.raw").unlink()
+        error = refusal(scene)
+        assert (error.code, "skin.raw" in str(error)) == ("VP1001", True)
+
+
+class TestStageByStage:
+    def test_verbs_make_the_package_that_build_makes(self, tmp_path, package) -> None:
+        request = load_request(write_channel_scene(tmp_path, package.manifest.profile.name))
+        draft = import_draft(request, tmp_path / "d.volpkg", Silent()).draft
+        for stage in plan_draft(draft, request.scene, request.profile).stages[1:]:
+            run_verb(tmp_path / "d.volpkg", stage, lambda scene: scene, Silent())
+        files = Package.open(tmp_path / "d.volpkg").manifest.files
+        assert files == package.manifest.files
+
+    def test_what_was_measured_again_gives_the_same_plan(self, tmp_path) -> None:
+        request = load_request(write_channel_scene(tmp_path))
+        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
+        again = plan_draft(imported.draft, request.scene, request.profile)
+        assert plan_draft(imported.draft, request.scene, request.profile, imported.measured) == again
+        assert plan_build(request, Silent()) == again
+
+    def test_the_import_is_done_again_when_a_file_of_any_channel_has_changed(self, tmp_path) -> None:
+        request = load_request(write_channel_scene(tmp_path))
+        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is not None
+        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is None
+        (tmp_path / "bone.raw").write_bytes((channels()["bone"] * 2).tobytes())
+        measured = import_draft(request, tmp_path / "d.volpkg", Silent()).measured
+        assert [each.statistics.maximum for each in measured] == [1.0, 2000.0]
+
+
+class TestChannelsOfOneFile:
+    def scene(self, tmp_path, channel: str):
+        values = np.stack([channels()["bone"].astype("u2"), channels()["air"].astype("u2")])
+        told = {"axes": "CZYX", "Channel": {"Name": ["GFP (green)", "DAPI"]}, "PhysicalSizeX": 0.3}
+        told |= {"PhysicalSizeY": 0.3, "PhysicalSizeZ": 1.0}
+        tifffile.imwrite(tmp_path / "a.ome.tif", values, ome=True, photometric="minisblack", metadata=told)
+        points = 'points = [{ value = 100.0, colour = "#ffffff", extinction_per_mm = 0.0 }, '
+        points += '{ value = 900.0, colour = "#ffffff", extinction_per_mm = 500.0 }]'
+        scene = tmp_path / "a.toml"
+        scene.write_text(
+            f'name = "a"\n[source]\npath = "a.ome.tif"\nchannels = "all"\n[[transfer]]\nname = "one"\n{points}\n'
+            f'[[transfer]]\nname = "two"\nchannel = "{channel}"\n{points}\n'
+        )
+        return scene
+
+    def test_all_are_named_as_the_file_names_them(self, tmp_path) -> None:
+        scene = self.scene(tmp_path, "dapi")
+        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        assert [channel.name for channel in manifest.channels] == ["gfp-green", "dapi"]
+        report = validate(tmp_path / "a.volpkg", tmp_path / "r", Silent(), source=scene, picture_size=16)
+        assert report.verdict.passed
+
+    def test_a_channel_that_is_not_there_is_refused_with_those_that_are(self, tmp_path) -> None:
+        error = refusal(self.scene(tmp_path, "rfp"))
+        assert (error.code, error.fields["found"]) == ("VP1241", "gfp-green, dapi")
+
+    def test_a_format_of_one_channel_is_refused(self, tmp_path) -> None:
+        scene = self.scene(tmp_path, "dapi")
+        (tmp_path / "a.ome.tif").write_bytes(b"NRRD0004\n")
+        assert refusal(scene).code == "VP1242"
+
+    def test_what_is_drawn_and_what_is_not(self, tmp_path) -> None:
+        listed = with_listed_channels(load_request(self.scene(tmp_path, "gfp-green")).scene)
+        assert [channel.name for channel in drawn_channels(listed)] == ["gfp-green"]
+        assert left_out(listed) == ("dapi",)
+
+
+class TestAgreement:
+    def test_views_leave_nothing_of_channels(self, package) -> None:
+        for view in channel_views(package.manifest).values():
+            assert view.channels is None
+            assert all(texture.channel is None for texture in view.textures)
+
+    def test_a_transfer_function_that_is_not_there_gives_the_package_itself(self, package) -> None:
+        assert package_of_transfer(package, "green") is package
+
+    @pytest.mark.parametrize(
+        ("change", "says"),
+        [
+            (lambda m: {"quantization": m.channels[1].quantization}, "quantization is not that of the first"),
+            (lambda m: {"source": m.channels[1].source}, "source is not that of the first"),
+            (lambda m: {"channels": (m.channels[0], m.channels[0])}, "skin is named 2 times"),
+            (lambda m: {"channels": _with(m, transfers=())}, "white is of no channel"),
+            (lambda m: {"channels": _with(m, transfers=("white", "red"))}, "2 channels have the transfer function red"),
+            (lambda m: {"channels": _with(m, transfers=("white", "pink"))}, "pink of a channel is missing"),
+            (lambda m: {"channels": _with(m, name="hair")}, "is of channel bone"),
+            (lambda m: {"channels": _with(m, source=_moved(m.channels[1].source))}, "has another grid"),
+            (
+                lambda m: {"textures": tuple(t.model_copy(update={"channel": None}) for t in m.textures)},
+                "of channel None",
+            ),
+            (lambda m: {"textures": tuple(t for t in m.textures if t.channel != "bone")}, "channel bone: "),
+        ],
+    )
+    def test_contradictions_are_found(self, package, change, says) -> None:
+        manifest = package.manifest
+        found = list(contradictions(manifest.model_copy(update=change(manifest))))
+        assert any(says in problem for problem in found), found
+
+
+def _with(manifest, **changes):
+    first, second = manifest.channels
+    return (first, second.model_copy(update=changes))
+
+
+def _of_none(texture):
+    return texture.model_copy(update={"channel": None})
+
+
+def _moved(record):
+    grid = record.info.grid.model_copy(update={"origin_mm_xyz": (1.0, 2.0, 3.0)})
+    return record.model_copy(update={"info": record.info.model_copy(update={"grid": grid})})
