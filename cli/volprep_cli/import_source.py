@@ -44,7 +44,7 @@ List = Annotated[
     bool,
     typer.Option(
         "--list",
-        help="Only list the DICOM series of a folder tree, and what is wrong with each, or the channels of an OME file.",
+        help="Only list the DICOM series of a folder tree, and what is wrong with each; of an OME file, its channels.",
     ),
 ]
 

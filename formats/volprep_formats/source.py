@@ -93,7 +93,7 @@ class SourceSpec(Record):
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0)] | None = None
-    """OME-Zarr only: which resolution to read; 0, the finest, if it is not given."""
+    """OME-Zarr, packages: which resolution to read; the finest that is there if it is not given."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""

@@ -7,7 +7,7 @@ from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
 from volprep.mosaic import Packing
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
@@ -155,6 +155,74 @@ def test_a_file_that_fails_leaves_nothing(package, tmp_path) -> None:
         with pytest.raises(InterruptedRead):
             nifti.write(source, tmp_path / "a.nii", Silent())
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("package", ["3d"], indirect=True)
+def test_a_scene_and_the_verb_choose_a_level_of_a_package(package, tmp_path) -> None:
+    with open_source(SourceSpec(path=str(package), level=1), tmp_path, Silent()) as source:
+        np.testing.assert_array_equal(source.read_slab(0, 3), CODES[::2, ::2, ::2])
+    done = volprep("import", package, "-o", tmp_path / "coarse.volpkg", "--level", "1")
+    assert done.returncode == 0, done.stderr
+    info, codes = read_back(tmp_path / "coarse.volpkg")
+    np.testing.assert_array_equal(codes, CODES[::2, ::2, ::2])
+    assert info.grid == GRID.coarser((2, 2, 2))
+    refused = volprep("import", package, "-o", tmp_path / "none.volpkg", "--level", "2")
+    assert (refused.returncode, "VP1250" in refused.stderr) == (ExitStatus.PACKAGE, True)
+
+
+def test_the_verb_writes_physical_and_stored_values_of_openvdb(package, tmp_path) -> None:
+    pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
+    for values, slope, intercept in (("physical", 0.5, -100.0), ("stored", 1.0, 0.0)):
+        done = volprep("export", package, tmp_path / f"{values}.vdb", "--values", values)
+        assert done.returncode == 0, done.stderr
+        info, found = read_back(tmp_path / f"{values}.vdb")
+        np.testing.assert_array_equal(found, CODES * slope + intercept)
+        np.testing.assert_allclose(info.grid.world_from_index, GRID.world_from_index, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("package", ["3d"], indirect=True)
+@pytest.mark.parametrize("name", ["a.nii.gz", "a.nrrd", "a.vdb", "a"])
+def test_the_verb_writes_the_level_that_it_is_told(package, tmp_path, name) -> None:
+    if name.endswith(".vdb"):
+        pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
+    done = volprep("export", package, tmp_path / name, "--level", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["shape_zyx"] == [3, 2, 4]
+    info, found = read_back(tmp_path / name)
+    np.testing.assert_array_equal(info.slope * found.astype(float) + info.intercept, CODES[::2, ::2, ::2] * 0.5 - 100)
+    refused = volprep("export", package, tmp_path / f"b{name}", "--level", "7")
+    assert (refused.returncode, "VP1250" in refused.stderr) == (ExitStatus.PACKAGE, True)
+    assert not (tmp_path / f"b{name}").exists()
+
+
+@pytest.mark.parametrize("ending", [".nii.gz", ".nrrd", ".raw"])
+def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> None:
+    codes = np.random.default_rng(9).integers(0, 65536, CODES.shape).astype(np.uint16)
+    folder = tmp_path / "deep.volpkg"
+    ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (65535.0, (1.0, 1.0, 1.0), 0.1))
+    tiny_package(folder, codes, ramp, ES3, grid=GRID, window=(0.0, 65535.0))
+    told = Quantization(
+        bits=16,
+        window=(-1000.0, -1000.0 + 65535 / 8),
+        slope=0.125,
+        intercept=-1000.0,
+        rmse=0.0,
+        max_error=0.0,
+        clipped_below=0,
+        clipped_above=0,
+    )
+    Draft.open(folder).commit(StageRecord(name="told", key=KEY), quantization=told)
+    halves = (codes / 65535).astype(np.float16).astype(np.float64)
+    for values, expected in (("stored", halves), ("physical", halves * (65535 * 0.125) - 1000)):
+        file = tmp_path / f"{values}{ending}"
+        done = volprep("export", folder, file, "--values", values)
+        assert done.returncode == 0, done.stderr
+        table = tomllib.loads(file.with_name(f"{file.name}.toml").read_text()) if ending == ".raw" else None
+        layout = table and RawLayout.model_validate_json(json.dumps(table["source"]["raw"]))
+        info, found = read_back(file, layout)
+        physical = info.slope * found.astype(np.float64) + info.intercept
+        # A result of 24 bits, of numbers of up to 7200.
+        np.testing.assert_allclose(physical, expected, rtol=0, atol=8192 * 2**-24 if values == "physical" else 0)
 
 
 def test_the_verb_writes_and_replaces_only_by_force(package, tmp_path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import volprep
 from header_files import noise, read, refusal_at_open
 from vdb_files import TILE, HandGrid, write_vdb_by_hand
 
@@ -83,6 +84,14 @@ def test_of_several_grids_the_scene_names_one(tmp_path) -> None:
         assert "1 more grids" in source.info.remarks[1]
     with pytest.raises(VolprepError, match="VP1202"):
         open_source(SourceSpec(path=str(path), grid="cold"), Path(), Silent())
+
+
+def test_the_command_line_names_one_of_several_grids(tmp_path) -> None:
+    grids = (HandGrid({(0, 0, 0): 1.0}), HandGrid(TWO_TILES, name="heat"))
+    path = write_vdb_by_hand(tmp_path / "v.vdb", *grids)
+    done = volprep("import", path, "-o", tmp_path / "a.volpkg", "--grid", "heat")
+    assert done.returncode == 0, done.stderr
+    assert "values 4 to 7" in done.stdout
 
 
 def test_vectors_are_refused(tmp_path) -> None:

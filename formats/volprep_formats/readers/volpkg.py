@@ -45,8 +45,8 @@ class LevelSource:
 
 
 def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSource:
-    """Open the finest level of the channel that is chosen. Raises what `open_level` raises."""
-    return open_level(path, channel=spec.channel)
+    """Open the level and the channel that are chosen. Raises what `open_level` raises."""
+    return open_level(path, spec.level, spec.channel)
 
 
 def open_level(path: Path, level: int | None = None, channel: str | int | None = None) -> VolumeSource:
