@@ -7,6 +7,7 @@ import numpy as np
 
 from volprep.report.data import Convergence, Target
 from volprep.truth.convergence import fit_order
+from volprep_formats.package.manifest import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
@@ -25,11 +26,19 @@ def convergence(
     quadrature_rmse: Sequence[float],
     target: Target | None,
     function: TransferFunction,
+    classification: ClassificationName = "lookup",
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
     jumps = any(lower.value == upper.value for lower, upper in pairwise(function.points))
     limits = []
-    if jumps:
+    if classification == "preintegrated":
+        limits.append(
+            "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "
+            "no step is better than its entries."
+        )
+    elif classification == "palette":
+        limits.append("A palette has steps: whatever does not resolve them sees them late or early, with order 1.")
+    elif jumps:
         limits.append(
             "The transfer function has a jump, in the lookup table a steep ramp: steps that do not resolve it see it "
             "late or early, with order 1."

@@ -166,6 +166,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
         subject.function(program.transfer),
+        program.classification,
     )
     for level in coarser:
         with clock.part("oracle"):
