@@ -6,7 +6,7 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
-from volprep.mosaic import Packing
+from volprep.mosaic import Packing, Room
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
@@ -23,12 +23,18 @@ DIRECTION = ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0), (0.0, -0.8, -0.6))  # right-hand
 CODES = np.random.default_rng(7).integers(0, 256, (5, 4, 7)).astype(np.uint8)
 WHOLE = Grid.of((9, 8, 9), (2.5, 0.7, 0.3), (-101.123456789, 33.3, 7.1), DIRECTION)
 GRID = WHOLE.part((2, 3, 1), (7, 7, 8))  # what is left of a scan after its border
-KINDS = {"3d": (ES3, 1), "mosaic": (ES2, 1), "mosaic of 4 channels": (ES2, 4)}
+KINDS = {
+    "3d": (ES3, Packing(), 64),
+    "mosaic": (ES2, Packing(), 64),
+    "mosaic of 4 channels": (ES2, Packing(4), 64),
+    "mosaic in two textures": (ES2, Packing(4, "planar", 1), 9),
+    "overlapping mosaic in two textures": (ES2, Packing(4, "overlapping"), 7),
+}
 
 
 @pytest.fixture(params=KINDS)
 def package(request, tmp_path):
-    profile, channels = KINDS[request.param]
+    profile, packing, size = KINDS[request.param]
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
     folder = tmp_path / "tiny.volpkg"
     tiny_package(
@@ -36,7 +42,8 @@ def package(request, tmp_path):
         [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES,
         ramp,
         profile,
-        packing=Packing(channels),
+        packing=packing,
+        room=Room(size, textures=7),
         grid=GRID,
     )
     quantized = Quantization(

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from volprep.plan import Plan, make_plan
-from volprep.plan.levels import candidate_levels
+from volprep.plan import LevelPlan, Plan, make_plan
+from volprep.plan.levels import candidate_levels, fit_level
+from volprep.plan.room import Beside
 from volprep.profiles import load_profile
-from volprep.scene import Scene
+from volprep.scene import MosaicSettings, Scene
 from volprep.statistics import Gauge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -87,7 +88,8 @@ class TestBitsAndWindow:
         assert "profile gles2-2048 has no texture format" in item(decided, "16-bit values").reason
 
     def test_asking_a_profile_for_bits_that_it_does_not_have_is_an_error(self) -> None:
-        with pytest.raises(VolprepError, match=r"VP3020 profile gles2-2048 .* 16 bits, only LUMINANCE8, LUMINANCE_ALPHA8, RGB8, RGBA8"):
+        formats = "LUMINANCE8, LUMINANCE_ALPHA8, RGB8, RGBA8"
+        with pytest.raises(VolprepError, match=f"VP3020 profile gles2-2048 .* 16 bits, only {formats}"):
             plan(noise(), scene(quantize={"bits": 16}), GLES2)
 
     def test_a_window_without_width_is_an_error(self) -> None:
@@ -206,6 +208,14 @@ class TestLevels:
         assert volume.files == tuple(f"textures/mosaic-0-{part}.ktx2" for part in range(7))
         assert item(decided, "several textures").reason.endswith("24 slices have room, there are 168")
         assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
+
+    def test_512_cubed_voxels_fit_two_textures_of_4096_squared(self) -> None:
+        level = LevelPlan(index=0, factors_zyx=(1, 1, 1), shape_zyx=(512, 512, 512), filter="none")
+        larger = load_profile("gles2-4096", Path())
+        volume = fit_level(level, 8, larger, Beside(units=1, bytes=1024), MosaicSettings())
+        assert (volume.mosaic.textures, volume.mosaic.texture_shape_yx) == (2, (4096, 4096))
+        misfit = fit_level(level, 8, GLES2, Beside(units=1, bytes=1024), MosaicSettings())
+        assert misfit.reason.endswith("a mosaic in 7 textures of 2048×2048 texels and four channels has room for 448")
 
     def test_slices_overlap_where_that_takes_no_more_textures(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})

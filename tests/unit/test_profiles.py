@@ -23,7 +23,7 @@ def test_a_built_in_profile_has_the_name_of_its_file(name) -> None:
 
 
 def test_an_unknown_name_is_told_with_the_known_ones() -> None:
-    with pytest.raises(VolprepError, match=r"VP3010 there is no profile gles9.*gles2-2048, gles3"):
+    with pytest.raises(VolprepError, match=r"VP3010 there is no profile gles9.*gles2-2048, gles2-4096, gles3"):
         load_profile("gles9", Path())
 
 
