@@ -51,8 +51,8 @@ class LevelPlan(Record):
     """Voxels of level 0 along each axis that make one voxel of this level; powers of two."""
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along each axis."""
-    filter: Literal["none"] | LevelFilter
-    """Filter that makes the level from level 0; none for level 0."""
+    filter: Literal["none", "auto"] | LevelFilter
+    """Filter that makes the level from level 0, none for level 0; "auto": pictures decide when it is made."""
 
 
 class VolumePlan(Record):
@@ -70,6 +70,10 @@ class VolumePlan(Record):
     """Depth, height and width of each in texels; depth is 1 for a mosaic."""
     mosaic: MosaicLayout | None
     """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
+    transfer: str | None = None
+    """Name of the transfer function by which its voxels are classified; none where it holds values."""
+    reference_mm: float | None = None
+    """For classified voxels: length of the path whose opacity they have."""
 
 
 class LookupPlan(Record):
@@ -161,7 +165,7 @@ class SkipPlan(Record):
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)]
     """Largest opacity that it may take from a ray."""
     shares: tuple[float, ...]
-    """Part of the blocks of 16³ voxels that each transfer function leaves empty."""
+    """Part of the samples that each transfer function leaves empty, from blocks of 16³ voxels."""
     tables: tuple[SkipTablePlan, ...]
     """One for each level of each transfer function for which it pays."""
     ranges: tuple[BlockRangesPlan, ...]
@@ -292,7 +296,7 @@ class Plan(Record):
         entries = [table.entries for table in self.lookups]
         entries += [table.entries for table in self.preintegrated]
         entries += [palette.entries for palette in self.palettes]
-        return (high - low) / (min(entries) - 1)
+        return (high - low) / (min(entries) - 1) if entries else 0.0
 
     def level(self, index: int) -> LevelPlan:
         """Give the level of this number."""

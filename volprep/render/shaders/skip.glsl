@@ -1,6 +1,5 @@
-//: Empty-space skipping. Slots: skip_table gives block_position and block_offset (box millimetres to blocks), last_block
-//: and skip_entry(block, stride), the entry of a block, 0 where it is not empty; skip_reach gives samples_ahead.
-//: Constant: half a voxel in blocks.
+//: Empty-space skipping. Slots: skip_table gives block_position and block_offset, from box millimetres to blocks, and
+//: skip_entry(block, stride), the entry of a block, 0 where it is not empty; skip_reach gives samples_ahead.
 //#part skip_table
 
 //#part skip_reach
