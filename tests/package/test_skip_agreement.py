@@ -1,0 +1,144 @@
+"""What a manifest says about empty-space skipping must agree with its levels, textures and programs."""
+
+import inspect
+import re
+
+import pytest
+from tiny_packages import ES2, ES3, function, tiny_package
+
+from volprep_formats.package import skip_agreement
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.skip import BlockRangesRecord, Skipping
+from volprep_formats.package.skip_agreement import skip_contradictions
+
+GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
+
+
+@pytest.fixture(scope="module")
+def manifests(tmp_path_factory):
+    """Of packages of two levels with octants as 3D textures, and of one level with distances as a mosaic."""
+    import numpy as np
+
+    levels = [np.zeros((9, 14, 6), np.uint8), np.zeros((5, 7, 3), np.uint8)]
+    folder = tmp_path_factory.mktemp("skip")
+    textures = tiny_package(folder / "es3", levels, GREY, ES3, skip=("octants", 4))
+    mosaic = tiny_package(folder / "es2", levels[0], GREY, ES2, skip=("distance", 4))
+    return {"es3": textures.manifest, "es2": mosaic.manifest}
+
+
+def changed(record, **fields):
+    return record.model_copy(update=fields)
+
+
+def with_table(manifest: Manifest, **fields) -> Manifest:
+    first, *others = manifest.skipping.tables
+    return changed(manifest, skipping=Skipping(tables=(changed(first, **fields), *others)))
+
+
+def with_texture(manifest: Manifest, **fields) -> Manifest:
+    textures = tuple(
+        changed(each, **fields) if each.name == manifest.skipping.tables[0].texture else each
+        for each in manifest.textures
+    )
+    return changed(manifest, textures=textures)
+
+
+def with_layout(manifest: Manifest, **fields) -> Manifest:
+    texture = next(each for each in manifest.textures if each.role == "skip")
+    return with_texture(manifest, mosaic=changed(texture.mosaic, **fields))
+
+
+def with_ranges(manifest: Manifest, **fields) -> Manifest:
+    record = BlockRangesRecord(texture="missing", level=0, block=4, blocks_zyx=(2, 4, 2))
+    return changed(manifest, skipping=changed(manifest.skipping, ranges=(changed(record, **fields),)))
+
+
+def with_program(manifest: Manifest, **fields) -> Manifest:
+    return changed(manifest, programs=(changed(manifest.programs[0], **fields),))
+
+
+def two_samplers(manifest: Manifest) -> Manifest:
+    samplers = manifest.programs[0].samplers
+    return with_program(manifest, samplers=(*samplers, samplers[-1]))
+
+
+CASES = {
+    "texture skip-test-0 is named by 0 skip tables or ranges instead of one": (
+        "es3",
+        lambda manifest: changed(manifest, skipping=Skipping(tables=manifest.skipping.tables[1:])),
+    ),
+    "skip table skip-test-0 is for other, which is no transfer function": (
+        "es3",
+        lambda manifest: with_table(manifest, transfer="other"),
+    ),
+    "skip table skip-test-0 is for other, its texture for test": (
+        "es3",
+        lambda manifest: with_table(manifest, transfer="other"),
+    ),
+    "skip table skip-test-0 is for level 7, which is not among the levels": (
+        "es3",
+        lambda manifest: with_table(manifest, level=7),
+    ),
+    "skip table skip-test-0 has (3, 4, 2) blocks; its level has (2, 4, 2) of 4 cells": (
+        "es3",
+        lambda manifest: with_table(manifest, blocks_zyx=(3, 4, 2)),
+    ),
+    "skip table skip-test-0 has no texture of role skip for its level": (
+        "es3",
+        lambda manifest: with_texture(manifest, role="volume"),
+    ),
+    "ranges of blocks missing has no texture of role ranges": ("es3", with_ranges),
+    "ranges of blocks missing is for level 9": ("es3", lambda manifest: with_ranges(manifest, level=9)),
+    "skip table skip-test-0 has (16, 4, 2) texels instead of (2, 4, 2)": (
+        "es3",
+        lambda manifest: with_table(manifest, kind="distance"),
+    ),
+    "skip table skip-test-0 is a mosaic of another shape, with a gutter, or with several slices in a texel": (
+        "es2",
+        lambda manifest: with_layout(manifest, gutter=1),
+    ),
+    "skip table skip-test-0 is a mosaic without room for its slices, or of several textures": (
+        "es2",
+        lambda manifest: with_layout(manifest, textures=2),
+    ),
+    "skip table skip-test-0 is a mosaic whose tiles do not fit into its texture": (
+        "es2",
+        lambda manifest: with_layout(manifest, tiles_x=40),
+    ),
+    "skip table skip-test-0 has entries that are no bytes": (
+        "es3",
+        lambda manifest: with_texture(manifest, gl=changed(manifest.textures[0].gl, type="HALF_FLOAT")),
+    ),
+    "skip table skip-test-0 has blocks_from_box_per_mm_xyz that does not follow from its block": (
+        "es3",
+        lambda manifest: with_table(manifest, blocks_from_box_per_mm_xyz=(1.0, 1.0, 1.0)),
+    ),
+    "program ray-caster samples 2 skip tables": ("es3", two_samplers),
+    "program ray-caster skips, but not each of its levels has one skip table for test": (
+        "es3",
+        lambda manifest: with_program(manifest, levels=(0, 1, 2)),
+    ),
+    "program ray-caster skips with tables of several kinds or sizes of blocks": (
+        "es3",
+        lambda manifest: with_table(manifest, kind="pyramid"),
+    ),
+}
+
+
+@pytest.mark.parametrize("form", ["es3", "es2"])
+def test_what_the_stages_write_agrees(manifests, form):
+    assert list(skip_contradictions(manifests[form])) == []
+
+
+@pytest.mark.parametrize("says", CASES)
+def test_a_contradiction_is_found_out(manifests, says):
+    form, change = CASES[says]
+    assert any(says in problem for problem in skip_contradictions(change(manifests[form])))
+
+
+def test_every_sentence_has_a_case():
+    sentences = re.findall(r'yield f?"([^"]+)"', inspect.getsource(skip_agreement))
+    assert len(sentences) > 12
+    for sentence in sentences:
+        words = max(re.split(r"\{[^}]*\}", sentence), key=len).strip()
+        assert any(words[:15] in case for case in CASES), sentence
