@@ -21,6 +21,8 @@ from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
+from .bench_skip import contests as skip_contests
+from .bench_skip import measure_skip, skip_rows_table
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
@@ -33,7 +35,7 @@ def main() -> None:
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
     outcomes = []
-    for contest in chain(contests(), mosaic_contests()):
+    for contest in chain(contests(), mosaic_contests(), skip_contests()):
         console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
         outcomes.append(hold(contest))
     machine = {
@@ -55,6 +57,8 @@ def main() -> None:
     normals = measure_normals(console)
     for table in normals_tables(normals):
         console.print(table)
+    skipping = measure_skip(console)
+    console.print(skip_rows_table(skipping))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -62,6 +66,7 @@ def main() -> None:
         "rows": [asdict(row) for row in rows],
         "import": [asdict(row) for row in imports],
         "decode": [asdict(row) for row in decodes],
+        "skipping": [asdict(row) for row in skipping],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
         "normals": asdict(normals),
