@@ -9,9 +9,11 @@ from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest, Program, Texture
 from volprep_formats.package.palette import Palette
+from volprep_formats.package.skip import Skipping
 from volprep_formats.package.transfer_function import TransferFunction
 
 _OF_CHANNELS = ("quantization", "stored_type")
+_LISTED = frozenset((*_OF_CHANNELS, "levels"))
 
 
 def plans_of(stage: Stage, plan: Plan) -> tuple[Plan, ...]:
@@ -29,10 +31,13 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
     result: dict[str, object] = {}
     for key, first in parts[0][1].items():
         each = [changes[key] for _, changes in parts]
-        if key == "textures":
+        if key == "skipping":
+            result[key] = _skipping([item for item in each if isinstance(item, Skipping)])
+        elif key == "textures":
             result[key] = _textures(manifest, parts)
         elif key == "levels":
-            by_index = {level.index: level for level in _chained(each)}
+            # Filters may differ; what the manifest says of all is said of the first channel that has the level.
+            by_index = {level.index: level for level in reversed([*_chained(each)])}
             result[key] = tuple(by_index[index] for index in sorted(by_index))
         elif key in {"palettes", "programs", "transfer_functions"}:
             names = [transfer.name for transfer in scene.transfer]
@@ -41,9 +46,9 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
             result[key] = first
         else:
             raise VolprepError("VP1244", path=scene.name, what=key)
-    if set(_OF_CHANNELS) <= result.keys():
+    if listed := _LISTED & result.keys():
         result["channels"] = tuple(
-            channel.model_copy(update={key: changes[key] for key in _OF_CHANNELS})
+            channel.model_copy(update={key: changes[key] for key in listed})
             for channel, (_, changes) in zip(manifest.channels or (), parts, strict=True)
         )
     return result
@@ -57,6 +62,14 @@ def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tupl
                 channel = plan.channel if texture.transfer is None else None
                 by_name[texture.name] = texture.model_copy(update={"channel": channel})
     return tuple(by_name[name] for name in sorted(by_name))
+
+
+def _skipping(each: Sequence[Skipping]) -> Skipping:
+    return Skipping(
+        epsilon=each[0].epsilon,
+        tables=tuple(table for skipping in each for table in skipping.tables),
+        ranges=tuple(ranges for skipping in each for ranges in skipping.ranges),
+    )
 
 
 def _transfer_of(item: TransferFunction | Palette | Program) -> str:

@@ -130,6 +130,27 @@ class TestWhatItDraws:
         with pytest.raises(VolprepError, match="VP6013"):
             validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
 
+    @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+    def test_each_channel_skips_its_own_empty_space(self, tmp_path, profile) -> None:
+        scene = write_channel_scene(tmp_path, profile)
+        wishes = '[skip]\nkind = "distance"\nblock = 4\nranges = true\n'
+        scene.write_text(scene.read_text().replace("[pyramid]", f"{wishes}[pyramid]"))
+        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        tables = {(table.transfer, table.level) for table in manifest.skipping.tables}
+        assert {transfer for transfer, _ in tables} == {"red", "white"}
+        ranges = {(texture.channel, texture.level) for texture in manifest.textures if texture.role == "ranges"}
+        assert ranges == {(c.name, level.index) for c in manifest.channels for level in c.levels}
+        assert len(ranges) == len(manifest.skipping.ranges)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        assert report.verdict.passed
+
+    def test_each_channel_is_lit_by_its_own_normals(self, tmp_path) -> None:
+        scene = edited(tmp_path, "[render]", '[render]\nlighting = "headlight"')
+        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        normals = {(texture.channel, texture.level) for texture in manifest.textures if texture.role == "normals"}
+        assert normals == {(c.name, level.index) for c in manifest.channels for level in c.levels}
+        assert all("normals" in {each.role for each in program.samplers} for program in manifest.programs)
+
 
 class TestOneChannel:
     def test_a_scene_that_draws_one_channel_gives_the_package_of_that_file_alone(self, tmp_path) -> None:
@@ -215,9 +236,8 @@ class TestScenes:
         with pytest.raises(VolprepError, match="VP1243"):
             load_request(scene).with_source(volume=2)
 
-    @pytest.mark.parametrize("table", ["[grid]\nsize = 16", "[skip]", "[normals]"])
-    def test_what_is_made_of_one_channel_only_is_refused(self, tmp_path, table) -> None:
-        assert refusal(edited(tmp_path, "[pyramid]", f"{table}\n[pyramid]")).code == "VP1244"
+    def test_sub_volumes_are_made_of_one_channel_only(self, tmp_path) -> None:
+        assert refusal(edited(tmp_path, "[pyramid]", "[grid]\nsize = 16\n[pyramid]")).code == "VP1244"
 
     def test_a_missing_file_is_refused_by_its_name(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)

@@ -5,12 +5,13 @@ All have the same crop, because they have one box, and the same step and early e
 
 import math
 from collections.abc import Sequence
+from typing import TypeVar
 
 from volprep.channels import drawn_channels, left_out
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
 from volprep.plan.make import Common, make_plan
-from volprep.plan.records import CropPlan, Plan, VolumePlan
+from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep_formats.diagnostics import VolprepError
@@ -18,6 +19,7 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
 
+_Named = TypeVar("_Named", BlockRangesPlan, NormalTexturePlan)
 _OF_ALL = frozenset(("preview", "empty border", "early ray termination"))
 
 
@@ -30,7 +32,10 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
     if len(infos) == 1:
         plan = make_plan(scene, profile, infos[0], measured[0])
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
-    _require_possible(scene)
+    if scene.grid is not None:  # a package has one set of sub-volumes
+        raise VolprepError("VP1244", path=scene.name, what="sub-volumes")
+    if scene.render.classification == "preclassified":
+        raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     scenes = [scene.model_copy(update={"transfer": channel.transfer}) for channel in drawn]
     channels = list(zip(scenes, infos, measured, strict=True))
     crop = _common_crop(channels)
@@ -44,19 +49,6 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
     named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
     items = (*_items(named), *_left_out(scene, named[0]))
     return named[0].model_copy(update={"others": tuple(named[1:]), "items": items})
-
-
-def _require_possible(scene: Scene) -> None:
-    # These name their files by level, and the manifest has each of them once.
-    unwanted = {
-        "sub-volumes": scene.grid is None,
-        "empty-space skipping": scene.skip is None,
-        "normals": scene.normals is None,
-        "lighting": scene.render.lighting == "none",
-    }
-    for what, is_unwanted in unwanted.items():
-        if not is_unwanted:
-            raise VolprepError("VP1244", path=scene.name, what=what)
 
 
 def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]]) -> CropPlan:
@@ -73,21 +65,38 @@ def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]]) -> Crop
 def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
     """Give the plan of a channel names of its own for what does not belong to a transfer function."""
     volumes = tuple(_volume(volume, channel) for volume in plan.volumes)
-    files = {
-        old: new
-        for before, after in zip(plan.volumes, volumes, strict=True)
-        for old, new in zip(before.files, after.files, strict=True)
-    }
-    items = tuple(
+    changes: dict[str, object] = {"channel": channel, "volumes": volumes, "stages": stages}
+    before: list[str] = [file for volume in plan.volumes for file in volume.files]
+    after: list[str] = [file for volume in volumes for file in volume.files]
+    if plan.skip is not None:
+        ranges = tuple(_of_channel(each, channel) for each in plan.skip.ranges)
+        changes["skip"] = plan.skip.model_copy(update={"ranges": ranges})
+        before += [each.file for each in plan.skip.ranges]
+        after += [each.file for each in ranges]
+    if plan.normals is not None:
+        textures = tuple(_of_channel(each, channel) for each in plan.normals.textures)
+        changes["normals"] = plan.normals.model_copy(update={"textures": textures})
+        before += [each.file for each in plan.normals.textures]
+        after += [each.file for each in textures]
+    files = dict(zip(before, after, strict=True))
+    changes["items"] = tuple(
         item.model_copy(update={"files": tuple(files.get(path, path) for path in item.files)}) for item in plan.items
     )
-    return plan.model_copy(update={"channel": channel, "volumes": volumes, "items": items, "stages": stages})
+    return plan.model_copy(update=changes)
 
 
 def _volume(volume: VolumePlan, channel: str) -> VolumePlan:
     names = tuple(f"{name}-{channel}" for name in volume.names)
-    files = tuple(f"{file.removesuffix('.ktx2')}-{channel}.ktx2" for file in volume.files)
+    files = tuple(_file(file, channel) for file in volume.files)
     return volume.model_copy(update={"names": names, "files": files})
+
+
+def _of_channel(texture: _Named, channel: str) -> _Named:
+    return texture.model_copy(update={"name": f"{texture.name}-{channel}", "file": _file(texture.file, channel)})
+
+
+def _file(file: str, channel: str) -> str:
+    return f"{file.removesuffix('.ktx2')}-{channel}.ktx2"
 
 
 def _items(plans: Sequence[Plan]) -> tuple[PlanItem, ...]:

@@ -21,6 +21,10 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
     for channel in channels:
         if channel.source.info.grid != first.source.info.grid:
             yield f"channel {channel.name} has another grid than channel {first.name}"
+    indices = {level.index for level in manifest.levels}
+    held = {level.index for channel in channels for level in channel.levels}
+    if indices != held:
+        yield f"it has levels {sorted(indices)}, its channels {sorted(held)}"
     functions = Counter(name for channel in channels for name in channel.transfers)
     yield from (f"{count} channels have the transfer function {name}" for name, count in functions.items() if count > 1)
     if manifest.transfer_functions:

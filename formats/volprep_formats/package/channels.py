@@ -39,11 +39,12 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
         for texture in manifest.textures
         if (texture.channel == channel.name if texture.transfer is None else texture.transfer in transfers)
     )
-    held = {texture.level for texture in textures if texture.role == "volume"}
     skipping = manifest.skipping
     if skipping is not None:
+        names = {texture.name for texture in textures}
         tables = tuple(table for table in skipping.tables if table.transfer in transfers)
-        skipping = Skipping(epsilon=skipping.epsilon, tables=tables) if tables else None
+        ranges = tuple(each for each in skipping.ranges if each.texture in names)
+        skipping = Skipping(epsilon=skipping.epsilon, tables=tables, ranges=ranges)
     return manifest.model_copy(
         update={
             "source": channel.source,
@@ -52,7 +53,7 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
             "quantization": channel.quantization,
             "channels": None,
             "textures": textures,
-            "levels": tuple(level for level in manifest.levels if level.index in held or not held),
+            "levels": channel.levels,
             "transfer_functions": tuple(each for each in manifest.transfer_functions if each.name in transfers),
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer in transfers),
             "programs": tuple(program for program in manifest.programs if program.transfer in transfers),

@@ -87,6 +87,8 @@ LevelFilter = Literal[
     "mode",
     "mode-foreground",
     "feature-preserving",
+    "least-squares",
+    "appearance",
 ]
 """Filters that make a level from level 0."""
 
@@ -135,8 +137,9 @@ class MosaicLayout(Record):
     """Height and width of each texture, in texels."""
 
 
-ClassificationName = Literal["lookup", "preintegrated", "palette"]
-"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette."""
+ClassificationName = Literal["lookup", "preintegrated", "palette", "preclassified"]
+"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; or
+they are colours, because the voxels are classified."""
 
 
 class GlFormat(Record):
@@ -175,7 +178,9 @@ class Texture(Record):
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of its mosaic it is, from 0."""
     transfer: str | None = None
-    """Name of the transfer function, for a table."""
+    """Name of the transfer function, for a table, and for a volume whose voxels are classified by it."""
+    reference_mm: float | None = None
+    """For a volume of classified voxels: length of the path whose opacity is the alpha channel."""
     max_extinction_per_mm: float | None = None
     """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
     segment_mm: float | None = None
@@ -326,6 +331,8 @@ class Channel(Record):
     """Type of its values in the working data and the volume textures."""
     quantization: Quantization | None = None
     """How its stored values map to physical values."""
+    levels: tuple[Level, ...] = ()
+    """Levels of this channel in the package, finest first."""
     transfers: tuple[str, ...]
     """Names of the transfer functions of its values. Programs of these draw its textures."""
 
