@@ -127,7 +127,8 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1035": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
-        "Choose the grey series that this picture was made from.",
+        "Choose the grey series that this picture was made from. Uncompressed colours become grey with "
+        'rgb = "luminance" in [source].',
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,
@@ -274,7 +275,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1164": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the picture has {what}; a volume needs one grey value in each pixel",
-        "Convert the pictures to grey.",
+        'Convert the pictures to grey, or write rgb = "luminance" in [source].',
     ),
     "VP1165": Diagnostic(
         ExitStatus.SOURCE,
@@ -383,7 +384,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP1242": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: source.channels is \"all\", but {format} files have one channel",
+        '{path}: source.channels is "all", but {format} files have one channel',
         "Leave source.channels out, or list the files of the channels in [[source.channels]].",
     ),
     "VP1243": Diagnostic(
@@ -568,6 +569,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "classification {classification} needs more than OpenGL ES {api} of profile {profile} has",
         "Choose another render.classification, or a profile of OpenGL ES 3.0.",
+    ),
+    "VP3041": Diagnostic(
+        ExitStatus.SCENE,
+        "a package of classified voxels cannot have {what}",
+        "Leave that out, or choose another render.classification: voxels are colours of one transfer function.",
     ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,

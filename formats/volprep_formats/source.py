@@ -97,6 +97,9 @@ class SourceSpec(Record):
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""
+    rgb: Literal["luminance"] | None = None
+    """DICOM, stacks of pictures, mosaics: what to do with colours; "luminance" makes them grey, 0.299 red + 0.587 green
+    + 0.114 blue. Without it pictures in colour are refused."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     raw: RawLayout | None = None

@@ -136,6 +136,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("repair", spec.repair or None, {"dicom"}),
+        ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
         ("grid", spec.grid, {"vdb"}),
         ("stack", spec.stack, {"stack"}),
         ("mosaic", spec.mosaic, {"mosaic"}),

@@ -29,6 +29,7 @@ from volprep_formats.readers.dicom_pixels import (
     stored_range,
 )
 from volprep_formats.readers.dicom_scan import Scan, Series, choose_series, scan
+from volprep_formats.readers.luminance import LUMINANCE_REMARK
 from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ def _open(
 ) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
-    stack = stack_series(series, repair, spec.volume)
+    stack = stack_series(series if spec.rgb is None else _with_colours(series), repair, spec.volume)
     images = [series.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
@@ -203,6 +204,16 @@ def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: in
         if image.pixels is not None:
             check_decodable(image.pixels)
     return stack
+
+
+def _with_colours(series: Series) -> Series:
+    """The same series, in which it is no problem that images are in colour where they can be made grey."""
+    images = []
+    for image in series.images:
+        can_be_grey = image.pixels is not None and image.pixels.colours != ""
+        forgiven = can_be_grey and image.problem is not None and image.problem.code == "VP1035"
+        images.append(replace(image, problem=None) if forgiven else image)
+    return replace(series, images=tuple(images))
 
 
 def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.generic]) -> None:
@@ -247,6 +258,8 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
             else "MONOCHROME1: low values are meant to be shown bright; the values are kept, because they are in "
             + (images[0].unit or "floating point")
         )
+    if any(p.colours for p in pixels):
+        remarks.append(LUMINANCE_REMARK)
     if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):
         remarks.append("integers of more than 24 bits are read as 32-bit floating point; those beyond 2^24 are rounded")
     if any(p.is_float and p.bits_allocated > 32 for p in pixels):

@@ -6,6 +6,8 @@ finds to be damaged; and two decoders of lossy data need not round alike. Source
 
 from dataclasses import dataclass
 
+IMPLICIT, EXPLICIT = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1"
+"""Transfer syntaxes that are not compressed: little endian, types of values left out or written."""
 SYNTAXES = (
     ("1.2.840.10008.1.2.4.50", "JPEG baseline", "pylibjpeg"),
     ("1.2.840.10008.1.2.4.51", "JPEG extended", "pylibjpeg"),

@@ -68,7 +68,7 @@ def frame_count(data: Dataset) -> int | None:
 def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames: int) -> tuple[SliceImage, ...]:
     """Slices of the multi-frame image that `image` is as a whole; the image itself, with its problem, if it has one."""
     if image.problem is not None or image.pixels is None:
-        return (image,)
+        return (replace(image, pixels=None),)
     groups = _sequence(data, "PerFrameFunctionalGroupsSequence")
     if frames == 0 or len(groups) != frames:
         what = f"places for {len(groups)} frames" if groups else "no places for them"

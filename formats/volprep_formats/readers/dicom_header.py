@@ -11,8 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_codecs import EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom_element import PixelElement
 
 MAX_SLICE_PIXELS = 2**28
@@ -47,6 +49,7 @@ TAGS = {
     "ImagePositionPatient": 0x0020_0032,
     "ImageOrientationPatient": 0x0020_0037,
     "SamplesPerPixel": 0x0028_0002,
+    "PlanarConfiguration": 0x0028_0006,
     "PhotometricInterpretation": 0x0028_0004,
     "NumberOfFrames": 0x0028_0008,
     "Rows": 0x0028_0010,
@@ -87,7 +90,16 @@ Elements = Mapping[int, tuple[bytes, str]]
 """Values of elements as they stand in the file, and their byte order ("<" or ">"), by tag; no sequences."""
 
 _BINARY = frozenset(
-    ("SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation")
+    (
+        "SamplesPerPixel",
+        "PlanarConfiguration",
+        "Rows",
+        "Columns",
+        "BitsAllocated",
+        "BitsStored",
+        "HighBit",
+        "PixelRepresentation",
+    )
 )
 """Those of them that are stored as 16-bit numbers, the others being text."""
 _VARIANT_FORMS = {
@@ -105,6 +117,9 @@ _MODALITIES = frozenset(
 _GREY = frozenset(("MONOCHROME1", "MONOCHROME2"))
 _COLOURS = frozenset(("PALETTE COLOR", "RGB", "YBR_FULL", "YBR_FULL_422", "YBR_PARTIAL_420", "YBR_ICT", "YBR_RCT"))
 _UNITS = {"HU": "HU", "BQML": "Bq/ml"}
+
+
+Colours = Literal["", "pixels", "planes"]
 
 
 @dataclass(frozen=True)
@@ -127,6 +142,9 @@ class EncodedPixels:
     size_bytes: int
     is_bare: bool = False
     """The items of one frame of an encapsulated value, without its table and delimiter."""
+    colours: Colours = ""
+    """For pictures in colour, which are made grey: whether red, green and blue of a pixel follow each other, or planes
+    of one colour do."""
     tile: tuple[int, int, int, int] | None = None
     """First row, first column, rows and columns of the part of the picture that is the slice; None for all of it."""
 
@@ -271,6 +289,11 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     slope, intercept = fields.number("RescaleSlope"), fields.number("RescaleIntercept")
     if slope == 0.0:
         fields.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
+    orientation = fields.numbers("ImageOrientationPatient", 6)
+    position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
+    pixel_spacing_mm_yx = pixel_spacing(fields)
+    if pixels is not None and pixels.colours:
+        _refuse_colours(fields)  # last: it is no problem where colours are to be made grey
     return SliceImage(
         path=path,
         number=None,
@@ -279,9 +302,9 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         modality=modality if modality in _MODALITIES else "",
         is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
         shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),
-        orientation=fields.numbers("ImageOrientationPatient", 6),
-        position_mm_xyz=fields.numbers("ImagePositionPatient", 3),
-        pixel_spacing_mm_yx=pixel_spacing(fields),
+        orientation=orientation,
+        position_mm_xyz=position_mm_xyz,
+        pixel_spacing_mm_yx=pixel_spacing_mm_yx,
         slice_thickness_mm=fields.hint("SliceThickness"),
         spacing_between_slices_mm=fields.hint("SpacingBetweenSlices"),
         slope=1.0 if slope is None else slope,
@@ -299,8 +322,11 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
     """Check how the pixels are stored, in the order in which a person would ask."""
     rows, columns = fields.count("Rows", 1, 65535), fields.count("Columns", 1, 65535)
     photometric = fields.text("PhotometricInterpretation").upper()
+    colours: Colours = ""
     if fields.count("SamplesPerPixel", 1, 4) != 1 or photometric in _COLOURS:
-        fields.refuse("VP1035", kind=photometric if photometric in _COLOURS else "several samples per pixel")
+        colours = _plain_colours(fields, transfer_syntax, is_float=element.is_float)
+        if not colours:
+            _refuse_colours(fields)
     elif photometric not in _GREY:
         fields.refuse("VP1037", keyword="PhotometricInterpretation", wanted="MONOCHROME1 or MONOCHROME2")
     allocated = fields.count("BitsAllocated", 1, 64)
@@ -330,10 +356,27 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
         signed=signed,
         is_float=element.is_float,
         inverted=photometric == "MONOCHROME1",
+        colours=colours,
         has_words=element.has_words,
         offset_bytes=element.offset_bytes,
         size_bytes=element.size_bytes,
     )
+
+
+def _plain_colours(fields: Fields, transfer_syntax: str, *, is_float: bool) -> Colours:
+    """How red, green and blue lie where they can be made grey: whole bytes or words, not compressed; else empty."""
+    bits = fields.number("BitsAllocated")
+    said = (fields.text("PhotometricInterpretation").upper(), fields.number("SamplesPerPixel"), is_float)
+    whole = bits in {8.0, 16.0} and fields.number("BitsStored") == bits and fields.number("PixelRepresentation") == 0
+    order = fields.number("PlanarConfiguration")
+    if said != ("RGB", 3.0, False) or not whole or transfer_syntax not in {IMPLICIT, EXPLICIT} or order not in {0, 1}:
+        return ""
+    return "planes" if order else "pixels"
+
+
+def _refuse_colours(fields: Fields) -> None:
+    photometric = fields.text("PhotometricInterpretation").upper()
+    fields.refuse("VP1035", kind=photometric if photometric in _COLOURS else "several samples per pixel")
 
 
 def pixel_spacing(fields: Fields) -> tuple[float, ...] | None:

@@ -39,7 +39,7 @@ def is_mosaic(data: Elements) -> bool:
 def mosaic_slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     """Slices of the mosaic that `image` is as a whole; the image itself, with its problem, when they cannot be told."""
     if image.problem is not None or image.pixels is None:
-        return (image,)
+        return (replace(image, pixels=None),)
     try:
         return _slices(image, data)
     except VolprepError as error:

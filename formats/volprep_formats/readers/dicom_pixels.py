@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom_codecs import EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom_header import EncodedPixels
 from volprep_formats.readers.dicom_inflate import DEFLATED, inflated_data_set
-from volprep_formats.readers.dicom_plain import EXPLICIT, IMPLICIT
+from volprep_formats.readers.luminance import luminance
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
 _LITTLE_ENDIAN = frozenset((IMPLICIT, EXPLICIT))
@@ -26,7 +27,7 @@ def check_decodable(pixels: EncodedPixels) -> None:
 
         check_decoder(pixels)
         return
-    expected = pixels.rows * pixels.columns * pixels.bits_allocated // 8
+    expected = pixels.rows * pixels.columns * (3 if pixels.colours else 1) * pixels.bits_allocated // 8
     # A pad byte makes lengths even. More than a whole picture too much means that the header is wrong.
     if not expected <= pixels.size_bytes < 2 * expected + 2:
         raise VolprepError(
@@ -81,6 +82,7 @@ def is_as_stored(pixels: EncodedPixels, dtype: np.dtype[np.generic]) -> bool:
         and sys.byteorder == "little"
         and pixels.bits_allocated == 8 * dtype.itemsize
         and pixels.is_float == (dtype.kind == "f")
+        and not pixels.colours
     )
 
 
@@ -128,6 +130,8 @@ def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     order = ">" if pixels.transfer_syntax == _BIG_ENDIAN else "<"
     kind = "f" if pixels.is_float else "i" if pixels.signed else "u"
     count = pixels.rows * pixels.columns
+    if pixels.colours:
+        return _grey(pixels, data)
     if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
         # Bytes are packed in words, so the second of each pair comes first.
         words = np.frombuffer(data, dtype=">u2", count=(count + 1) // 2)
@@ -136,6 +140,15 @@ def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
         values = np.frombuffer(data, dtype=f"{order}{kind}{pixels.bits_allocated // 8}", count=count)
     native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
     return _masked(native, pixels)
+
+
+def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+    """Luminance of a picture in colour; dicom_header.py lets through whole little-endian bytes and words only."""
+    count = 3 * pixels.rows * pixels.columns
+    values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
+    if pixels.colours == "planes":
+        return luminance(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1))
+    return luminance(values.reshape(pixels.rows, pixels.columns, 3))
 
 
 def _masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:

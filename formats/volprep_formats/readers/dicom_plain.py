@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
 
-from volprep_formats.readers.dicom_codecs import DECODERS
+from volprep_formats.readers.dicom_codecs import DECODERS, EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom_element import (
     DOUBLE_PIXELS,
     FLOAT_PIXELS,
@@ -25,9 +25,6 @@ from volprep_formats.readers.dicom_element import (
     pixel_element,
 )
 from volprep_formats.readers.dicom_header import PRIVATE_TAGS, TAGS, Elements, raw_text
-
-IMPLICIT, EXPLICIT = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1"
-"""Transfer syntaxes: little endian, types of values left out or written."""
 
 _FIRST_BYTES = 2**13
 _MOST_BYTES = 2**25

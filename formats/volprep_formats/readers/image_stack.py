@@ -37,8 +37,12 @@ _PIXELS_AT_ONCE = 2**22
 class StackSource:
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]]) -> None:
-        """Take `files` in their order, each with the number of its pages; all pages are as `page`."""
+    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, makes_grey: bool) -> None:
+        """Take `files` in their order, each with the number of its pages; all pages are as `page`.
+
+        `makes_grey` says whether colours become luminance.
+        """
+        self._makes_grey = makes_grey
         self._info = info
         self._page = page
         self._files = tuple(files)
@@ -77,13 +81,12 @@ class StackSource:
     def _parts(self, z0: int, z1: int) -> list[tuple[int, Part]]:
         """Pages of one file each, few enough for all cores to have some, and where they go."""
         at_once = max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (self._page.rows * self._page.columns)))
+        whole = self._page.rows, self._page.columns
         parts = []
         for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):
                 last = min(z + at_once, z1, end)
-                parts.append(
-                    (z, Part(path, z - start, last - start, 0, self._page.rows, self._page.columns, self._page))
-                )
+                parts.append((z, Part(path, z - start, last - start, 0, *whole, self._page, self._makes_grey)))
         return parts
 
 
@@ -117,10 +120,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             format="stack",
             grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
             stored_type=first.stored_type,
-            remarks=(*remarks, *page_remarks(first, names[0])),
+            remarks=(*remarks, *page_remarks(first, names[0], makes_grey=spec.rgb is not None)),
         )
         each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
-        source = StackSource(info, first, each)
+        source = StackSource(info, first, each, makes_grey=spec.rgb is not None)
     if first.channels > 1:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)

@@ -23,11 +23,14 @@ from volprep_formats.source import MosaicLayout, SourceInfo, SourceSpec
 class MosaicSource:
     """A mosaic, decoded one row of tiles after the other in worker processes."""
 
-    def __init__(self, info: SourceInfo, path: Path, page: Page, tiles_yx: tuple[int, int]) -> None:
+    def __init__(
+        self, info: SourceInfo, path: Path, page: Page, tiles_yx: tuple[int, int], *, makes_grey: bool
+    ) -> None:
         self._info = info
         self._path = path
         self._page = page
         self._tiles_yx = tiles_yx
+        self._makes_grey = makes_grey
         self._leave = ExitStack()
         self._workers = self._leave.enter_context(workers())
 
@@ -57,7 +60,7 @@ class MosaicSource:
             top = tile_start(band, tiles_y, self._page.rows)
             tiles = min(self._info.grid.shape_zyx[0] - band * tiles_x, tiles_x)  # the others are spare
             columns = tile_start(tiles - 1, tiles_x, self._page.columns) + width
-            parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page))
+            parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page, self._makes_grey))
         self._workers.run([decode_request(part) for part in parts], place)
         return slab
 
@@ -92,10 +95,12 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSourc
         if len(found[0]) > 1:
             raise VolprepError("VP1166", path=path, what=f"{len(found[0])} pages as a mosaic")
         page = found[0][0]
-        return MosaicSource(_info(path, page, layout), path, page, (layout.tiles_y, layout.tiles_x))
+        makes_grey = spec.rgb is not None
+        info = _info(path, page, layout, makes_grey=makes_grey)
+        return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), makes_grey=makes_grey)
 
 
-def _info(path: Path, page: Page, layout: MosaicLayout) -> SourceInfo:
+def _info(path: Path, page: Page, layout: MosaicLayout, *, makes_grey: bool) -> SourceInfo:
     height, width = page.rows // layout.tiles_y, page.columns // layout.tiles_x
     if layout.slices > layout.tiles_x * layout.tiles_y or not height or not width:
         raise VolprepError(
@@ -107,7 +112,7 @@ def _info(path: Path, page: Page, layout: MosaicLayout) -> SourceInfo:
             tiles_y=layout.tiles_y,
             slices=layout.slices,
         )
-    remarks = page_remarks(page, path.name)
+    remarks = page_remarks(page, path.name, makes_grey=makes_grey)
     if page.rows % layout.tiles_y or page.columns % layout.tiles_x:
         size = f"{page.columns / layout.tiles_x:.6g}×{page.rows / layout.tiles_y:.6g}"
         remarks.append(f"tiles of {size} pixels are cut to {width}×{height}, each from its rounded beginning")

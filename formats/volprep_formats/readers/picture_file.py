@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request
+from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.picture_kinds import kind_of
 from volprep_formats.readers.tiff_chain import count_pages
 from volprep_formats.source import StoredType
@@ -91,6 +92,8 @@ class Part:
     columns: int
     page: Page
     """What all of them are."""
+    makes_grey: bool = False
+    """Whether colours become luminance; else they are refused."""
 
 
 def header_request(path: Path) -> Request:
@@ -103,9 +106,11 @@ def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
     return tuple(Page(*row) for row in answer.tolist())
 
 
-def page_remarks(page: Page, name: str) -> list[str]:
+def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:
     """What a user should know about pictures that are as `page`, the first in file `name`."""
     remarks = []
+    if makes_grey and page.channels - (page.alpha >= 0) == 3:
+        remarks.append(LUMINANCE_REMARK)
     if page.has_resolution:
         remarks.append("the resolution in the pictures is meant for paper and not used")
     if page.spread:
@@ -264,7 +269,7 @@ def _decode_pages(part: Part) -> NDArray[np.generic]:
         if values is None or values.size != height * page.columns * page.channels:
             raise unsound(part.path, picture.geterror())
         values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
-        result[index - part.first] = _grey(part.path, page, values)
+        result[index - part.first] = _grey(part, values)
     picture.close()
     return result
 
@@ -280,11 +285,14 @@ def _values(picture: Any, index: int, part: Part) -> NDArray[np.generic] | None:
     return values
 
 
-def _grey(path: Path, page: Page, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The one value that all colour channels share."""
+def _grey(part: Part, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """The one value that all colour channels share, or their luminance."""
+    path, page = part.path, part.page
     colours = [channel for channel in range(page.channels) if channel != page.alpha]
     first: NDArray[np.generic] = values[..., colours[0] if colours else 0]
-    if not all(np.array_equal(values[..., channel], first) for channel in colours[1:]):
+    if part.makes_grey and len(colours) == 3:
+        first = luminance(values[..., colours])
+    elif not all(np.array_equal(values[..., channel], first) for channel in colours[1:]):
         raise VolprepError("VP1164", path=path, what=f"{len(colours)} colour channels that differ")
     opaque = 1.0 if page.stored_type == "float32" else np.iinfo(page.stored_type).max
     if colours and page.alpha >= 0 and not (values[..., page.alpha] == opaque).all():
