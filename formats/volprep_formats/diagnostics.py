@@ -92,7 +92,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1021": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the NIfTI file has {shape} values along x, y, z, ...; one volume is needed",
-        "Extract one volume, or one component, into a file of its own.",
+        "Set source.volume to the number of one, from 1 to {volumes}.",
     ),
     "VP1022": Diagnostic(
         ExitStatus.SOURCE,

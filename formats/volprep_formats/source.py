@@ -89,7 +89,7 @@ class SourceSpec(Record):
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, OME: which volume to read, from 1, where there are several: time points, echoes, phases."""
+    """DICOM, NIfTI, OME: which volume to read, from 1, where there are several: time points, echoes, components."""
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0)] | None = None

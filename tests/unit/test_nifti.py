@@ -231,10 +231,25 @@ def test_a_quaternion_that_is_none_is_refused(tmp_path) -> None:
     assert refusal(patched(tmp_path / "v.nii", 256, np.array([3, 0, 0], "<f4").tobytes())).code == "VP2021"
 
 
-def test_several_volumes_are_refused(tmp_path) -> None:
+def test_several_volumes_without_a_choice_are_refused(tmp_path) -> None:
     error = refusal(save(tmp_path / "v.nii", noise(shape=(4, 5, 3, 2))))
     assert error.code == "VP1021"
     assert "4×5×3×2" in str(error)
+    assert "1 to 2" in str(error)
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+def test_one_of_several_volumes_is_read_by_its_number(tmp_path, name) -> None:
+    values = noise(shape=(4, 5, 3, 2, 3))
+    file = save(tmp_path / name, values)
+    for number in range(1, 7):
+        with open_source(SourceSpec(path=str(file), volume=number), Path(), Silent()) as source:
+            expected = values[..., (number - 1) % 2, (number - 1) // 2].T
+            assert np.array_equal(source.read_slab(0, 3), expected)
+            assert source.info.grid.shape_zyx == (3, 5, 4)
+    for number in (7, 10**9):
+        with pytest.raises(VolprepError, match="VP1021"):
+            open_source(SourceSpec(path=str(file), volume=number), Path(), Silent())
 
 
 @pytest.mark.parametrize("dims", [[3, 4, -1, 3], [3, 4, 0, 3], [0, 4, 1, 3], [9, 4, 1, 3], [-3, 4, 1, 3]])

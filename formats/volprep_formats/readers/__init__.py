@@ -132,7 +132,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"dicom", *_OME}),
+        ("volume", spec.volume, {"dicom", "nifti", *_OME}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("repair", spec.repair or None, {"dicom"}),

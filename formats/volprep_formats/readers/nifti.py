@@ -34,13 +34,13 @@ _LONGEST_AXIS = 2**31 - 1
 Matrix = NDArray[np.float64]
 
 
-def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers.
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers: of several along the axes after x, y and z, that which `spec.volume` numbers.
 
     Raises VolprepError VP1003, VP1008, VP1020 to VP1022, VP2020 (sheared affine) or VP2021 (unusable affine).
     """
     header = _header(path)
-    shape_zyx = _shape_zyx(path, header)
+    shape_zyx, volume = _shape_and_volume(path, header, spec.volume)
     try:
         dtype = header.get_data_dtype()
     except KeyError as error:
@@ -49,7 +49,8 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         raise VolprepError("VP1022", path=path, dtype=dtype.name)
     grid, remarks = _grid(path, header, shape_zyx)
     slope, intercept = _scaling(path, header)
-    voxels = VoxelFile(path, dtype, shape_zyx, int(header.get_data_offset()))
+    offset = int(header.get_data_offset()) + volume * prod(shape_zyx) * dtype.itemsize
+    voxels = VoxelFile(path, dtype, shape_zyx, offset)
     try:
         actual = path.stat().st_size
         if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1):
@@ -91,15 +92,18 @@ def _header(path: Path) -> Any:
     return header
 
 
-def _shape_zyx(path: Path, header: Any) -> tuple[int, int, int]:
+def _shape_and_volume(path: Path, header: Any, wanted: int | None) -> tuple[tuple[int, int, int], int]:
+    """Shape of a volume, and the number from 0 of the one that is wanted."""
     dim = [int(n) for n in header["dim"]]
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
-    if not sizes or min(sizes) < 1 or prod(sizes[3:]) != 1:
-        raise VolprepError("VP1021", path=path, shape="×".join(str(n) for n in sizes or dim))
-    if max(sizes) > _LONGEST_AXIS:
-        raise VolprepError("VP1020", path=path, error=f"its header says {max(sizes)} voxels along one axis")
+    shape = "×".join(str(n) for n in sizes or dim)
+    if not sizes or min(sizes) < 1 or max(sizes) > _LONGEST_AXIS:
+        raise VolprepError("VP1020", path=path, error=f"its header says {shape} voxels")
+    volumes = prod(sizes[3:])
+    if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
+        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
     nx, ny, nz = (*sizes, 1, 1)[:3]
-    return nz, ny, nx
+    return (nz, ny, nx), (wanted or 1) - 1
 
 
 def _scaling(path: Path, header: Any) -> tuple[float, float]:
