@@ -31,7 +31,8 @@ class PyramidSettings(Record):
     coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
     """Levels are added until the longest axis has at most this many voxels."""
     filter: Literal["auto"] | LevelFilter = "auto"
-    """Filter that makes a level from level 0; "auto" takes "box", and "mode" for labels."""
+    """Filter that makes a level from level 0; "auto" makes each level by several and takes the one whose pictures come
+    nearest to those of level 0, and "mode" for labels."""
 
 
 class MosaicSettings(Record):
@@ -66,7 +67,7 @@ class RenderWishes(Record):
     classification: ClassificationName = "lookup"
     """What becomes a colour: "lookup" each sample, by a lookup table; "preintegrated" each segment between two
     samples, by a table of segments, which needs far fewer of them; "palette" each sample, by few constants of the
-    shader, without a texture."""
+    shader, without a texture; "preclassified" no sample, because the voxels of the package are colours."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Annotated[float, Field(gt=0.0)] | None = None

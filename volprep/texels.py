@@ -6,6 +6,7 @@ than 8 bits.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,11 @@ from numpy.typing import NDArray
 from volprep.plan import VolumePlan
 from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume
+from volprep.transfer.preclassified import classified_texels
+from volprep.transfer.table import Table
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction
 
 Texels = NDArray[np.generic]
 
@@ -36,6 +40,21 @@ def texel_reader(volume: RawVolume) -> Callable[[int, int], Texels]:
     return read
 
 
+def classified_reader(
+    volume: RawVolume, function: TransferFunction, window: tuple[float, float], reference_mm: float
+) -> Callable[[int, int], Texels]:
+    """Give a function that reads slices z0 to z1 - 1 of `volume` as classified texels [z, y, x, RGBA]."""
+    codes = 2 ** (8 * volume.dtype.itemsize)
+    by_code = classified_texels(Table.exact(function), np.linspace(*window, codes), reference_mm)
+
+    def read(z0: int, z1: int) -> Texels:
+        slab: NDArray[Any] = volume.read_slab(z0, z1)
+        texels: Texels = by_code[slab]
+        return texels
+
+    return read
+
+
 def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:
     """Give the manifest's entry of a level's texture, or of one part of its mosaic."""
     return Texture(
@@ -47,4 +66,6 @@ def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Tex
         level=volume.level,
         mosaic=volume.mosaic,
         part=part,
+        transfer=volume.transfer,
+        reference_mm=volume.reference_mm,
     )

@@ -15,7 +15,8 @@ def transfer(
     classification: Annotated[
         str | None,
         typer.Option(
-            help="lookup, preintegrated or palette. Replaces the scene's render.classification.", metavar="KIND"
+            help="lookup, preintegrated, palette, preclassified. Replaces the scene's render.classification.",
+            metavar="KIND",
         ),
     ] = None,
     palette_entries: Annotated[
@@ -29,6 +30,7 @@ def transfer(
 
     lookup: a table of values. preintegrated: a table of ray segments, by the values at their two ends, for far fewer
     samples where a transfer function is steep. palette: few entries in the shader, without a texture.
+    preclassified: nothing here, because voxels become colours when textures are made.
 
     A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]): angiography, ct-bone,
     ct-soft-tissue, labels, micro-ct, mr-head.

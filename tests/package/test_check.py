@@ -189,7 +189,13 @@ CONTRADICTIONS: dict[str, Change] = {
         "textures", 0, "level", to=1
     ),
     "texture volume-0 is part 1, but of no mosaic": set_to("textures", 0, "part", to=1),
-    "texture volume-0 is a volume, but has a transfer function": set_to("textures", 0, "transfer", to="bone"),
+    "texture volume-0 is a volume, but has only one of": set_to("textures", 0, "transfer", to="bone"),
+    "texture volume-0 is classified by skin, which is no transfer function": lambda manifest: manifest["textures"][
+        0
+    ].update(transfer="skin", reference_mm=1.0),
+    "texture volume-0 is classified, so it must be 3D and have four channels": lambda manifest: manifest["textures"][
+        0
+    ].update(transfer="bone", reference_mm=1.0),
     "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(1),
     "program raycast draws level 0, but no texture holds it in the form that raycast_mosaic": set_to(
         "programs", 0, "technique", to="raycast_mosaic"

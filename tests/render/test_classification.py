@@ -143,6 +143,49 @@ def table_function_of(package):
     return table_function(package, "test")
 
 
+def test_classified_voxels_are_mixed_with_their_opacity(tmp_path):
+    """A ramp between an opaque red voxel and a transparent blue one stays red, and is half as opaque in the middle."""
+    step = function((0.0, (0.0, 0.0, 1.0), 0.0), (100.0, (0.0, 0.0, 1.0), 0.0), (100.0, RED, 0.2), (255.0, RED, 0.2))
+    codes = np.zeros((1, 1, 8), np.uint8)
+    codes[..., 4:] = 255
+    package = tiny_package(tmp_path / "p", codes, step, classification="preclassified", step_mm=0.25)
+    grid = Grid.of(codes.shape, (1.0, 1.0, 1.0))
+    with Renderer(package, target="rgba32f") as renderer:
+        picture = renderer.render(standard_views(grid)["anterior"].box_from_clip(grid, 1.0), (64, 64))
+    seen = picture[32][picture[32, :, 3] > 0.01]
+    # Bytes of a colour times an opacity of 0.26: half a step of 255 is 1 % of them.
+    np.testing.assert_allclose(seen[:, :3] / seen[:, 3:], np.broadcast_to(RED, (len(seen), 3)), atol=0.02)
+    assert seen[:, 3].max() == pytest.approx(1 - np.exp(-0.2), abs=0.005)
+    share = seen[:, 3] / seen[:, 3].max()
+    assert np.count_nonzero((share > 0.2) & (share < 0.8)) >= 3, "nothing lies between the voxels"
+
+
+@pytest.mark.parametrize("step_mm", [0.1, 0.4])
+def test_classified_voxels_have_the_opacity_of_any_step(tmp_path, step_mm):
+    constant = np.full((6, 6, 6), 200, np.uint8)
+    grey = function((0.0, WHITE, 0.05), (255.0, WHITE, 0.05))
+    package = tiny_package(tmp_path / "p", constant, grey, classification="preclassified", step_mm=0.4)
+    grid = Grid.of(constant.shape, (1.0, 1.0, 1.0))
+    with Renderer(package, target="rgba32f") as renderer:
+        picture = renderer.render(standard_views(grid)["superior"].box_from_clip(grid, 1.0), (8, 8), step_mm)
+    # A byte of the opacity of 2.4 mm, 0.113: half a step is 1.7 % of the extinction.
+    assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.3), rel=0.02)
+    assert package.manifest.textures[0].reference_mm == pytest.approx(2.4)
+
+
+def test_classified_voxels_come_near_where_the_function_is_gentle_and_lose_what_lies_between_voxels(tmp_path):
+    errors = {}
+    for name, transfer_function in (("gentle", BENT), ("steep", STEEP)):
+        truth = oracle(transfer_function, "anterior-right")
+        for kind in ("lookup", "preclassified"):
+            package = tiny_package(
+                tmp_path / (name + kind), CODES, transfer_function, grid=GRID, classification=kind, step_mm=0.2
+            )
+            errors[name, kind] = rmse(draw(package, "anterior-right"), truth)
+    assert errors["gentle", "preclassified"] < 0.01
+    assert errors["steep", "preclassified"] > 4 * errors["steep", "lookup"]
+
+
 def test_the_more_entries_the_nearer_is_a_palette(tmp_path):
     truth = oracle(BENT, "left")
     errors = [

@@ -113,7 +113,12 @@ def tiny_package(
         draft = Draft.create(folder, manifest)
         for index, level in enumerate(levels):
             draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
-        draft.commit(StageRecord(name="quantize", key=KEY), grid=grid, levels=levels_of(plan), render=render)
+        draft.commit(
+            StageRecord(name="quantize", key=KEY),
+            grid=grid,
+            levels=levels_of(plan, dict.fromkeys(range(1, len(levels)), "box")),
+            render=render,
+        )
         layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE
         for stage in (transfer.STAGE, *vectors, layout, *skipping, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
@@ -172,9 +177,13 @@ def _classified(plan: Plan, name: ClassificationName) -> Plan:
     tables: dict[str, object] = {}
     if name == "palette":
         tables["palettes"] = (PalettePlan(transfer=lookup.transfer, entries=lookup.entries),)
-    else:
+    elif name == "preintegrated":
         table = PreintegratedPlan(**lookup.model_dump(), segment_mm=plan.render.step_mm)
         tables["preintegrated"] = (table,)
+    if name == "preclassified":
+        # Six steps: short enough for the dense, long enough for the faint.
+        update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.render.step_mm, "format": "RGBA8"}
+        tables = {"volumes": tuple(volume.model_copy(update=update) for volume in plan.volumes)}
     program = program.model_copy(update={"classification": name})
     return plan.model_copy(update={"lookups": (), "programs": (program,), **tables})
 

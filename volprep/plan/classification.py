@@ -6,17 +6,19 @@ known exactly, and what is left is what samples miss between them, and what a ta
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.plan.probe import Codes, PictureError, difference
-from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan
+from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
 from volprep.plan.values import ValueChoice
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import RenderWishes, Scene
 from volprep.statistics import Measured
 from volprep.transfer.palette import even_palette
+from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
@@ -34,6 +36,10 @@ _TABLE_SHARE = 0.05
 """Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
 _RAYS = 256
 _MORE_SAMPLES = 4
+_REFERENCES = 8
+"""Reference lengths of classified voxels that are tried: 1 to 128 steps."""
+CLASSIFIED_BITS = 32
+"""Bits of a classified voxel."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +52,40 @@ class Tables:
     """Pre-integrated tables."""
     palettes: tuple[PalettePlan, ...] = ()
     """Palettes."""
+    voxels: tuple[str, float] | None = None
+    """Where voxels are classified: by which transfer function, for a path of how many millimetres."""
     reasons: tuple[str, ...] = ()
     """What each is off by."""
+
+    def classified(self, volumes: tuple[VolumePlan, ...]) -> tuple[VolumePlan, ...]:
+        """Give the volumes with voxels classified, if they are to be."""
+        if self.voxels is None:
+            return volumes
+        transfer, reference_mm = self.voxels
+        update = {"transfer": transfer, "reference_mm": reference_mm}
+        return tuple(volume.model_copy(update=update) for volume in volumes)
 
 
 def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
     """Give the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
-    if wishes.classification == "palette":
+    if wishes.classification in {"palette", "preclassified"}:
         return 0
     texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
     return texels * BYTES_PER_TEXEL[_texel_format(profile)]
 
 
-def require_classification(wishes: RenderWishes, profile: DeviceProfile) -> None:
-    """Raise VP3040 where the class of devices cannot classify as the scene wants."""
-    if wishes.classification == "palette" and profile.api == "es2.0":
-        raise VolprepError("VP3040", classification="palette", profile=profile.name, api=profile.api[2:])
+def require_classification(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3040 where the class of devices cannot classify as the scene wants, VP3041 where the scene cannot."""
+    name = scene.render.classification
+    if name in {"palette", "preclassified"} and profile.api == "es2.0":
+        raise VolprepError("VP3040", classification=name, profile=profile.name, api=profile.api[2:])
+    unwanted = {
+        "several transfer functions": len(scene.transfer) == 1,
+        "sub-volumes": scene.grid is None,
+    }
+    for what, is_unwanted in unwanted.items():
+        if name == "preclassified" and not is_unwanted:
+            raise VolprepError("VP3041", what=what)
 
 
 def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
@@ -83,6 +107,11 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
         palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
         reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
         return Tables(palettes=palettes, reasons=reasons)
+    if wishes.classification == "preclassified":
+        (function,) = functions
+        reference_mm, error = rays.best_reference(function)
+        reason = rays.classified_reason(function, reference_mm, error)
+        return Tables(voxels=(function.name, reference_mm), reasons=(reason,))
     planned: list[PreintegratedPlan] = []
     texts: list[str] = []
     for function in functions:
@@ -106,6 +135,8 @@ def describe_tables(plan: Plan, tables: Tables) -> Iterator[PlanItem]:
                 files=(table.file,),
                 size_bytes=texels * BYTES_PER_TEXEL[table.format],
             )
+    if tables.voxels is not None:
+        yield PlanItem(name=f"voxels classified by {tables.voxels[0]}", kept=True, reason=next(reasons))
     for palette in plan.palettes:
         yield PlanItem(name=f"palette {palette.transfer}", kept=True, reason=next(reasons))
     if not plan.preintegrated:
@@ -172,6 +203,39 @@ class _Rays:
         error = difference(self._light(pieces, _nearest(function, self._window, entries)), exact)
         return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
 
+    def best_reference(self, function: TransferFunction) -> tuple[float, PictureError]:
+        """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""
+        truth = self._truth(function)
+        lengths = [self._step.segment_mm * 2**power for power in range(_REFERENCES)]
+        errors = [difference(self._classified_light(function, length), truth) for length in lengths]
+        best = min(range(_REFERENCES), key=lambda index: errors[index].rmse)
+        return lengths[best], errors[best]
+
+    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureError) -> str:
+        """Compare classified voxels with samples that are classified after the filter."""
+        samples = difference(self._light(self._step.pieces, _samples(Table.exact(function))), self._truth(function))
+        return (
+            f"four channels in place of one; opacity is that of {reference_mm:.3g} mm: the sample of rays "
+            f"is off by {error.text}; samples of the values would be off by {samples.text}"
+        )
+
+    def _classified_light(self, function: TransferFunction, reference_mm: float) -> Array:
+        """Colour and opacity of the rays, where the filter mixes classified voxels."""
+        table = Table.exact(function)
+        depth, rays = self._columns.shape
+        texels = classified_texels(table, self._columns.ravel(), reference_mm).reshape(depth, rays, 4) / 255
+        index = np.broadcast_to(np.arange(depth, dtype=np.float64)[:, None], (depth, rays))
+
+        def classify(front: Array, back: Array) -> tuple[Array, Array]:
+            at = (front + back) / 2
+            lower = np.clip(at.astype(np.intp), 0, max(depth - 2, 0))
+            share = (at - lower)[..., None]
+            column = np.arange(rays)
+            upper = np.minimum(lower + 1, depth - 1)
+            return medium_of_texels(texels[lower, column] * (1 - share) + texels[upper, column] * share, reference_mm)
+
+        return self._light(self._step.pieces, classify, index)
+
     def _truth(self, function: TransferFunction) -> Array:
         table = Table.exact(function)
         step_mm = self._step.voxel_mm / self._step.pieces
@@ -181,13 +245,14 @@ class _Rays:
         texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
         return PreintegratedTable.of_texels(texels, self._window).at
 
-    def _light(self, pieces: int, classify: Classify) -> Array:
+    def _light(self, pieces: int, classify: Classify, columns: Array | None = None) -> Array:
         """Colour and opacity of the rays, [ray, 4], with so many segments between two voxels."""
+        columns = self._columns if columns is None else columns
         rays = self._columns.shape[1]
         light = np.zeros((rays, 4))
         depth = np.zeros(rays)
         length_mm = self._step.voxel_mm / pieces
-        for lower, upper in zip(self._columns[:-1], self._columns[1:], strict=True):
+        for lower, upper in pairwise(columns):
             ends = lower + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (upper - lower)
             colour, extinction = classify(ends[:-1], ends[1:])
             depths = depth + np.vstack([np.zeros(rays), np.cumsum(extinction * length_mm, axis=0)])

@@ -4,7 +4,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from volprep.plan.classification import StepLengths, choose_tables, require_classification, tables_bytes
+from volprep.plan.classification import (
+    CLASSIFIED_BITS,
+    StepLengths,
+    choose_tables,
+    require_classification,
+    tables_bytes,
+)
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
@@ -56,7 +62,7 @@ def make_plan(
     VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and
     VP3051 for normals that it cannot hold.
     """
-    require_classification(scene.render, profile)
+    require_classification(scene, profile)
     functions = resolved_functions(scene, info, measured)
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
@@ -64,9 +70,10 @@ def make_plan(
     candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
+    bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
     wanted = wanted_normals(scene)
     fits = [
-        fit_level(level, values.quantize.bits, profile, beside_level(beside, level, wanted, profile), scene.mosaic)
+        fit_level(level, bits, profile, beside_level(beside, level, wanted, profile), scene.mosaic)
         for level in candidates
     ]
     levels, volumes = _kept(candidates, fits, profile)
@@ -89,7 +96,7 @@ def make_plan(
         transfer_functions=functions,
         quantize=values.quantize,
         levels=levels,
-        volumes=volumes,
+        volumes=tables.classified(volumes),
         subvolumes=subvolumes,
         lookups=tables.lookups,
         preintegrated=tables.preintegrated,

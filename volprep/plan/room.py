@@ -7,8 +7,8 @@ from volprep.plan.records import VolumePlan
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
-ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",)}
-"""Formats of one channel, by the bits of a code."""
+ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
+"""Formats of one code in a texel, by the bits of a code; 32 are those of a classified voxel."""
 FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
 """Formats of four channels, by the bits of a code."""
 

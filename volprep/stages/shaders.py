@@ -90,7 +90,7 @@ def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
-        return raycast_texture3d.sampling()
+        return raycast_texture3d.sampling(classified=program.classification == "preclassified")
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     # The layout is constant in the shader, so a mosaic's program draws one level.

@@ -1,12 +1,12 @@
 """Levels become 3D textures, one file each."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import KTX2_FORMAT
-from volprep.slabs import bytes_of, slab_ranges
+from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import texel_reader, volume_texture
+from volprep.texels import Texels, classified_reader, texel_reader, volume_texture
 from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
 from volprep_formats.progress import Progress
@@ -15,7 +15,8 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return tuple(volume for volume in plan.volumes if volume.mosaic is None)
+    classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
+    return (*(volume for volume in plan.volumes if volume.mosaic is None), *classified)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -31,10 +32,17 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _file(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[bytes | memoryview]:
     yield ktx2.header(KTX2_FORMAT[volume.format], volume.shape_zyx, 3)
     codes = codes_of_level(draft, plan, volume.level)
-    read = texel_reader(codes)
+    read = _reader(plan, volume, codes)
     for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
         yield bytes_of(read(z0, z1))
         progress.advance(z1 - z0)
+
+
+def _reader(plan: Plan, volume: VolumePlan, codes: RawVolume) -> Callable[[int, int], Texels]:
+    if volume.transfer is None or volume.reference_mm is None:
+        return texel_reader(codes)
+    function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
+    return classified_reader(codes, function, plan.quantize.window, volume.reference_mm)
 
 
 STAGE = Stage(name="texture", reads=("quantize", "pyramid"), settings=_settings, run=_run)

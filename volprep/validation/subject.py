@@ -7,7 +7,7 @@ from volprep.render.camera import standard_views
 from volprep.report.data import ErrorNumbers
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import OraclePicture, oracle_picture
-from volprep.validation.decoded import Volume, level_volume, table_function
+from volprep.validation.decoded import Volume, level_volume, own_table, table_function
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Program, RenderSettings
 from volprep_formats.package.reader import Package
@@ -34,17 +34,31 @@ class Subject:
         """For each transfer function the program that draws it at the finest level."""
         self._levels: dict[int, Volume] = {}
 
+    @property
+    def _is_classified(self) -> bool:
+        return any(texture.reference_mm is not None for texture in self.package.manifest.textures)
+
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
         return self._integrate(self.scan, self.function(transfer), view)
 
     def on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
-        """Draw what the package holds of `level`, with the control points of the transfer function."""
-        return self._integrate(self._level(level), self.function(transfer), view)
+        """Draw what the package holds of `level`, with the control points of the transfer function.
+
+        A table of the level's own belongs to its data: there is nothing else that it could be the table of. Classified
+        voxels have no values to integrate: there it is the truth, and all error counts as that of drawing.
+        """
+        if self._is_classified:
+            return self.truth(transfer, view)
+        own = own_table(self.package, transfer, level)
+        function = table_function(self.package, transfer, level) if own else self.function(transfer)
+        return self._integrate(self._level(level), function, view)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
-        return self._integrate(self._level(level), table_function(self.package, transfer), view)
+        if self._is_classified:
+            return self.truth(transfer, view)
+        return self._integrate(self._level(level), table_function(self.package, transfer, level), view)
 
     def levels(self, program: Program) -> list[int]:
         """Levels at which the transfer function of `program` is drawn in the same way, finest first."""

@@ -38,5 +38,5 @@ def _sampling(manifest: Manifest, program: Program) -> Sampling:
     level = manifest.levels[[each.index for each in manifest.levels].index(min(program.levels))]
     volume = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("volume", level.index))
     if volume.mosaic is None:
-        return raycast_texture3d.sampling()
+        return raycast_texture3d.sampling(classified=program.classification == "preclassified")
     return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx)

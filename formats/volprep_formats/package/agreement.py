@@ -155,16 +155,30 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, level))
     elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
         yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
-    if texture.transfer is not None or texture.max_extinction_per_mm is not None:
-        yield f"{name} is a volume, but has a transfer function or a largest extinction"
+    yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))
+
+
+def _voxels(manifest: Manifest, texture: Texture) -> Iterator[str]:
+    """A volume holds values, or is classified by a transfer function for a length."""
+    classified = texture.reference_mm is not None and texture.reference_mm > 0
+    if classified != (texture.transfer is not None) or texture.max_extinction_per_mm is not None:
+        yield "is a volume, but has only one of a transfer function and a reference length, or a largest extinction"
+    if texture.transfer is not None and texture.transfer not in _function_names(manifest):
+        yield f"is classified by {texture.transfer}, which is no transfer function"
+    if classified and (texture.gl.format != "RGBA" or texture.mosaic is not None):
+        yield "is classified, so it must be 3D and have four channels"
 
 
 def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
     if texture.transfer not in _function_names(manifest):
         yield f"is the table of {texture.transfer}, which is no transfer function"
     _, height, width = texture.shape_zyx
-    if texture.level is not None or texture.mosaic is not None:
-        yield "is a table of a transfer function, but has a level or a mosaic"
+    if texture.mosaic is not None:
+        yield "is a table of a transfer function, but has a mosaic"
+    if texture.level is not None and texture.level not in {level.index for level in manifest.levels}:
+        yield f"is the table of level {texture.level}, which is not among the levels"
+    if texture.level is not None and texture.role == "preintegrated":
+        yield "is pre-integrated, but has a level"
     if height != (width if texture.role == "preintegrated" else 1):
         yield "has not one row as a lookup table, or as many rows as columns as a pre-integrated one"
     if (texture.role == "preintegrated") != (texture.segment_mm is not None and texture.segment_mm > 0):
@@ -186,16 +200,30 @@ def _function_names(manifest: Manifest) -> set[str]:
 def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
     """A program has what it classifies with, and samples it once."""
     name = program.classification
-    wanted = [] if name == "palette" else ["transfer" if name == "lookup" else name]
+    wanted = [] if name in {"palette", "preclassified"} else ["transfer" if name == "lookup" else name]
     if name == "palette":
         found = [palette.transfer for palette in manifest.palettes]
+    elif name == "preclassified":
+        found = list({str(each.transfer) for each in manifest.textures if each.reference_mm is not None})
     else:
-        found = [str(texture.transfer) for texture in manifest.textures if texture.role in wanted]
+        tables = [each for each in manifest.textures if each.role in wanted and each.transfer == program.transfer]
+        found = [program.transfer] if _one_for_each_level(tables, program) else []
+        forms = {(each.shape_zyx, each.gl.type, each.max_extinction_per_mm) for each in tables}
+        if len(forms) > 1:
+            yield f"draws {program.transfer}, whose tables have not one size, type and largest extinction"
     if found.count(program.transfer) != 1:
         yield f"draws {program.transfer}, of which there is not one {name} table"
     sampled = [sampler.role for sampler in program.samplers if sampler.role not in {"volume", "skip", "normals"}]
     if sampled != wanted:
         yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
+
+
+def _one_for_each_level(tables: list[Texture], program: Program) -> bool:
+    """Say whether each level of a program has one table: its own, or the one common one."""
+    levels = [table.level for table in tables]
+    if any(count > 1 for count in Counter(levels).values()):
+        return False
+    return None in levels or (bool(levels) and set(program.levels) <= set(levels))
 
 
 def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[str]:

@@ -64,7 +64,11 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     work = next((record for record in manifest.files if record.path == working), None)
     if work is not None and level in {None, 0}:
         return _working_volume(package, work)
-    held = {item.level for item in manifest.textures if item.role == "volume" and item.level is not None}
+    held = {
+        item.level
+        for item in manifest.textures
+        if (item.role, item.transfer) == ("volume", None) and item.level is not None
+    }
     held_level = min(held, default=0) if level is None else level
     if held_level not in held:
         found = sorted(held | ({0} if work is not None else set()))

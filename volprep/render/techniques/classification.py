@@ -6,7 +6,7 @@ All give the same words to the loop of the ray caster, so that any of them goes 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from volprep.render.compose import Dialect, literal
+from volprep.render.compose import literal
 from volprep_formats.package.manifest import ClassificationName, Manifest, Program, Sampler, Texture
 from volprep_formats.package.palette import Palette
 
@@ -34,14 +34,11 @@ def classification(
     """Give what belongs to a kind of classification and a transfer function."""
     if name == "palette":
         return _palette(next(palette for palette in palettes if palette.transfer == transfer))
+    if name == "preclassified":
+        return _preclassified(next(texture for texture in textures if texture.reference_mm is not None))
     role = "transfer" if name == "lookup" else name
     table = next(texture for texture in textures if texture.role == role and texture.transfer == transfer)
     return _WITH_TEXTURE[name](table)
-
-
-def dialect_allows(name: ClassificationName, dialect: Dialect) -> bool:
-    """Say whether the shading language can do it: GLSL ES 1.00 has no index that is computed, but in vertex shaders."""
-    return name != "palette" or dialect == "es300"
 
 
 def _lookup(table: Texture) -> Classification:
@@ -73,6 +70,14 @@ def _palette(palette: Palette) -> Classification:
             "LAST_ENTRY": literal(len(entries) - 1),
             "PALETTE": ",\n  ".join(entries),
         },
+        samplers=(),
+    )
+
+
+def _preclassified(volume: Texture) -> Classification:
+    return Classification(
+        parts={"classification": "classify_preclassified", "first": None, "medium": "medium_preclassified"},
+        constants={"REFERENCE_MM": literal(volume.reference_mm or 0.0)},
         samplers=(),
     )
 

@@ -4,11 +4,11 @@ from volprep.render.techniques.raycast import Sampling
 from volprep_formats.package.manifest import Sampler, Uniform
 
 
-def sampling() -> Sampling:
-    """How the volume is read."""
+def sampling(*, classified: bool = False) -> Sampling:
+    """How the volume is read: a value, or all channels of voxels that are classified already."""
     return Sampling(
         dialect="es300",
-        parts={"sampling": "sample_texture3d"},
+        parts={"sampling": "sample_texture3d_rgba" if classified else "sample_texture3d"},
         constants={},
         uniforms=(Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box"),),
         samplers=(Sampler(name="u_volume", role="volume"),),
