@@ -1,9 +1,10 @@
 """The walk over plain DICOM headers finds what pydicom finds, or finds nothing, whatever has been done to the file."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
-import pydicom
+import pydicom.data
 import pytest
 from dicom_files import compressed, image, save
 from pydicom.dataset import Dataset
@@ -103,6 +104,17 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
             expected = str(error)
         assert found == expected, f"case {case}"
     assert walked > 250
+
+
+SAMPLES = sorted(path for path in (Path(pydicom.data.__file__).parent / "test_files").glob("*.dcm"))
+
+
+@pytest.mark.skipif(not SAMPLES, reason="pydicom came without its samples")
+def test_the_samples_of_pydicom_are_read_as_pydicom_reads_them() -> None:
+    plain = [path for path in SAMPLES if plain_header(path) is not None]
+    assert len(plain) > 10
+    for path in plain:
+        assert seen(dicom_file.read_slices(path)) == seen(by_pydicom(path)), path.name
 
 
 UNUSUAL = {
