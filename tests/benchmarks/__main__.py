@@ -23,6 +23,7 @@ from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
+from .bench_transfer import contests as transfer_contests
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
@@ -35,7 +36,7 @@ def main() -> None:
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
     outcomes = []
-    for contest in chain(contests(), mosaic_contests(), skip_contests()):
+    for contest in chain(contests(), mosaic_contests(), skip_contests(), transfer_contests()):
         console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
         outcomes.append(hold(contest))
     machine = {

@@ -11,7 +11,9 @@ from volprep.plan import make_plan
 from volprep.profiles import load_profile
 from volprep.scene import Scene, changed_classification, load_scene
 from volprep.statistics import Gauge
+from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.presets import load_preset, preset_names
+from volprep.transfer.table import Table
 from volprep.transfer.wishes import Measure, ScenePoint, SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -231,3 +233,53 @@ def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are()
     own, few, many = found
     assert own < many < few
     assert own < few / 10
+
+
+def classified(**tables) -> Scene:
+    base = {"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]}
+    return Scene.model_validate(base | {"render": {"classification": "preclassified"}} | tables)
+
+
+def ramp_plan(scene: Scene, profile=GLES3):
+    info = SourceInfo(format="raw", grid=Grid.of((9, 8, 8), (1.0, 1.0, 1.0)), stored_type="uint8")
+    gauge = Gauge(info)
+    gauge.add((np.arange(576).reshape(9, 8, 8) % 13).astype(np.uint8))
+    return make_plan(scene, profile, info, gauge.result("0" * 64))
+
+
+def test_classified_voxels_have_four_channels_and_no_table() -> None:
+    decided = ramp_plan(classified())
+    assert {(each.format, each.transfer) for each in decided.volumes} == {("RGBA8", "labels")}
+    assert all(each.reference_mm == decided.volumes[0].reference_mm for each in decided.volumes)
+    assert not decided.lookups
+    assert [program.classification for program in decided.programs] == ["preclassified"]
+    item = next(each for each in decided.items if each.name == "voxels classified by labels")
+    assert "the sample of rays is off by RMSE" in item.reason
+
+
+def test_classified_voxels_are_those_of_one_transfer_function() -> None:
+    with pytest.raises(VolprepError, match=r"VP3041 .* cannot have several transfer functions"):
+        ramp_plan(classified(transfer=[{"preset": "labels"}, {"preset": "micro-ct"}]))
+    with pytest.raises(VolprepError, match=r"VP3041 .* cannot have sub-volumes"):
+        ramp_plan(classified(grid={}))
+    with pytest.raises(VolprepError, match=r"VP3040 classification preclassified"):
+        ramp_plan(classified(), load_profile("gles2-2048", Path()))
+
+
+def test_texels_of_voxels_are_premultiplied_and_give_back_what_they_hold() -> None:
+    table = Table(np.array([0.0, 10.0]), np.array([[0.0, 0.5, 1.0], [1.0, 0.5, 0.0]]), np.array([0.0, 2.0]))
+    values = np.linspace(0.0, 10.0, 101)
+    texels = classified_texels(table, values, 0.5)
+    opacity = 1 - np.exp(-0.5 * values / 5)
+    assert np.abs(texels[:, 3] / 255 - opacity).max() <= 0.5 / 255 + 1e-12
+    assert np.abs(texels[:, 1] / 255 - 0.5 * opacity).max() <= 0.5 / 255 + 1e-12
+    colour, extinction = medium_of_texels(texels / 255, 0.5)
+    # Half a step of the opacity, over what is left of it, is the error of the optical depth.
+    assert (np.abs(extinction - values / 5) * 0.5 <= 0.6 / 255 / (1 - opacity)).all()
+    assert np.abs(colour[20:, 1] - 0.5).max() <= 1 / 255 / opacity[20]
+    assert not texels[0].any()
+
+
+def test_an_opaque_texel_is_the_middle_of_what_it_stands_for() -> None:
+    _, extinction = medium_of_texels(np.ones((1, 4)), 2.0)
+    assert extinction[0] == pytest.approx(np.log(512) / 2)
