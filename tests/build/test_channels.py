@@ -1,7 +1,9 @@
 """Packages of several channels: registered files, or the channels of one file, on one grid."""
 
 import json
+from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 import tifffile
@@ -353,3 +355,20 @@ def _of_none(texture):
 def _moved(record):
     grid = record.info.grid.model_copy(update={"origin_mm_xyz": (1.0, 2.0, 3.0)})
     return record.model_copy(update={"info": record.info.model_copy(update={"grid": grid})})
+
+
+def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
+    head = nibabel.load(scans / "nifti_ch2" / "ch2.nii.gz")
+    values = np.asarray(head.dataobj)[::3, ::3, ::3].astype(np.float32)
+    affine = head.affine @ np.diag([3.0, 3.0, 3.0, 1.0])
+    for name, typical in (("gm", 82.0), ("wm", 112.0), ("csf", 45.0)):
+        nibabel.save(
+            nibabel.Nifti1Image(np.exp(-(((values - typical) / 14) ** 2)), affine), tmp_path / f"{name}.nii.gz"
+        )
+    text = (Path(__file__).parents[2] / "sample_specs" / "tissues.toml").read_text()
+    (tmp_path / "tissues.toml").write_text(text.replace("../build/scans/tissues/", ""))
+    manifest = build(load_request(tmp_path / "tissues.toml"), tmp_path / "a.volpkg", Silent())
+    assert [channel.name for channel in manifest.channels] == ["gm", "wm"]
+    assert [item.name for item in manifest.plan if item.name.startswith("channel")] == ["channel csf"]
+    report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32)
+    assert report.verdict.passed
