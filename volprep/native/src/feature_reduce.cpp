@@ -10,20 +10,21 @@ namespace {
 template <typename T, typename Sums>
 VOLPREP_CLONES void gate_row(const typename Sums::ZYX* sums, const separable::Mean<Sums> mean, const Gate gate,
                              const T* low, const T* high, int64_t cells, T* __restrict dst) noexcept {
-    const double from = gate.low * gate.noise;
-    const double width = (gate.high - gate.low) * gate.noise;
-    const double per_width = 1.0 / width;
+    using Real = separable::Real<Sums>;
+    const auto from = static_cast<Real>(gate.low * gate.noise);
+    const auto width = static_cast<Real>((gate.high - gate.low) * gate.noise);
+    const Real per_width = Real{1} / width;
     for (int64_t i = 0; i < cells; ++i) {
-        const double base = mean(sums[i]);
-        const double above = static_cast<double>(high[i]) - base;
-        const double below = base - static_cast<double>(low[i]);
+        const Real base = mean(sums[i]);
+        const Real above = static_cast<Real>(high[i]) - base;
+        const Real below = base - static_cast<Real>(low[i]);
         const bool is_above = !(above < below);
-        const double deviation = is_above ? above : -below;
-        const double excess = (is_above ? above : below) - from;
+        const Real deviation = is_above ? above : -below;
+        const Real excess = (is_above ? above : below) - from;
         // Where there is no noise the width is 0: beyond the gate or not, nothing between. NaN is not beyond it.
-        const double ramp = excess < width ? excess * per_width : 1.0;
-        const double t = excess > 0.0 ? ramp : 0.0;
-        dst[i] = round_mean<T>(base + t * t * (3.0 - 2.0 * t) * deviation);
+        const Real ramp = excess < width ? excess * per_width : Real{1};
+        const Real t = excess > Real{0} ? ramp : Real{0};
+        dst[i] = round_mean<T>(base + t * t * (Real{3} - Real{2} * t) * deviation);
     }
 }
 

@@ -13,9 +13,15 @@ constexpr double round_half_even(double x) noexcept {
     return (x + shift) - shift;
 }
 
+// The same for |x| < 2^22.
+constexpr float round_half_even(float x) noexcept {
+    constexpr float shift = 0x1.8p23F;
+    return (x + shift) - shift;
+}
+
 // A mean as a voxel. The NaN of float32 has one spelling: its sign and payload differ between CPUs and operand orders.
-template <typename T>
-constexpr T round_mean(double mean) noexcept {
+template <typename T, typename Real>
+constexpr T round_mean(Real mean) noexcept {
     if constexpr (std::is_integral_v<T>) {
         return static_cast<T>(static_cast<int>(round_half_even(mean)));
     } else {

@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <type_traits>
@@ -23,57 +24,106 @@ template <typename Out>
 using Wider = std::conditional_t<std::is_integral_v<Out>, int32_t, double>;
 
 // Types of the sums along z, along z and y, and along all three: the narrowest that hold them exactly, for the more of
-// them fit a vector. `bias` is taken off every voxel, so that the sums lie about zero.
+// them fit a vector. `bias` is taken off every voxel, so that the sums lie about zero. `fits` says for which sums of
+// the weights' sizes along z, y and x.
+struct Sizes3 {
+    int64_t z;
+    int64_t y;
+    int64_t x;
+
+    constexpr bool all_at_most(int64_t limit) const noexcept { return z <= limit && y <= limit && x <= limit; }
+};
+
 template <typename T>
 struct NarrowSums;
 template <>
 struct NarrowSums<uint8_t> {
-    using Z = int16_t;  // 128 · 200
+    using Z = int16_t;
+    using ZPair = int32_t;  // two of them together
     using ZY = int32_t;
-    using ZYX = int32_t;  // 255 · 200³ < 2^31
+    using ZYX = int32_t;
     static constexpr int32_t bias = 128;
-    static constexpr int64_t max_weights = 200;
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.all_at_most(200); }  // 255 · 200³ < 2^31
 };
 template <>
 struct NarrowSums<uint16_t> {
     using Z = int32_t;
-    using ZY = int32_t;  // 32768 · 200² < 2^31
+    using ZPair = int32_t;
+    using ZY = int32_t;
     using ZYX = double;
     static constexpr int32_t bias = 32768;
-    static constexpr int64_t max_weights = 200;
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.all_at_most(200); }  // 32768 · 200² < 2^31
 };
 template <>
 struct NarrowSums<int16_t> : NarrowSums<uint16_t> {
     static constexpr int32_t bias = 0;
 };
 
+// Of bytes with weights that sum up to 128 along z: pairs of voxels from -128 to 127 still fit int16, and are
+// multiplied as such.
+struct PairSums : NarrowSums<uint8_t> {
+    using ZPair = int16_t;
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.z <= 128 && NarrowSums::fits(sizes); }
+};
+
+// Of bytes with small weights, such as 1-3-3-1 along two axes.
+struct ShortSums {
+    using Z = int16_t;
+    using ZPair = int32_t;
+    using ZY = int16_t;
+    using ZYX = int32_t;
+    static constexpr int32_t bias = 128;
+    // 255 · 255 · 200 < 2^24: float holds all sums.
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.z * sizes.y < 256 && sizes.x <= 200; }
+};
+
 // Holds the sums of weights whose sizes add up to max_absolute_weights along each axis: 2^16 · 2^33 < 2^53.
 template <typename T>
 struct WideSums {
     using Z = std::conditional_t<std::is_integral_v<T>, int32_t, double>;
+    using ZPair = double;
     using ZY = double;
     using ZYX = double;
     static constexpr int32_t bias = 0;
 };
 
+// weight · (one + other), the pair added as `Pair`, the weight of the same type.
+template <typename Out, typename Pair, typename In>
+Wider<Out> weighted(Pair weight, In one, In other) noexcept {
+    const auto pair = static_cast<Pair>(static_cast<Wider<Pair>>(one) + static_cast<Wider<Pair>>(other));
+    return static_cast<Wider<Out>>(weight) * static_cast<Wider<Out>>(pair);
+}
+
 // sums[i] (+)= weight_a · (a0[i] + a1[i]) + weight_b · (b0[i] + b1[i]), from left to right; the first ones start at
 // `start`. Two pairs at a time: one spends its time on the sums. int16 sums may wrap on the way and still end right.
-template <typename In, typename Out, bool FIRST>
-VOLPREP_CLONES void add_pairs(const In* a0, const In* a1, const In* b0, const In* b1, Out weight_a, Out weight_b,
+template <typename In, typename Out, typename Pair, bool FIRST>
+VOLPREP_CLONES void add_pairs(const In* a0, const In* a1, const In* b0, const In* b1, Pair weight_a, Pair weight_b,
                               Out start, int64_t length, Out* __restrict sums) noexcept {
     for (int64_t i = 0; i < length; ++i) {
-        const Wider<Out> a = weight_a * (Wider<Out>(a0[i]) + Wider<Out>(a1[i]));
-        const Wider<Out> b = weight_b * (Wider<Out>(b0[i]) + Wider<Out>(b1[i]));
+        const auto a = weighted<Out>(weight_a, a0[i], a1[i]);
+        const auto b = weighted<Out>(weight_b, b0[i], b1[i]);
         sums[i] = static_cast<Out>(((FIRST ? Wider<Out>(start) : Wider<Out>(sums[i])) + a) + b);
     }
 }
 
-template <typename In, typename Out, bool FIRST>
-VOLPREP_CLONES void add_pair(const In* a0, const In* a1, Out weight, Out start, int64_t length,
-                             Out* __restrict sums) noexcept {
+// The first of an odd number of pairs.
+template <typename In, typename Out, typename Pair>
+VOLPREP_CLONES void begin_with_pair(const In* a0, const In* a1, Pair weight, Out start, int64_t length,
+                                    Out* __restrict sums) noexcept {
     for (int64_t i = 0; i < length; ++i) {
-        const Wider<Out> a = weight * (Wider<Out>(a0[i]) + Wider<Out>(a1[i]));
-        sums[i] = static_cast<Out>((FIRST ? Wider<Out>(start) : Wider<Out>(sums[i])) + a);
+        sums[i] = static_cast<Out>(Wider<Out>(start) + weighted<Out>(weight, a0[i], a1[i]));
+    }
+}
+
+template <typename In, typename Out, typename Pair>
+VOLPREP_CLONES void begin_with_three(const In* a0, const In* a1, const In* b0, const In* b1, const In* c0, const In* c1,
+                                     Pair weight_a, Pair weight_b, Pair weight_c, Out start, int64_t length,
+                                     Out* __restrict sums) noexcept {
+    for (int64_t i = 0; i < length; ++i) {
+        const auto a = weighted<Out>(weight_a, a0[i], a1[i]);
+        const auto b = weighted<Out>(weight_b, b0[i], b1[i]);
+        const auto c = weighted<Out>(weight_c, c0[i], c1[i]);
+        sums[i] = static_cast<Out>(((Wider<Out>(start) + a) + b) + c);
     }
 }
 
@@ -85,37 +135,52 @@ VOLPREP_CLONES void copy_row(const In* row, Out start, int64_t length, Out* __re
 }
 
 // sums[i] = start + the weighted sum over row(0)[i], row(1)[i], ...: pair by pair, from the outermost inwards.
-template <typename In, typename Out, typename Row>
+template <typename In, typename Out, typename Pair = Out, typename Row>
 void weigh(const Taps& taps, const Row& row, Out start, int64_t length, Out* sums) noexcept {
     const int64_t pairs = taps.count / 2;
-    const auto weight = [&](int64_t k) { return static_cast<Out>(taps.weights[k]); };
+    const auto weight = [&](int64_t k) { return static_cast<Pair>(taps.weights[k]); };
     const auto mirrored = [&](int64_t k) -> const In* { return row(taps.count - 1 - k); };
     if (pairs == 0) {
         copy_row<In, Out>(row(0), start, length, sums);  // a single weight is 1
         return;
     }
-    int64_t k = pairs % 2;
+    int64_t k = pairs % 2 == 0 ? 2 : std::min<int64_t>(pairs, 3);
     if (k == 1) {
-        add_pair<In, Out, true>(row(0), mirrored(0), weight(0), start, length, sums);
+        begin_with_pair<In, Out, Pair>(row(0), mirrored(0), weight(0), start, length, sums);
+    } else if (k == 2) {
+        add_pairs<In, Out, Pair, true>(row(0), mirrored(0), row(1), mirrored(1), weight(0), weight(1), start, length,
+                                       sums);
     } else {
-        add_pairs<In, Out, true>(row(0), mirrored(0), row(1), mirrored(1), weight(0), weight(1), start, length, sums);
-        k = 2;
+        begin_with_three<In, Out, Pair>(row(0), mirrored(0), row(1), mirrored(1), row(2), mirrored(2), weight(0),
+                                        weight(1), weight(2), start, length, sums);
     }
     for (; k < pairs; k += 2) {
-        add_pairs<In, Out, false>(row(k), mirrored(k), row(k + 1), mirrored(k + 1), weight(k), weight(k + 1), start,
-                                  length, sums);
+        add_pairs<In, Out, Pair, false>(row(k), mirrored(k), row(k + 1), mirrored(k + 1), weight(k), weight(k + 1),
+                                        start, length, sums);
     }
 }
 
-// lowest, highest = those of the row and, unless it is the first, of what they were.
+// By value, not std::min: references to array elements keep the compiler from vectorising.
+template <typename T>
+T lesser(T a, T b) noexcept {
+    return b < a ? b : a;
+}
+template <typename T>
+T greater(T a, T b) noexcept {
+    return a < b ? b : a;
+}
+
+// lowest, highest = those of four rows and, unless they are the first, of what they were.
 template <typename T, bool FIRST>
-VOLPREP_CLONES void widen(const T* low0, const T* low1, const T* high0, const T* high1, int64_t length,
+VOLPREP_CLONES void widen(std::array<const T*, 4> low, std::array<const T*, 4> high, int64_t length,
                           T* __restrict lowest, T* __restrict highest) noexcept {
+    const auto [low0, low1, low2, low3] = low;
+    const auto [high0, high1, high2, high3] = high;
     for (int64_t i = 0; i < length; ++i) {
-        const T low = low1[i] < low0[i] ? low1[i] : low0[i];
-        const T high = high0[i] < high1[i] ? high1[i] : high0[i];
-        lowest[i] = FIRST || low < lowest[i] ? low : lowest[i];
-        highest[i] = FIRST || highest[i] < high ? high : highest[i];
+        const T least = lesser(lesser(low0[i], low1[i]), lesser(low2[i], low3[i]));
+        const T most = greater(greater(high0[i], high1[i]), greater(high2[i], high3[i]));
+        lowest[i] = FIRST ? least : lesser(lowest[i], least);
+        highest[i] = FIRST ? most : greater(highest[i], most);
     }
 }
 
@@ -123,11 +188,13 @@ VOLPREP_CLONES void widen(const T* low0, const T* low1, const T* high0, const T*
 template <typename T, typename Low, typename High>
 void find_range(int64_t begin, int64_t end, const Low& low, const High& high, int64_t length, T* lowest,
                 T* highest) noexcept {
-    const int64_t second = std::min(begin + 1, end - 1);
-    widen<T, true>(low(begin), low(second), high(begin), high(second), length, lowest, highest);
-    for (int64_t k = begin + 2; k < end; k += 2) {
-        const int64_t next = std::min(k + 1, end - 1);
-        widen<T, false>(low(k), low(next), high(k), high(next), length, lowest, highest);
+    const auto four = [end](const auto& row, int64_t k) {
+        const auto at = [&](int64_t other) -> const T* { return row(std::min(other, end - 1)); };
+        return std::array<const T*, 4>{at(k), at(k + 1), at(k + 2), at(k + 3)};
+    };
+    widen<T, true>(four(low, begin), four(high, begin), length, lowest, highest);
+    for (int64_t k = begin + 4; k < end; k += 4) {
+        widen<T, false>(four(low, k), four(high, k), length, lowest, highest);
     }
 }
 
@@ -288,7 +355,7 @@ class Worker {
     template <typename Slot>
     void along_y(const Slot& slot) noexcept {
         const int64_t margin = sizes_.margin;
-        weigh<typename Sums::Z, typename Sums::ZY>(
+        weigh<typename Sums::Z, typename Sums::ZY, typename Sums::ZPair>(
             taps_.y, [&](int64_t k) { return rows_.sums_z + slot(k); }, 0, sizes_.width, rows_.sums_y + margin);
         if constexpr (Finish::ranged) {
             const Window window = Finish::window(taps_.y);
@@ -353,20 +420,29 @@ void reduce_with(const T* src, Shape3 shape, const SlabPlace& place, const Taps3
     }
 }
 
-// What turns sums into voxels: from narrow sums, or from wide ones.
+// Chooses the sums. `Finish` turns them into voxels.
 template <typename T, template <typename, typename> typename Finish, typename... Settings>
 void reduce(const T* src, Shape3 shape, const SlabPlace& place, const Taps3& taps, T* dst, int64_t slices,
             std::byte* scratch, int threads, const Settings&... settings) noexcept {
-    if constexpr (std::is_integral_v<T>) {
-        using Narrow = NarrowSums<T>;
-        if (std::max({taps.z.absolute(), taps.y.absolute(), taps.x.absolute()}) <= Narrow::max_weights) {
-            const Finish<T, Narrow> finish(taps, settings...);
-            reduce_with<Narrow>(src, shape, place, taps, finish, dst, slices, scratch, threads);
-            return;
+    const Sizes3 sizes{taps.z.absolute(), taps.y.absolute(), taps.x.absolute()};
+    const auto with = [&]<typename Sums>() {
+        const Finish<T, Sums> finish(taps, settings...);
+        reduce_with<Sums>(src, shape, place, taps, finish, dst, slices, scratch, threads);
+    };
+    if constexpr (std::is_same_v<T, uint8_t>) {
+        if (ShortSums::fits(sizes)) {
+            return with.template operator()<ShortSums>();
+        }
+        if (PairSums::fits(sizes)) {
+            return with.template operator()<PairSums>();
         }
     }
-    const Finish<T, WideSums<T>> finish(taps, settings...);
-    reduce_with<WideSums<T>>(src, shape, place, taps, finish, dst, slices, scratch, threads);
+    if constexpr (std::is_integral_v<T>) {
+        if (NarrowSums<T>::fits(sizes)) {
+            return with.template operator()<NarrowSums<T>>();
+        }
+    }
+    with.template operator()<WideSums<T>>();
 }
 
 // The sum of the weights of all three axes: what a sum is divided by. A power of two, so that its reciprocal is exact.
@@ -374,14 +450,18 @@ inline double divisor(const Taps3& taps) noexcept {
     return static_cast<double>(taps.z.sum()) * static_cast<double>(taps.y.sum()) * static_cast<double>(taps.x.sum());
 }
 
+// What means are computed in: where float holds every sum, twice as many of them fit a vector.
+template <typename Sums>
+using Real = std::conditional_t<std::is_same_v<Sums, ShortSums>, float, double>;
+
 // The mean of a sum that had its bias taken off.
 template <typename Sums>
 struct Mean {
-    double scale;
-    double bias = Sums::bias;
+    Real<Sums> scale;
+    Real<Sums> bias = Sums::bias;
 
-    explicit Mean(const Taps3& taps) noexcept : scale(1.0 / divisor(taps)) {}
-    double operator()(typename Sums::ZYX sum) const noexcept { return static_cast<double>(sum) * scale + bias; }
+    explicit Mean(const Taps3& taps) noexcept : scale(static_cast<Real<Sums>>(1.0 / divisor(taps))) {}
+    Real<Sums> operator()(typename Sums::ZYX sum) const noexcept { return static_cast<Real<Sums>>(sum) * scale + bias; }
 };
 
 // The same, rounded half to even: adding half less one, or half where the floor is odd, carries exactly when it must.
