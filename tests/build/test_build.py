@@ -98,7 +98,9 @@ class TestWhatItMakes:
     def test_it_has_a_program_and_a_table_for_each_transfer_function(self, built_package) -> None:
         manifest = Package.open(built_package).manifest
         assert [function.name for function in manifest.transfer_functions] == ["shell", "core"]
-        assert [program.transfer for program in manifest.programs] == ["shell", "core"]
+        levels = [level.index for level in manifest.levels]
+        drawn = [(program.transfer, level) for program in manifest.programs for level in program.levels]
+        assert drawn == [(name, level) for name in ("shell", "core") for level in levels]
         assert {texture.transfer for texture in manifest.textures if texture.role == "transfer"} == {"shell", "core"}
 
     def test_the_levels_are_means_of_the_codes_of_level_0_rounded_once(self, scene) -> None:

@@ -248,14 +248,15 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
 
 def _parts(manifest: Manifest) -> Iterator[str]:
     """The textures of a mosaic are there, once each, and agree with each other."""
-    parts: dict[tuple[str, int | None, str | None], list[Texture]] = {}
+    parts: dict[tuple[str, int | None, str | None, str | None], list[Texture]] = {}
     for texture in manifest.textures:
         if texture.mosaic is None:
             if texture.part:
                 yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
         else:
-            parts.setdefault((texture.role, texture.level, texture.transfer), []).append(texture)
-    for (role, level, _), textures in parts.items():
+            key = (texture.role, texture.level, texture.transfer, texture.channel)
+            parts.setdefault(key, []).append(texture)
+    for (role, level, _, _), textures in parts.items():
         mosaic = textures[0].mosaic
         if any(texture.mosaic != mosaic or texture.gl != textures[0].gl for texture in textures):
             yield f"the mosaics of the {role} of level {level} differ in layout or format"
