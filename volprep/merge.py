@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from volprep.channels import drawn_channels
 from volprep.plan import Plan
 from volprep.scene import Scene
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Manifest, Program, Texture
+from volprep_formats.package.manifest import Channel, Manifest, Program, Texture
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.skip import Skipping
 from volprep_formats.package.transfer_function import TransferFunction
@@ -52,6 +53,14 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
             for channel, (_, changes) in zip(manifest.channels or (), parts, strict=True)
         )
     return result
+
+
+def with_transfers(channels: tuple[Channel, ...] | None, scene: Scene) -> tuple[Channel, ...] | None:
+    """Give the channels the transfer functions that the scene has for them now: import may be older than that."""
+    if channels is None:
+        return None
+    names = {drawn.name: tuple(transfer.name for transfer in drawn.transfer) for drawn in drawn_channels(scene)}
+    return tuple(channel.model_copy(update={"transfers": names[channel.name]}) for channel in channels)
 
 
 def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tuple[Texture, ...]:

@@ -3,7 +3,7 @@
 import hashlib
 import json
 
-from volprep.merge import merged, plans_of
+from volprep.merge import merged, plans_of, with_transfers
 from volprep.plan import Plan, make_plans
 from volprep.scene import Scene
 from volprep.stages import Stage, grid, mosaic, normals, pyramid, quantize, seal, shaders, skip, texture, transfer
@@ -43,11 +43,13 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     if is_current(stage.name, key, draft.manifest):
         return
     each = [(one, stage.run(draft, one, progress)) for one in plans_of(stage, plan)]
-    changes = merged(draft.manifest, each, scene)
+    channels = with_transfers(draft.manifest.channels, scene)
+    changes = merged(draft.manifest.model_copy(update={"channels": channels}), each, scene)
     # Every step leaves the scene that it was made for; only drafts hold it.
     draft.write(SCENE, "work", scene.model_dump_json().encode())
     common = {
         "name": scene.name,
+        "channels": channels,
         "generator": generator(),
         "profile": plan.profile,
         "plan": plan.items,

@@ -12,7 +12,7 @@ from channel_scene import channels, write_channel_scene
 from volprep.build import build, plan_build
 from volprep.channels import drawn_channels, left_out, with_listed_channels
 from volprep.drafts import import_draft, run_verb
-from volprep.pipeline import plan_draft
+from volprep.pipeline import plan_draft, run_stages
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
 from volprep.scene import load_scene
@@ -263,6 +263,19 @@ class TestStageByStage:
         again = plan_draft(imported.draft, request.scene, request.profile)
         assert plan_draft(imported.draft, request.scene, request.profile, imported.measured) == again
         assert plan_build(request, Silent()) == again
+
+    def test_a_transfer_function_that_changes_its_channel_needs_no_new_import(self, tmp_path) -> None:
+        scene = write_channel_scene(tmp_path)
+        import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
+        scene.write_text(
+            scene.read_text().replace('name = "blue"\nchannel = "skin"', 'name = "blue"\nchannel = "bone"')
+        )
+        request = load_request(scene)
+        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
+        assert imported.measured is None
+        run_stages(imported.draft, plan_draft(imported.draft, request.scene, request.profile), request.scene, Silent())
+        assert [channel.transfers for channel in imported.draft.manifest.channels] == [("red",), ("white", "blue")]
+        assert check(tmp_path / "d.volpkg") == []
 
     def test_the_import_is_done_again_when_a_file_of_any_channel_has_changed(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
