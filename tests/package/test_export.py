@@ -1,4 +1,5 @@
 import json
+import os
 import tomllib
 
 import numpy as np
@@ -6,7 +7,9 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
+from volprep.drafts import import_draft
 from volprep.mosaic import Packing, Room
+from volprep.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
@@ -153,6 +156,40 @@ def test_a_draft_gives_the_scan_at_full_precision(tmp_path) -> None:
     assert done.returncode == 0, done.stderr
     _, codes = read_back(written(tmp_path / "scan.volpkg", nifti.write, tmp_path / "scan.nii"))
     np.testing.assert_array_equal(codes, scan)
+
+
+def replace_by(trick, file, outside):
+    """Put something else in place of a file of a package, and what it was outside."""
+    if trick == "a pipe":
+        file.unlink()
+        os.mkfifo(file)
+        return
+    if trick == "a link to the folder around it":
+        file = file.parent
+    file.rename(outside)
+    file.symlink_to(outside)
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("trick", ["a link", "a link to the folder around it", "a pipe"])
+def test_a_draft_as_a_source_is_never_left(tmp_path, trick) -> None:
+    (tmp_path / "scan.raw").write_bytes(CODES.tobytes())
+    scene = f'[source]\npath = "scan.raw"\n[source.raw]\nshape_zyx = {list(CODES.shape)}\ndtype = "uint8"\n'
+    (tmp_path / "scan.toml").write_text(SCENE + scene)
+    draft = import_draft(load_request(tmp_path / "scan.toml"), tmp_path / "scan.volpkg", Silent()).draft
+    open_level(draft.folder).__exit__()
+    replace_by(trick, draft.folder / "work" / "level0.raw", tmp_path / "outside")
+    with pytest.raises(VolprepError, match="VP4007"):
+        open_level(draft.folder)
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("package", ["3d"], indirect=True)
+@pytest.mark.parametrize("trick", ["a link", "a pipe"])
+def test_a_package_as_a_source_is_never_left(package, tmp_path, trick) -> None:
+    replace_by(trick, package / "volume-0.ktx2", tmp_path / "outside")
+    with pytest.raises(VolprepError, match="VP4007"):
+        open_level(package)
 
 
 def test_a_file_that_fails_leaves_nothing(package, tmp_path) -> None:

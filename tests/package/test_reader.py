@@ -125,6 +125,13 @@ def _set(*path: str | int, to: object) -> Change:
         (_set("files", 0, "path", to="/etc/passwd"), "files.0.path"),
         (_set("files", 0, "path", to="a/../../secret"), "files.0.path"),
         (_set("files", 0, "path", to="a\\..\\secret"), "files.0.path"),
+        (_set("files", 0, "path", to="./shaders/raycast.frag"), "files.0.path"),
+        (_set("files", 0, "path", to="shaders/raycast.frag/."), "files.0.path"),
+        (_set("files", 0, "path", to="Shaders/raycast.frag"), "files.0.path"),
+        (_set("files", 0, "path", to="shaders/RAYCAST.FRAG"), "files.0.path"),
+        (_set("files", 0, "path", to="shaders/r\u0430ycast.frag"), "files.0.path"),  # a Cyrillic letter
+        (_set("files", 0, "path", to="shaders/raycast.frag."), "files.0.path"),
+        (_set("files", 0, "path", to="shaders/raycast.frag:stream"), "files.0.path"),
         (_set("files", 0, "path", to="c:/secret"), "files.0.path"),
         (_set("files", 0, "path", to="shaders/raycast.frag\n"), "files.0.path"),
         (_set("files", 0, "path", to="shaders/raycast.frag\0"), "files.0.path"),

@@ -4,8 +4,8 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from volprep_formats.diagnostics import VolprepError
 
@@ -49,7 +49,7 @@ def replace_file(path: Path, data: bytes) -> None:
     sync_folder(path.parent)
 
 
-def open_inside(folder: Path, name: str) -> BinaryIO:
+def open_inside(folder: Path, name: str) -> BufferedReader:
     """Open the regular file `name` of the package at `folder` for reading, following no symbolic link.
 
     Every folder on the way is opened relative to the one before, so that nothing can be swapped between a check and

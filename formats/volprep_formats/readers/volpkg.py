@@ -1,5 +1,6 @@
 """A level of a package as a volume: decoded from its texture, or the working data of a draft at full precision."""
 
+import os
 from pathlib import Path
 from typing import Self
 
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
-from volprep_formats.package.files import path_inside
+from volprep_formats.package.files import open_inside
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
@@ -78,11 +79,10 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
 
 def _working_volume(package: Package, work: FileRecord) -> VolumeSource:
     info = package.manifest.source.info
-    file = path_inside(package.path, work.path)
     # Given a stream, because voxels that happen to begin as gzip does are voxels all the same.
-    stream = file.open("rb", buffering=0)
-    voxels = VoxelFile(file, np.dtype(info.stored_type), info.grid.shape_zyx, 0, stream)
-    actual = file.stat().st_size
+    stream = open_inside(package.path, work.path)
+    voxels = VoxelFile(package.path / work.path, np.dtype(info.stored_type), info.grid.shape_zyx, 0, stream)
+    actual = os.fstat(stream.fileno()).st_size
     if not actual == work.size_bytes == voxels.end_bytes:
         voxels.close()
         raise VolprepError("VP4008", path=package.path, file=work.path, size=actual, expected=voxels.end_bytes)
