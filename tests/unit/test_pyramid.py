@@ -198,8 +198,8 @@ class TestNoise:
         scene = np.where((z - 20) ** 2 + (y - 24) ** 2 + (x - 15) ** 2 < 60, 170, 60)
         volume = (scene + rng.normal(0, sigma, scene.shape)).round().clip(0, 255).astype(np.uint8)
         volume[:, :, 30:] = 0
-        # Rounding to a code adds 1/12 to the variance. Nine of a hundred voxels that count lie at an edge, and the median
-        # of all is the 55th percentile of the others: 12 % above theirs. The median of 50 000 voxels is 1 % off.
+        # Rounding to a code adds 1/12 to the variance. Nine of a hundred voxels that count lie at an edge, and the
+        # median of all is the 55th percentile of the others: 12 % above theirs. The median itself is 1 % off.
         found = noise_of(raw(tmp_path, volume)) / math.hypot(sigma, 12**-0.5)
         assert 0.98 < found < 1.13
 

@@ -30,13 +30,14 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
     """
     drawn = drawn_channels(scene)
     if len(infos) == 1:
-        plan = make_plan(scene, profile, infos[0], measured[0])
+        alone = scene.model_copy(update={"source": drawn[0].spec})
+        plan = make_plan(alone, profile, infos[0], measured[0])
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
     if scene.grid is not None:  # a package has one set of sub-volumes
         raise VolprepError("VP1244", path=scene.name, what="sub-volumes")
     if scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
-    scenes = [scene.model_copy(update={"transfer": channel.transfer}) for channel in drawn]
+    scenes = [scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec}) for channel in drawn]
     channels = list(zip(scenes, infos, measured, strict=True))
     crop = _common_crop(channels)
     plans = [make_plan(each, profile, info, found, Common(crop)) for each, info, found in channels]

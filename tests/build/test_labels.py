@@ -1,0 +1,165 @@
+"""Label volumes: codes are the labels, on every level, and what would change a label is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import volprep
+
+from volprep.build import build
+from volprep.request import load_request
+from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
+
+SHAPE = (11, 14, 18)
+SCENE = """
+name = "labels"
+crop = "none"
+
+[source]
+path = "labels.raw"
+labels = true
+
+[source.raw]
+shape_zyx = [11, 14, 18]
+dtype = "{dtype}"
+
+[pyramid]
+coarsest_longest_axis = 5
+{pyramid}
+
+[[transfer]]
+name = "seven"
+points = [
+    {{ value = 6.5, colour = "#804020", extinction_per_mm = 0.0 }},
+    {{ value = 6.5, colour = "#ffc080", extinction_per_mm = 0.5 }},
+    {{ value = 7.5, colour = "#ffc080", extinction_per_mm = 0.5 }},
+    {{ value = 7.5, colour = "#ffffff", extinction_per_mm = 0.0 }},
+]
+{more}
+"""
+
+
+def labels(dtype: str = "uint8") -> np.ndarray:
+    """Three things in the background, one of them a thread."""
+    volume = np.zeros(SHAPE, np.dtype(dtype))
+    volume[2:9, 3:10, 4:12] = 3
+    volume[5:, 7:, 9:] = 200
+    volume[:, 1, 15] = 7
+    return volume
+
+
+def write_scene(folder: Path, volume: np.ndarray, pyramid: str = "", more: str = "") -> Path:
+    volume.tofile(folder / "labels.raw")
+    path = folder / "labels.toml"
+    path.write_text(SCENE.format(dtype=volume.dtype.name, pyramid=pyramid, more=more))
+    return path
+
+
+def built(folder: Path, volume: np.ndarray, pyramid: str = "") -> Package:
+    build(load_request(write_scene(folder, volume, pyramid)), folder / "labels.volpkg", Silent())
+    return Package.open(folder / "labels.volpkg")
+
+
+def refusal(folder: Path, volume: np.ndarray, pyramid: str = "", more: str = "") -> VolprepError:
+    with pytest.raises(VolprepError) as caught:
+        build(load_request(write_scene(folder, volume, pyramid, more)), folder / "labels.volpkg", Silent())
+    return caught.value
+
+
+def codes(package: Package) -> list[np.ndarray]:
+    """Codes of all levels, finest first."""
+    files = [texture.file for texture in package.manifest.textures if texture.role == "volume"]
+    return [np.asarray(ktx2.decode(package.read_bytes(file), file).data).reshape(-1) for file in files]
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "float32"])
+def test_codes_of_every_level_are_labels(dtype, tmp_path) -> None:
+    package = built(tmp_path, labels(dtype))
+    manifest = package.manifest
+    assert manifest.quantization.bits == 8
+    assert (manifest.quantization.slope, manifest.quantization.intercept) == (1.0, 0.0)
+    assert manifest.quantization.max_error == 0.0
+    assert [level.filter for level in manifest.levels] == ["none", "mode", "mode"]
+    finest, *coarser = codes(package)
+    assert np.array_equal(finest, labels().reshape(-1))
+    for level in coarser:
+        assert set(np.unique(level)) <= {0, 3, 7, 200}
+
+
+def test_a_thread_is_kept_where_the_background_does_not_count(tmp_path) -> None:
+    for name, kept in (("mode", False), ("mode-foreground", True)):
+        folder = tmp_path / name
+        folder.mkdir()
+        level = codes(built(folder, labels(), f'filter = "{name}"'))[1]
+        assert (7 in level) == kept
+
+
+def test_the_plan_says_what_shaders_see_between_labels(tmp_path) -> None:
+    item = next(item for item in built(tmp_path, labels()).manifest.plan if item.name == "labels")
+    assert item.kept
+    assert "between two labels" in item.reason
+
+
+@pytest.mark.parametrize("name", ["box", "gaussian", "lanczos3", "median", "maximum", "feature-preserving"])
+def test_a_filter_that_makes_other_labels_is_refused(name, tmp_path) -> None:
+    error = refusal(tmp_path, labels(), f'filter = "{name}"')
+    assert error.code == "VP3024"
+    assert "mode, mode-foreground, nearest" in error.remedy
+
+
+def test_labels_that_codes_cannot_be_are_refused(tmp_path) -> None:
+    too_many, negative, fraction = labels("uint16"), labels("int16"), labels("float32")
+    too_many[0, 0, 0] = 256
+    negative[0, 0, 0] = -1
+    fraction[0, 0, 0] = 2.5
+    assert "reach from 0 to 256" in refusal(tmp_path, too_many).summary
+    assert "reach from -1 to 200" in refusal(tmp_path, negative).summary
+    error = refusal(tmp_path, fraction)
+    assert error.code == "VP3025"
+    assert "a voxel is 0.5 away from any" in error.summary
+    assert not list(tmp_path.glob("*.volpkg"))
+
+
+def test_other_codes_than_the_labels_are_refused(tmp_path) -> None:
+    for wish in ("bits = 16", "window = [0, 9]"):
+        error = refusal(tmp_path, labels(), more=f"[quantize]\n{wish}")
+        assert error.code == "VP3025"
+
+
+def test_a_channel_of_labels_stands_beside_one_of_values(tmp_path) -> None:
+    values = np.random.default_rng(0).integers(0, 4000, SHAPE).astype(np.uint16)
+    values.tofile(tmp_path / "values.raw")
+    path = write_scene(tmp_path, labels(), 'filter = "mode"')
+    text = path.read_text().replace("[source]", '[[source.channels]]\nname = "organs"')
+    text = text.replace("[source.raw]", "[source.channels.raw]").replace(
+        "[pyramid]",
+        '[[source.channels]]\nname = "scan"\npath = "values.raw"\n[source.channels.raw]\nshape_zyx = [11, 14, 18]\n'
+        'dtype = "uint16"\n[pyramid]',
+    )
+    path.write_text(
+        text + '[[transfer]]\nname = "grey"\nchannel = "scan"\npoints = [{ value = 9.0, colour = "#ffffff", '
+        "extinction_per_mm = 0.1 }]\n"
+    )
+    build(load_request(path), tmp_path / "labels.volpkg", Silent())
+    package = Package.open(tmp_path / "labels.volpkg")
+    assert package.manifest.quantization.window == (0.0, 255.0)
+    assert np.array_equal(codes(package)[0], labels().reshape(-1))
+
+
+def test_the_command_line_takes_a_filter_and_refuses_what_is_none(tmp_path) -> None:
+    draft = tmp_path / "d.volpkg"
+    scene = write_scene(tmp_path, labels())
+    for command in (("import", scene, "-o", draft), ("quantize", draft), ("pyramid", draft, "--filter", "nearest")):
+        run = volprep(*command)
+        assert run.returncode == 0, run.stderr
+    assert '"filter": "nearest"' in (draft / "manifest.json").read_text()
+    smooth = volprep("pyramid", draft, "--filter", "gaussian")
+    assert smooth.returncode == ExitStatus.SCENE
+    assert "VP3024" in smooth.stderr
+    unknown = volprep("pyramid", draft, "--filter", "boxx")
+    assert unknown.returncode == ExitStatus.USAGE
+    assert "no filter boxx" in unknown.stderr
+    assert "feature-preserving" in unknown.stderr
