@@ -15,6 +15,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceSpec
+from volprep_formats.transfer_files import read_transfer_file
 
 _NOTHING = ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0)
 
@@ -46,13 +47,29 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     """Read a scene and its profile. `profile` and `source`, if given, replace what the scene says.
 
     A relative path in the scene starts at the scene's folder, one given here at the current folder. Raises VP3001 to
-    VP3003 for the scene, VP3010 to VP3012 for the profile, VP1243 for a source in place of several.
+    VP3003 for the scene, VP3042 for a file of a transfer function, VP3010 to VP3012 for the profile, VP1243 for a source
+    in place of several.
     """
     scene = load_scene(scene_path)
     base = scene_path.absolute().parent
-    resolved = scene.model_copy(update={"source": at_place(scene.source, base, source)})
+    functions = tuple(_without_file(transfer, base) for transfer in scene.transfer)
+    resolved = scene.model_copy(update={"source": at_place(scene.source, base, source), "transfer": functions})
     device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
     return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+
+
+def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
+    """Give a transfer function with the points of its file in place of the file's name."""
+    if transfer.file is None:
+        return transfer
+    points = tuple(
+        ScenePoint(value=point.value, colour=point.colour, opacity=point.opacity)
+        for point in read_transfer_file(base / transfer.file)
+    )
+    wishes = {"name": transfer.name, "channel": transfer.channel, "reference_share": transfer.reference_share}
+    if transfer.reference_share is None:
+        wishes["reference_mm"] = transfer.reference_mm or 1.0
+    return SceneTransfer.model_validate({**wishes, "points": points})
 
 
 def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:

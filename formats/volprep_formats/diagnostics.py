@@ -575,6 +575,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "a package of classified voxels cannot have {what}",
         "Leave that out, or choose another render.classification: voxels are colours of one transfer function.",
     ),
+    "VP3042": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: no transfer function: {problem}",
+        "Give a file of 3D Slicer (.vp), ParaView (.json, with opacities, in RGB) or ITK-SNAP (labels, .txt).",
+    ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
         "normals of code {coded} need textures of format {needed}; profile {profile} has {known}",
