@@ -123,8 +123,8 @@ class MosaicLayout(Record):
     channels: Literal[1, 4]
     """Slices in one texel."""
     order: MosaicOrder = "interleaved"
-    """Which slices share a texel: consecutive ones; those that a quarter of a texture's slices lies between; or three
-    consecutive ones and the one after them, which the next texel has again."""
+    """Which slices share a texel: four consecutive ones; four that are as many slices apart as the texture has tiles;
+    or three consecutive ones and the one after them, which the next tile has again."""
     gutter: Annotated[int, Field(ge=0)] = 0
     """Texels around each tile that repeat its edge. With 0 tiles abut, and a fetch must stay half a texel inside."""
     tiles_x: Count
