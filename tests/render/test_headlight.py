@@ -80,6 +80,8 @@ def test_a_lit_sphere_is_as_bright_as_the_cosine(tmp_path, view, code, spacing, 
     # seen: half a step and two mean free paths behind the surface, half a code of the table beside it.
     shell = np.abs(np.linalg.norm(at, axis=-1) - RADIUS_MM) < 2 * max(spacing)
     kernel = np.radians(angles(gradients(codes, grid, "thesis")[shell].astype(np.float64), at[shell]).max())
+    # Differences are of second order: of the spacing over the radius of what they measure.
+    assert kernel <= (max(spacing) / RADIUS_MM) ** 2
     coarse = np.linalg.norm(spacing) / 2 / RADIUS_MM if code == "oct12" else np.radians(0.391)
     deep = (STEP_MM / 2 + 2 / EXTINCTION_PER_MM + 32 / 4095) / RADIUS_MM
     # Seen at a slant the surface is deeper along the ray by 1 / cosine, and slips sideways: 1 / 0.31 at 0.95 radii.
