@@ -47,8 +47,8 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     """Read a scene and its profile. `profile` and `source`, if given, replace what the scene says.
 
     A relative path in the scene starts at the scene's folder, one given here at the current folder. Raises VP3001 to
-    VP3003 for the scene, VP3042 for a file of a transfer function, VP3010 to VP3012 for the profile, VP1243 for a source
-    in place of several.
+    VP3003 for the scene, VP3042 for a file of a transfer function, VP3010 to VP3012 for the profile, VP1243 for a
+    source in place of several.
     """
     scene = load_scene(scene_path)
     base = scene_path.absolute().parent

@@ -225,3 +225,27 @@ def test_on_an_engine_half_a_voxel_does_what_takes_an_eighth_of_one_with_a_looku
         with Renderer(package, target="rgba32f") as renderer:
             errors[name] = rmse(np.array([renderer.render(each, (72, 72)) for each in matrices]), np.array(truth))
     assert errors["preintegrated"] < errors["lookup"] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("name", "profile"),
+    [
+        *(("preintegrated", profile) for profile in PROFILES.values()),
+        ("palette", ES3),
+        ("preclassified", ES3),
+    ],
+    ids=["segments", "segments-rgba8", "segments-mosaic", "palette", "preclassified"],
+)
+def test_every_word_of_a_shader_is_used_and_every_uniform_active(tmp_path, name, profile):
+    package = tiny_package(tmp_path / "p", CODES, STEEP, profile, grid=GRID, classification=name, entries=16)
+    text = package.read_text(package.manifest.programs[0].fragment)
+    assert text.isascii()
+    assert not re.search(r"\$|//#|//:", text)
+    assert all(len(line) <= 120 for line in text.splitlines())
+    code = re.sub(r"//.*", "", text)
+    for found in re.findall(r"^(?:float|vec[234]) (\w+)\(|^const \w+ (\w+)", code, re.MULTILINE):
+        word = "".join(found)
+        assert len(re.findall(rf"\b{word}\b", code)) > 1, f"{word} is dead"
+    # The renderer refuses a program whose active uniforms are not those that the manifest names.
+    with Renderer(package):
+        pass
