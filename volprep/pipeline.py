@@ -72,7 +72,7 @@ def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
             "settings": [
                 record.model_dump(mode="json") for one in plans_of(stage, plan) for record in stage.settings(one)
             ],
-            "reads": {name: keys[name] for name in stage.reads if name in keys},
+            "reads": {name: keys[name] for name in stage.reads if name in keys and name in plan.stages},
         },
         sort_keys=True,
     )

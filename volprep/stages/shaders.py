@@ -74,9 +74,9 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
     # Blocks of a level are not blocks of its pieces.
-    whole_level = program.technique != "raycast_subvolumes"
+    skips = plan.skip is not None and program.technique != "raycast_subvolumes"
     additions = Additions(
-        skipping_of(manifest, program.transfer, program.levels[0], program.classification) if whole_level else None,
+        skipping_of(manifest, program.transfer, program.levels[0], program.classification) if skips else None,
         _lighting(draft, program),
     )
     return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
