@@ -21,6 +21,7 @@ from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
+from .bench_pyramid import measure_pyramid, pyramid_table
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
 from .bench_transfer import contests as transfer_contests
@@ -55,6 +56,8 @@ def main() -> None:
     console.print(_decode_table(decodes))
     fetches = measure_fetch(console)
     console.print(fetch_table(fetches))
+    pyramid = measure_pyramid(console)
+    console.print(pyramid_table(pyramid))
     normals = measure_normals(console)
     for table in normals_tables(normals):
         console.print(table)
@@ -70,6 +73,7 @@ def main() -> None:
         "skipping": [asdict(row) for row in skipping],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
+        "pyramid": [asdict(row) for row in pyramid],
         "normals": asdict(normals),
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -73,7 +73,7 @@ def hold(contest: Contest) -> Outcome:
     words, octets = flat.view(np.uint64), flat.view(np.uint8)
     copied = np.zeros_like(octets)
     read, copy = "plain read", "plain copy"
-    best_ms = _best_ms(
+    best = best_ms(
         {
             read: lambda: _native.memory_read(words),
             copy: lambda: _native.memory_copy(octets, copied),
@@ -81,9 +81,9 @@ def hold(contest: Contest) -> Outcome:
             **contest.peers,
         }
     )
-    ours_ms = best_ms[""]
+    ours_ms = best[""]
     written = contest.bytes_written / octets.size
-    traffic_ms = written * best_ms[copy] + (1 - written) * best_ms[read]
+    traffic_ms = written * best[copy] + (1 - written) * best[read]
     rows = tuple(
         Row(
             work=contest.work,
@@ -91,16 +91,16 @@ def hold(contest: Contest) -> Outcome:
             ours_ms=ours_ms,
             input_gb_per_s=octets.size / ours_ms / 1e6,
             peer=peer,
-            peer_ms=best_ms[peer],
-            ratio=best_ms[peer] / ours_ms,
+            peer_ms=best[peer],
+            ratio=best[peer] / ours_ms,
             share_of_bandwidth=traffic_ms / ours_ms,
         )
         for peer in contest.peers
     )
-    return Outcome(rows, octets.size / best_ms[read] / 1e6, octets.size / best_ms[copy] / 1e6)
+    return Outcome(rows, octets.size / best[read] / 1e6, octets.size / best[copy] / 1e6)
 
 
-def _best_ms(candidates: Mapping[str, Run], rounds: int = 15, patience_ms: float = 1500) -> dict[str, float]:
+def best_ms(candidates: Mapping[str, Run], rounds: int = 15, patience_ms: float = 1500) -> dict[str, float]:
     """Give each candidate's best time. One whose patience is spent drops out, after at least two rounds."""
     best = dict.fromkeys(candidates, float("inf"))
     spent = dict.fromkeys(candidates, 0.0)

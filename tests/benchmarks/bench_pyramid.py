@@ -1,0 +1,149 @@
+"""Filters of the pyramid, 2×2×2, beside the box filter and what SciPy and others take for the same work.
+
+All run in turn in one contest, on all threads: what counts is a filter's rate as a part of the box filter's.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import tinybrain
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+from scipy import ndimage
+
+from volprep import _native
+from volprep.pyramid.reduce import reduced
+from volprep_formats.package.manifest import LevelFilter
+
+from .contest import best_ms
+
+FACTORS = (2, 2, 2)
+FILTERS: tuple[LevelFilter, ...] = (
+    "box",
+    "nearest",
+    "bilinear",
+    "binomial",
+    "gaussian",
+    "lanczos3",
+    "minimum",
+    "maximum",
+    "median",
+    "feature-preserving",
+)
+SHAPE = (192, 512, 512)
+NOISE = 20.0
+
+
+@dataclass(frozen=True)
+class FilterRow:
+    """One filter."""
+
+    filter: str
+    """Its name."""
+    voxels: str
+    """Type and shape."""
+    ours_ms: float
+    """Best time."""
+    of_box: float
+    """Its rate as a part of the box filter's."""
+    peer: str
+    """Who else does something equivalent, or nothing."""
+    peer_ms: float | None
+    """Its best time."""
+
+
+def measure_pyramid(console: Console) -> list[FilterRow]:
+    """Measure every filter on bytes, 16 bits and floats, and label filters on labels."""
+    rng = np.random.default_rng(1)
+    scan = rng.normal(120, 25, SHAPE).clip(1, 255).astype(np.uint8)
+    rows: list[FilterRow] = []
+    for dtype in (np.uint8, np.uint16, np.float32):
+        volume = scan[:: np.dtype(dtype).itemsize].astype(dtype)
+        console.print(f"measuring filters of the pyramid, {volume.dtype}", style="dim")
+        runs: dict[str, Run] = {name: _run(volume, name) for name in FILTERS}
+        if dtype != np.float32:
+            runs["noise, once for all levels"] = _noise(volume)
+        peers = _peers(volume) if dtype == np.uint8 else {}
+        rows += _rows(volume, runs, peers)
+    labels = np.zeros(SHAPE, np.uint8)
+    labels[40:150, 90:400, 100:300] = 3
+    labels[60:, 200:, 250:] = 7
+    console.print("measuring filters of labels", style="dim")
+    runs = {name: _run(labels, name) for name in ("box", "mode", "mode-foreground")}
+    peer = ("tinybrain", lambda: tinybrain.downsample_segmentation(labels.T, FACTORS))
+    rows += _rows(labels, runs, {"mode": peer})[1:]
+    return rows
+
+
+def pyramid_table(rows: list[FilterRow]) -> Table:
+    """Show them."""
+    table = Table("filter, 2×2×2", "voxels", "ours ms", "of box", "peer", "peer ms", "ratio")
+    for column in (2, 3, 5, 6):
+        table.columns[column].justify = "right"
+    for row in rows:
+        peer = ("", "") if row.peer_ms is None else (f"{row.peer_ms:.0f}", f"{row.peer_ms / row.ours_ms:.0f} ×")
+        table.add_row(row.filter, row.voxels.split()[0], f"{row.ours_ms:.1f}", f"{row.of_box:.0%}", row.peer, *peer)
+    return table
+
+
+Run = Callable[[], object]
+Peer = tuple[str, Run]
+
+
+def _run(volume: NDArray[np.generic], name: LevelFilter) -> Run:
+    return lambda: reduced(volume, FACTORS, name, NOISE)
+
+
+def _noise(volume: NDArray[np.generic]) -> Run:
+    histogram = np.zeros(6 * ((1 << 8 * volume.itemsize) - 1) + 1, np.uint64)
+    return lambda: _native.laplacian_histogram(volume, histogram)
+
+
+def _rows(volume: NDArray[np.generic], runs: dict[str, Run], peers: dict[str, Peer]) -> list[FilterRow]:
+    contestants = {**runs, **{f"peer of {name}": run for name, (_, run) in peers.items()}}
+    best = best_ms(contestants, rounds=7)
+    voxels = f"{volume.dtype} {'×'.join(map(str, volume.shape))}"
+    return [
+        FilterRow(
+            filter=name,
+            voxels=voxels,
+            ours_ms=best[name],
+            of_box=best["box"] / best[name],
+            peer=peers[name][0] if name in peers else "",
+            peer_ms=best.get(f"peer of {name}"),
+        )
+        for name in runs
+    ]
+
+
+def _peers(volume: NDArray[np.generic]) -> dict[str, Peer]:
+    """Equivalents of SciPy: they filter the whole volume, of which every second voxel is then taken."""
+    small = volume[:32]
+    scale = len(volume) / len(small)
+
+    def repeated(run: Run) -> Run:
+        # A sixth of the volume, six times: the whole would take a minute for each.
+        return lambda: [run() for _ in range(round(scale))]
+
+    def feature_preserving() -> None:
+        base = small.astype(np.float32)
+        for axis in range(3):
+            base = ndimage.correlate1d(base, [0.125, 0.375, 0.375, 0.125], axis)
+        low, high = ndimage.minimum_filter(small, 2), ndimage.maximum_filter(small, 2)
+        base, low, high = (each[1::2, 1::2, 1::2] for each in (base, low, high))
+        deviation = np.where(high - base >= base - low, high - base, low - base)
+        t = np.clip((np.abs(deviation) / NOISE - 3) / 3, 0, 1)
+        np.rint(base + t * t * (3 - 2 * t) * deviation).astype(np.uint8)
+
+    def gaussian() -> None:
+        np.rint(ndimage.gaussian_filter(small.astype(np.float32), 1.0)[1::2, 1::2, 1::2]).astype(np.uint8)
+
+    return {
+        "box": ("tinybrain", lambda: tinybrain.downsample_with_averaging(volume.T, FACTORS)),
+        "gaussian": ("scipy gaussian_filter", repeated(gaussian)),
+        "median": ("scipy median_filter", repeated(lambda: ndimage.median_filter(small, 2)[1::2, 1::2, 1::2])),
+        "maximum": ("scipy maximum_filter", repeated(lambda: ndimage.maximum_filter(small, 2)[1::2, 1::2, 1::2])),
+        "feature-preserving": ("scipy, four filters", repeated(feature_preserving)),
+    }
