@@ -258,6 +258,12 @@ def test_what_contradicts_itself_is_refused(tmp_path, old, new, code) -> None:
     assert refusal(tmp_path / "a.ome.tif").code == code
 
 
+def test_a_page_that_is_not_there_is_refused(tmp_path) -> None:
+    text = f'<{ROOT}><Image><Pixels {PIXELS} SizeZ="2"><TiffData IFD="0" PlaneCount="2"/></Pixels></Image></OME>'
+    tifffile.imwrite(tmp_path / "a.tif", noise("YX"), description=text, metadata=None)
+    assert "no page 1" in str(refusal(tmp_path / "a.tif"))
+
+
 @pytest.mark.parametrize("sizes", ["SizeZ='2147483647' SizeC='1' SizeT='1'", "SizeZ='1' SizeC='1000000' SizeT='2000'"])
 def test_huge_sizes_are_refused_before_anything_of_that_size_is_made(tmp_path, sizes) -> None:
     text = f"<{ROOT}><Image><Pixels DimensionOrder='XYZCT' Type='uint16' SizeX='5' SizeY='7' {sizes}/></Image></OME>"
