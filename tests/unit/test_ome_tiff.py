@@ -258,6 +258,21 @@ def test_what_contradicts_itself_is_refused(tmp_path, old, new, code) -> None:
     assert refusal(tmp_path / "a.ome.tif").code == code
 
 
+def test_pages_without_a_count_are_one_each_in_any_order(tmp_path) -> None:
+    values = noise("ZYX")
+    data = "".join(f'<TiffData FirstZ="{3 - page}" IFD="{page}"/>' for page in range(4))
+    text = f"<{ROOT}><Image><Pixels {PIXELS} SizeZ='4'>{data}</Pixels></Image></OME>"
+    tifffile.imwrite(tmp_path / "a.tif", values[::-1], description=text, metadata=None)
+    assert np.array_equal(read(tmp_path / "a.tif")[1], values)
+
+
+def test_a_plane_in_two_places_is_refused(tmp_path) -> None:
+    data = '<TiffData IFD="0" PlaneCount="1"/><TiffData IFD="1" PlaneCount="1"/>'
+    text = f"<{ROOT}><Image><Pixels {PIXELS} SizeZ='1'>{data}</Pixels></Image></OME>"
+    tifffile.imwrite(tmp_path / "a.tif", noise("ZYX")[:2], description=text, metadata=None)
+    assert "in two places" in str(refusal(tmp_path / "a.tif"))
+
+
 def test_a_page_that_is_not_there_is_refused(tmp_path) -> None:
     text = f'<{ROOT}><Image><Pixels {PIXELS} SizeZ="2"><TiffData IFD="0" PlaneCount="2"/></Pixels></Image></OME>'
     tifffile.imwrite(tmp_path / "a.tif", noise("YX"), description=text, metadata=None)

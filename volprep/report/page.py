@@ -112,7 +112,9 @@ def _kind(manifest: Manifest) -> str:
     info = manifest.source.info
     names = {"dicom": "a DICOM series", "nifti": "a NIfTI volume", "nrrd": "an NRRD volume", "raw": "a raw volume"}
     name = names.get(info.format, f"a {info.format} volume")
-    return f"{name} ({info.modality})" if info.modality else name
+    name = f"{name} ({info.modality})" if info.modality else name
+    more = len(manifest.channels or (None,)) - 1
+    return f"{name} and {more} more {'channel' if more == 1 else 'channels'}" if more else name
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:
