@@ -1,5 +1,6 @@
 """The working data of a draft: volumes without a header, the scene, and the keys of what has run."""
 
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import numpy as np
 from volprep.slabs import RawVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.package.manifest import Level, LevelFilter, Manifest
 from volprep_formats.source import SourceInfo
 
 if TYPE_CHECKING:
@@ -26,6 +27,11 @@ def source_name(channel: str | None) -> str:
 def codes_name(level: int, channel: str | None = None) -> str:
     """Give the name of the codes of a level; of a channel where there are several."""
     return f"work/stored{level}.raw" if channel is None else f"work/stored{level}-{channel}.raw"
+
+
+def choice_name(level: int, channel: str | None = None) -> str:
+    """Give the name of what was decided about a level when it was made; of a channel where there are several."""
+    return f"work/choice{level}.json" if channel is None else f"work/choice{level}-{channel}.json"
 
 
 def code_type(plan: "Plan") -> np.dtype[np.generic]:
@@ -56,17 +62,18 @@ def codes_of_level(draft: Draft, plan: "Plan", index: int) -> RawVolume:
     return RawVolume(draft.folder / codes_name(index, plan.channel), plan.level(index).shape_zyx, code_type(plan))
 
 
-def levels_of(plan: "Plan") -> tuple[Level, ...]:
-    """Give the levels that the package holds as the manifest lists them."""
+def levels_of(plan: "Plan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:
+    """Give level 0 and those that `filters` made, as far as the package holds them, as the manifest lists them."""
     return tuple(
         Level(
             index=level.index,
             factors_zyx=level.factors_zyx,
             grid=(grid := _grid(plan.grid, level.factors_zyx)),
             texture_from_box_per_mm_xyz=_per_mm_xyz(grid),
-            filter=level.filter,
+            filter=filters[level.index] if level.index else "none",
         )
         for level in plan.levels
+        if level.index == 0 or level.index in filters
     )
 
 

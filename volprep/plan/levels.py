@@ -1,6 +1,7 @@
 """Which levels there could be, and how the device class can hold each of them."""
 
 import math
+from typing import Literal
 
 from volprep.plan.mosaics import as_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
@@ -16,19 +17,19 @@ _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
 
 
-def filter_of(scene: Scene) -> LevelFilter:
+def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
     """Give the filter that makes the coarser levels. Raises VP3024 for one that would put values between labels."""
     labels = scene.source.labels
     wanted = scene.pyramid.filter
     if wanted == "auto":
-        return "mode" if labels else "box"
+        return "mode" if labels else "auto"
     if labels and wanted not in LABEL_FILTERS:
         raise VolprepError("VP3024", filter=wanted, possible=", ".join(sorted(LABEL_FILTERS)))
     return wanted
 
 
 def candidate_levels(
-    grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: LevelFilter = "box"
+    grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: Literal["auto"] | LevelFilter = "auto"
 ) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 

@@ -51,6 +51,8 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
             if (texture.role, texture.part) == (sampler.role, sampler.part)
             and _is_for(texture, program.transfer, level)
         ]
+        # A level's own table stands for the common one.
+        matches = [texture for texture in matches if texture.level == level] or matches
         if len(matches) != 1:
             fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
             raise VolprepError("VP5018", package=package.path, **fields)

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
+from volprep_formats.package.tables import table_for
 from volprep_formats.textures import ktx2
 
 Extinctions = NDArray[np.float64]
@@ -20,12 +21,8 @@ def visible_extinction(draft: Draft, transfer: str, level: int) -> Extinctions:
     for palette in manifest.palettes:
         if palette.transfer == transfer:
             return np.array([entry.extinction_per_mm for entry in palette.entries])
-    of_transfer = [texture for texture in manifest.textures if texture.transfer == transfer]
-    texture = next(
-        texture
-        for texture in of_transfer
-        if texture.role in {"transfer", "preintegrated"} and texture.level in {None, level}
-    )
+    tables = (table_for(manifest.textures, role, transfer, level) for role in ("transfer", "preintegrated"))
+    texture = next(table for table in tables if table is not None)
     return entry_extinctions(texture, ktx2.decode(draft.read_bytes(texture.file), texture.file).data[0])
 
 

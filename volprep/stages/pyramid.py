@@ -1,40 +1,82 @@
-"""Coarser levels: each is made from the codes of level 0 by its filter, and rounded once."""
+"""Coarser levels: each is made from the codes of level 0 by its filter, and rounded once.
+
+Where the filter is to be chosen, every candidate makes the level and the pictures decide (volprep.pyramid.choice); so
+they do about lookup tables of a level's own. What was decided stands in the draft for later stages.
+"""
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from volprep.plan import LevelPlan, Plan
-from volprep.pyramid.noise import noise_of
-from volprep.pyramid.reduce import reduced_slabs
-from volprep.slabs import RawVolume, bytes_of
+from volprep.pyramid.choice import Array, Chooser, Classified, LevelChoice, level_slices
+from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
-from volprep.work import codes_name, codes_of_source, levels_of
+from volprep.transfer.table import Table
+from volprep.work import choice_name, codes_name, codes_of_source, levels_of
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
+CANDIDATES: tuple[LevelFilter, ...] = ("box", "median", "least-squares", "appearance")
+"""What "auto" chooses from; the first is what the others are compared with."""
+
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return plan.levels
+    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    source = codes_of_source(draft, plan)
+    scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
-    progress.start("pyramid", len(coarser) * source.shape_zyx[0])
-    # The noise of level 0 is the same for all levels.
-    noise = noise_of(source) if any(level.filter == "feature-preserving" for level in coarser) else 0.0
+    # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
+    adapt = bool(plan.lookups) and not plan.quantize.labels
+    measured = adapt or any(level.filter == "auto" for level in coarser)
+    progress.start("pyramid", sum(len(_candidates(level)) for level in coarser) * plan.grid.shape_zyx[0])
+    chooser = Chooser(scan, adapt=adapt) if measured else None
+    filters: dict[int, LevelFilter] = {}
     for level in coarser:
-        draft.write(codes_name(level.index, plan.channel), "work", _slices(source, level, noise, progress))
-    return {"levels": levels_of(plan)}
+        if chooser is None:
+            (name,) = _candidates(level)
+            choice = LevelChoice(level=level.index, filter=name)
+            draft.write(codes_name(level.index, plan.channel), "work", _made(scan, name, level, progress))
+        else:
+            choice, codes = chooser.choose(
+                level.index, level.factors_zyx, _candidates(level), draft.scratch, progress.advance
+            )
+            draft.write(codes_name(level.index, plan.channel), "work", _bytes(codes))
+        filters[level.index] = choice.filter
+        draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
+    return {"levels": levels_of(plan, filters)}
 
 
-def _slices(source: RawVolume, level: LevelPlan, noise: float, progress: Progress) -> Iterator[memoryview]:
+def _candidates(level: LevelPlan) -> tuple[LevelFilter, ...]:
     if level.filter == "none":
         msg = f"level {level.index} has no filter"
         raise ValueError(msg)
-    for slices, read in reduced_slabs(source, level.factors_zyx, level.filter, noise):
+    return CANDIDATES if level.filter == "auto" else (level.filter,)
+
+
+def _tables(plan: Plan) -> dict[str, Array]:
+    """Give the lookup table of each transfer function over all codes."""
+    entries = {lookup.transfer: lookup.entries for lookup in plan.lookups}
+    found = {}
+    for function in plan.transfer_functions:
+        values = np.linspace(*plan.quantize.window, entries.get(function.name, 256))
+        found[function.name] = np.column_stack(Table.exact(function).at(values))
+    return found
+
+
+def _made(scan: Classified, name: LevelFilter, level: LevelPlan, progress: Progress) -> Iterator[memoryview]:
+    for slices, read in level_slices(scan, name, level.factors_zyx):
         yield bytes_of(slices)
         progress.advance(read)
+
+
+def _bytes(codes: RawVolume) -> Iterator[memoryview]:
+    for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
+        yield bytes_of(codes.read_slab(z0, z1))
 
 
 STAGE = Stage(name="pyramid", reads=("quantize",), settings=_settings, run=_run)

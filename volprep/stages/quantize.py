@@ -35,7 +35,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         "stored_type": code_type(plan).name,
         "grid": plan.grid,
         "quantization": _quantization(plan, losses),
-        "levels": tuple(level for level in levels_of(plan) if level.index == 0),
+        "levels": levels_of(plan, {}),
     }
 
 

@@ -6,6 +6,7 @@ What is in the package must be what the plan says, file for file and texel for t
 from volprep.plan import Plan
 from volprep.plan.items import PREVIEW
 from volprep.plan.subvolumes import ITEM as SUBVOLUMES
+from volprep.pyramid.chosen import lookup_of_level, own_tables, settled_items
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
@@ -27,7 +28,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     draft.write(PREVIEW, "preview", picture)
     sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role != "work"}
     sizes[PREVIEW] = len(picture)
-    items = tuple(_with_pieces(item, draft) for item in plan.items)
+    items = tuple(_with_pieces(item, draft) for item in settled_items(plan.items, draft, plan))
     _check_plan(draft, plan, items, sizes)
     progress.advance()
     return {"preview": PREVIEW, "plan": tuple(_priced(item, sizes) for item in items), "state": "sealed"}
@@ -47,16 +48,20 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
         raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
-    shapes = {path: shape for each in plan.every for path, shape in _shapes(each).items()}
+    shapes = {path: shape for each in plan.every for path, shape in _shapes(each, draft).items()}
     found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
     if found != shapes:
         raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
 
 
-def _shapes(plan: Plan) -> dict[str, tuple[int, int, int]]:
+def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     """Shapes of the textures of one channel by their files, in texels."""
     shapes = {path: volume.shape_zyx for volume in plan.volumes for path in volume.files}
-    shapes |= {lookup.file: (1, 1, lookup.entries) for lookup in plan.lookups}
+    for lookup in plan.lookups:
+        own = own_tables(draft, plan, lookup.transfer)
+        if own.keys() != {level.index for level in plan.levels}:
+            shapes[lookup.file] = (1, 1, lookup.entries)
+        shapes |= {lookup_of_level(lookup, level).file: (1, 1, lookup.entries) for level in own}
     shapes |= {table.file: (1, table.entries, table.entries) for table in plan.preintegrated}
     if plan.skip is not None:
         shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}

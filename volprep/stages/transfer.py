@@ -1,17 +1,22 @@
 """Transfer functions become what shaders classify with: lookup tables, pre-integrated tables, or palettes.
 
-All are made over the window of the stored values.
+All are made over the window of the stored values. A level whose pictures gain by it has a lookup table of its own,
+which was fitted when the level was made.
 """
 
 from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from volprep.plan import LookupPlan, Plan, PreintegratedPlan
+from volprep.pyramid.chosen import lookup_of_level, own_tables
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.stages import Changes, Stage, with_textures
-from volprep.transfer.lookup import lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
-from volprep.transfer.texel_forms import MediumTexels
+from volprep.transfer.table import Table
+from volprep.transfer.texel_forms import MediumTexels, medium_texels
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.palette import Palette, PaletteEntry
@@ -20,18 +25,22 @@ from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
 
+Array = NDArray[np.float64]
+
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.quantize, *plan.transfer_functions, *plan.lookups, *plan.preintegrated, *plan.palettes)
+    return (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated, *plan.palettes)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     progress.start("transfer", len(plan.transfer_functions))
     functions = {function.name: function for function in plan.transfer_functions}
+    # An earlier run may have left tables of levels that have none now.
+    kept = tuple(texture for texture in draft.manifest.textures if texture.transfer not in functions)
     textures = tuple(_textures(draft, plan, functions, progress))
     return {
         "transfer_functions": plan.transfer_functions,
-        "textures": with_textures(draft.manifest, textures),
+        "textures": with_textures(draft.manifest.model_copy(update={"textures": kept}), textures),
         "palettes": tuple(_palettes(plan, functions, progress)),
     }
 
@@ -39,18 +48,32 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _textures(
     draft: Draft, plan: Plan, functions: dict[str, TransferFunction], progress: Progress
 ) -> Iterator[Texture]:
-    window = plan.quantize.window
     for lookup in plan.lookups:
-        table = lookup_texels(functions[lookup.transfer], window, lookup.entries, lookup.format)
-        texture = _texture(draft, plan, lookup, table)
-        yield texture
+        yield from _lookups(draft, plan, lookup, functions[lookup.transfer])
         progress.advance()
     for planned in plan.preintegrated:
         function = functions[planned.transfer]
-        table = preintegrated_texels(function, window, planned.entries, planned.segment_mm, planned.format)
+        table = preintegrated_texels(
+            function, plan.quantize.window, planned.entries, planned.segment_mm, planned.format
+        )
         texture = _texture(draft, plan, planned, table)
         yield texture.model_copy(update={"role": "preintegrated", "segment_mm": planned.segment_mm})
         progress.advance()
+
+
+def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
+    """Give the tables of levels that have one of their own, and the common one where a level has none."""
+    tables: dict[int | None, tuple[Array, Array]] = {}
+    own = own_tables(draft, plan, lookup.transfer)
+    if own.keys() != {level.index for level in plan.levels}:
+        tables[None] = Table.exact(function).at(np.linspace(*plan.quantize.window, lookup.entries))
+    tables |= {level: (table[:, :3], table[:, 3]) for level, table in own.items()}
+    # One shader reads all of them, and holds one scale.
+    largest_per_mm = max(float(extinction.max()) for _, extinction in tables.values())
+    for level, (colour, extinction) in tables.items():
+        texels = medium_texels(colour[None, None], extinction[None, None], lookup.format, largest_per_mm)
+        named = lookup if level is None else lookup_of_level(lookup, level)
+        yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
 
 
 def _texture(draft: Draft, plan: Plan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
@@ -83,4 +106,4 @@ def _palettes(plan: Plan, functions: dict[str, TransferFunction], progress: Prog
         progress.advance()
 
 
-STAGE = Stage(name="transfer", reads=(), settings=_settings, run=_run)
+STAGE = Stage(name="transfer", reads=("pyramid",), settings=_settings, run=_run)

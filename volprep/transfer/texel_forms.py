@@ -23,18 +23,20 @@ class MediumTexels:
     """For uint8: extinction = this · (alpha / 255)²."""
 
 
-def medium_texels(colour: Array, extinction_per_mm: Array, texel_format: LookupFormat) -> MediumTexels:
+def medium_texels(
+    colour: Array, extinction_per_mm: Array, texel_format: LookupFormat, largest_per_mm: float | None = None
+) -> MediumTexels:
     """Turn linear colours [..., 3] and extinctions [...] into texels.
 
     RGBA16F holds both as they are. RGBA8 holds the square root of extinction over its maximum: as a linear byte the
     faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three layers
-    where bone is opaque; as a root it is 1/65025.
+    where bone is opaque; as a root it is 1/65025. Tables that one shader reads share their maximum, `largest_per_mm`.
     """
     if texel_format == "RGBA16F":
         half = np.concatenate([colour, np.minimum(extinction_per_mm, _LARGEST_HALF)[..., None]], axis=-1)
         return MediumTexels(half.astype(np.float16), None)
     # A table without extinction has some scale all the same: a factor of 0 would leave nothing in the shader to draw.
-    maximum = float(extinction_per_mm.max()) or 1.0
+    maximum = largest_per_mm or float(extinction_per_mm.max()) or 1.0
     root = np.sqrt(extinction_per_mm / maximum)
     byte = np.rint(np.concatenate([colour, root[..., None]], axis=-1) * 255).astype(np.uint8)
     return MediumTexels(byte, maximum)

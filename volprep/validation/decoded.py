@@ -16,6 +16,7 @@ from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Quantization, Texture
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.reader import Package
+from volprep_formats.package.tables import table_for
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
 
@@ -48,8 +49,15 @@ def level_volume(package: Package, level: int) -> Volume:
     return Volume(np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept)
 
 
-def table_function(package: Package, transfer: str) -> TransferFunction:
-    """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
+def own_table(package: Package, transfer: str, level: int) -> bool:
+    """Say whether `level` has a lookup table of its own for `transfer`."""
+    texture = table_for(package.manifest.textures, "transfer", transfer, level)
+    return texture is not None and texture.level is not None
+
+
+def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
+    """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly;
+    `level` may have a table of its own.
 
     A pre-integrated table stands for the function itself. 8-bit tables hold the square root of the extinction, so that
     it is a parabola between two entries. Here it is cut into straight pieces that miss it by at most a millionth of the
@@ -59,7 +67,7 @@ def table_function(package: Package, transfer: str) -> TransferFunction:
     palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
     if palette is not None:
         return _palette_function(palette, _quantization(package).window)
-    texture = next((item for item in manifest.textures if item.role == "transfer" and item.transfer == transfer), None)
+    texture = table_for(manifest.textures, "transfer", transfer, level)
     if texture is None:
         return next(function for function in manifest.transfer_functions if function.name == transfer)
     image = ktx2.decode(package.read_bytes(texture.file), texture.file)

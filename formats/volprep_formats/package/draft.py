@@ -137,6 +137,13 @@ class Draft:
                 raise VolprepError("VP4008", path=self._folder, file=name, size=actual, expected=size)
             return np.memmap(file, dtype=dtype, mode="r", shape=shape)
 
+    def scratch(self, name: str) -> Path:
+        """Give the path of a file for the stage's own use, inside the draft's folder; the next `commit` removes it."""
+        folder = self._begin() / "scratch"
+        with output_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        return folder / name
+
     def commit(self, stage: StageRecord, drop: Collection[str] = (), /, **manifest_updates: object) -> None:
         """Add what `stage` wrote: the one step from the draft before the stage to the draft after it.
 
