@@ -262,7 +262,7 @@ def test_pages_without_a_count_are_one_each_in_any_order(tmp_path) -> None:
     values = noise("ZYX")
     data = "".join(f'<TiffData FirstZ="{3 - page}" IFD="{page}"/>' for page in range(4))
     text = f"<{ROOT}><Image><Pixels {PIXELS} SizeZ='4'>{data}</Pixels></Image></OME>"
-    tifffile.imwrite(tmp_path / "a.tif", values[::-1], description=text, metadata=None)
+    tifffile.imwrite(tmp_path / "a.tif", values[::-1], photometric="minisblack", description=text, metadata=None)
     assert np.array_equal(read(tmp_path / "a.tif")[1], values)
 
 
