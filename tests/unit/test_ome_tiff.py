@@ -209,9 +209,10 @@ def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name) -> None:
     assert refusal(tmp_path / "in" / "a.tif").code == "VP1226"
 
 
-def test_a_file_that_was_renamed_is_read(tmp_path) -> None:
+@pytest.mark.parametrize("uuid", ['UUID="urn:uuid:1"', ""])
+def test_a_file_that_was_renamed_is_read(tmp_path, uuid) -> None:
     data = '<TiffData IFD="0"><UUID FileName="old.tif">urn:uuid:1</UUID></TiffData>'
-    text = f'<{ROOT} UUID="urn:uuid:1"><Image><Pixels {PIXELS} SizeZ="1">{data}</Pixels></Image></OME>'
+    text = f'<{ROOT} {uuid}><Image><Pixels {PIXELS} SizeZ="1">{data}</Pixels></Image></OME>'
     tifffile.imwrite(tmp_path / "new.tif", noise("YX"), description=text, metadata=None)
     assert np.array_equal(read(tmp_path / "new.tif")[1][0], noise("YX"))
 
@@ -229,7 +230,9 @@ def test_a_missing_length_beside_others_is_refused_unless_there_is_one_slice(tmp
     error = refusal(tmp_path / "a.ome.tif")
     assert (error.code, error.fields["axis"]) == ("VP1227", "Z")
     tifffile.imwrite(tmp_path / "b.ome.tif", noise("YX"), ome=True, metadata={"axes": "YX", **lengths})
-    assert read(tmp_path / "b.ome.tif")[0].grid.spacing_mm_zyx == (0.25e-3, 0.5e-3, 0.25e-3)
+    info = read(tmp_path / "b.ome.tif")[0]
+    assert info.grid.spacing_mm_zyx == (0.25e-3, 0.5e-3, 0.25e-3)
+    assert "no distance along Z" in info.remarks[0]
 
 
 @pytest.mark.parametrize(
