@@ -1,6 +1,7 @@
 // Noise-gated extremum over a smooth base: see the header for the formula, separable.hpp for the passes.
 #include "volprep/feature_reduce.hpp"
 
+#include "volprep/clones.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/separable.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "volprep/clones.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/separable.hpp"
 
