@@ -1,5 +1,6 @@
 //: Slab test (Kay and Kajiya 1986), as in box.glsl, for a part of the volume that changes from picture to picture.
-// Fractions of the ray at which it enters and leaves the box from u_box_low_mm to u_box_high_mm: no interval if it misses.
+// Fractions of the ray at which it enters and leaves the box from u_box_low_mm to u_box_high_mm: no interval if it
+// misses.
 uniform vec3 u_box_low_mm;
 uniform vec3 u_box_high_mm;
 vec2 clip_to_box(vec3 origin, vec3 ray) {

@@ -1,8 +1,8 @@
 //: GLSL ES 3.00. In: u_subvolume_0 to _7, the pieces around a point of the grid, R8 or R16F, 3D, LINEAR, CLAMP_TO_EDGE;
-//: number = 1 for the upper piece along x, + 2 along y, + 4 along z. A side of the point without pieces is never reached:
-//: u_split lies outside the volume there.
-// Level 0 as up to eight pieces that share a layer of voxels with their neighbours. Positions are in voxels of the level;
-// the centre of voxel k is at k + 0.5.
+//: number = 1 for the upper piece along x, + 2 along y, + 4 along z. A side of the point without pieces is never
+//: reached: u_split lies outside the volume there.
+// Level 0 as up to eight pieces that share a layer of voxels with their neighbours. Positions are in voxels of the
+// level; the centre of voxel k is at k + 0.5.
 uniform highp sampler3D u_subvolume_0;
 uniform highp sampler3D u_subvolume_1;
 uniform highp sampler3D u_subvolume_2;
