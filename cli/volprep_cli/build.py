@@ -26,7 +26,7 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
     request = load_request(scene, profile, source)
     with progress() as watcher:
         manifest = build_package(request, output, watcher)
-    print_remarks(manifest.source.info.remarks)
+    print_remarks(manifest)
     size = sum(record.size_bytes for record in manifest.files)
     if as_json:
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.progress import TaskID
 
+    from volprep_formats.package.manifest import Manifest
     from volprep_formats.progress import Progress
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as JSON.")]
@@ -76,10 +77,14 @@ class _Bars:
             self._bar.advance(self._task, units)
 
 
-def print_remarks(remarks: Sequence[str]) -> None:
-    """Print to stderr what a reader noticed and a user should know."""
-    for remark in remarks:
-        print(f"note: {remark}", file=sys.stderr)
+def print_remarks(manifest: "Manifest") -> None:
+    """Print to stderr what the readers noticed and a user should know."""
+    sources = (
+        {"": manifest.source} if manifest.channels is None else {f"{c.name}: ": c.source for c in manifest.channels}
+    )
+    for name, source in sources.items():
+        for remark in source.info.remarks:
+            print(f"note: {name}{remark}", file=sys.stderr)
 
 
 def print_json(value: object) -> None:

@@ -100,7 +100,7 @@ def import_source(
     write_origin(output, origin)
     shape = "×".join(str(n) for n in draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
-    print_remarks(draft.manifest.source.info.remarks)
+    print_remarks(draft.manifest)
     low, high = values.minimum, values.maximum
     if as_json:
         print_json(

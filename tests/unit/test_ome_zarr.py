@@ -322,7 +322,8 @@ EDITS = {
     "negative": (lambda array: array.update(shape=[-5, 7, 6]), "VP1220"),
     "zero": (lambda array: array.update(shape=[0, 7, 6]), "VP1220"),
     "fraction": (lambda array: array.update(shape=[5.0, 7, 6]), "VP1220"),
-    "huge": (lambda array: array.update(shape=[2**31, 2**31, 2**31]), "VP1225"),
+    "huge": (lambda array: array.update(shape=[2**12, 2**12, 2**11]), "VP1225"),
+    "huge axis": (lambda array: array.update(shape=[2**31, 1, 1]), "VP1225"),
     "overflow": (lambda array: array.update(shape=[2**70, 7, 6]), "VP1220"),
     "huge chunks": (
         lambda array: array["chunk_grid"]["configuration"].update(chunk_shape=[2**20, 2**20, 2**20]),
