@@ -1,7 +1,7 @@
 """Where level 0 is cut, what meets at each point of the grid, and which way leads on."""
 
 import math
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -32,10 +32,10 @@ def grid_of(shape_zyx: tuple[int, int, int], size: int) -> SubvolumeGrid:
 @pytest.mark.parametrize("voxels", [1, 2, 3, 127, 128, 129, 255, 894])
 def test_pieces_share_one_voxel_and_none_is_lost(voxels: int, size: int) -> None:
     cuts = cuts_along(voxels, size)
-    pieces = [range(low, high + 1) for low, high in zip(cuts, cuts[1:], strict=False)]
+    pieces = [range(low, high + 1) for low, high in pairwise(cuts)]
     assert sorted({voxel for piece in pieces for voxel in piece}) == list(range(voxels))
     assert all(len(piece) <= size for piece in pieces)
-    assert all(len(set(a) & set(b)) == 1 for a, b in zip(pieces, pieces[1:], strict=False))
+    assert all(len(set(a) & set(b)) == 1 for a, b in pairwise(pieces))
     # No piece is there for nothing.
     assert len(pieces) == max(1, math.ceil((voxels - 1) / (size - 1)))
 
