@@ -104,6 +104,7 @@ class TestWhatItMakes:
         assert {texture.transfer for texture in manifest.textures if texture.role == "transfer"} == {"shell", "core"}
 
     def test_the_levels_are_means_of_the_codes_of_level_0_rounded_once(self, scene) -> None:
+        scene.write_text(scene.read_text().replace("[pyramid]", '[pyramid]\nfilter = "box"'))
         package = Package.open(build_here(scene))
         quantization = package.manifest.quantization
         assert quantization is not None

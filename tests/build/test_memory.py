@@ -9,6 +9,7 @@ from volprep import slabs
 from volprep.pipeline import STAGES
 from volprep.plan import make_plan
 from volprep.profiles import load_profile
+from volprep.pyramid import choice, look, rays
 from volprep.scene import Scene
 from volprep.stages.import_volume import import_volume
 from volprep.statistics import measure
@@ -80,9 +81,14 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile) -> None:
     monkeypatch.setattr(slabs, "SLAB_BYTES", 1_000_000)
-    shallow = stage_peaks(tmp_path, 64, profile)
-    deep = stage_peaks(tmp_path, 320, profile)
-    added_bytes = (320 - 64) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
+    # What has a size of its own, whatever the volume's, is made small.
+    monkeypatch.setattr(choice, "_RAYS", 300)
+    monkeypatch.setattr(rays, "_MOST_SAMPLES", 100_000)
+    monkeypatch.setattr(look, "_LONGEST_AXIS", 16)
+    # Deeper than what a filter reads at one time: 4 voxels of level 3 on both sides of twice as many.
+    shallow = stage_peaks(tmp_path, 160, profile)
+    deep = stage_peaks(tmp_path, 416, profile)
+    added_bytes = (416 - 160) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
     for stage in (deep.keys() & shallow.keys()) - {"mosaic"}:
         assert deep[stage] - shallow[stage] < 0.05 * added_bytes, stage
     # A mosaic is written row of tiles by row of tiles, and the device class limits how large a row can be.

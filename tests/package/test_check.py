@@ -56,6 +56,13 @@ def drop(*path: str | int) -> Change:
     return change
 
 
+def another_table_of_level_0(manifest: dict) -> None:
+    """Give level 0 a table of its own, with another scale than the common one."""
+    table = next(texture for texture in manifest["textures"] if texture["role"] == "transfer")
+    scale = 2 * table["max_extinction_per_mm"]
+    manifest["textures"].append({**table, "name": "lookup-own", "level": 0, "max_extinction_per_mm": scale})
+
+
 def both(*changes: Change) -> Change:
     def change(manifest: dict) -> None:
         for each in changes:
@@ -181,7 +188,11 @@ CONTRADICTIONS: dict[str, Change] = {
     "program raycast draws bone, of which there is not one palette table": set_to(
         "programs", 0, "classification", to="palette"
     ),
-    "texture lookup-bone is a table of a transfer function, but has a level": set_to("textures", 2, "level", to=0),
+    "texture lookup-bone is a table of a transfer function, but has a mosaic, or a level that it cannot have": set_to(
+        "textures", 2, "level", to=7
+    ),
+    "program raycast draws bone, of which there is not one lookup table": set_to("textures", 2, "level", to=1),
+    "program raycast draws bone, whose tables have not one size, type and largest": another_table_of_level_0,
     "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 2, "max_extinction_per_mm"),
     "texture volume-0 holds level 7, which is not among the levels": set_to("textures", 0, "level", to=7),
     "texture volume-0 holds level None": drop("textures", 0, "level"),

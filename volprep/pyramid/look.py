@@ -17,8 +17,8 @@ from volprep.slabs import RawVolume, slab_ranges
 Array = NDArray[np.float64]
 Factors = tuple[int, int, int]
 
-_LONGEST_AXIS = 192
-"""Blocks along the longest axis of the weights: 28 MB for each transfer function."""
+_LONGEST_AXIS = 128
+"""Blocks along the longest axis of the weights: 8 MB for each transfer function."""
 _LEAST_WEIGHT = 0.02
 """Hidden parts keep this much: a user may cut the volume open."""
 _LINEAR = 0.3
@@ -122,11 +122,9 @@ def _extinctions(table: Array, codes: int) -> NDArray[np.float32]:
 
 
 def _visibility(extinction_per_mm: NDArray[np.float32], lengths_mm: Sequence[float]) -> NDArray[np.float32]:
-    total = np.zeros(extinction_per_mm.shape)
+    total = np.zeros_like(extinction_per_mm)
     for axis, length_mm in enumerate(lengths_mm):
-        depth = extinction_per_mm.astype(np.float64) * length_mm
-        before = np.cumsum(depth, axis=axis) - depth
-        total += np.exp(-before)
-        after = np.flip(np.cumsum(np.flip(depth, axis), axis=axis), axis) - depth
-        total += np.exp(-after)
-    return np.maximum(total / 6, _LEAST_WEIGHT).astype(np.float32)
+        depth = extinction_per_mm * np.float32(length_mm)
+        for ahead, result in ((depth, total), (np.flip(depth, axis), np.flip(total, axis))):
+            result += np.exp(ahead - np.cumsum(ahead, axis=axis))
+    return np.maximum(total / 6, np.float32(_LEAST_WEIGHT))

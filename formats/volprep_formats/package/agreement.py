@@ -173,12 +173,9 @@ def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
     if texture.transfer not in _function_names(manifest):
         yield f"is the table of {texture.transfer}, which is no transfer function"
     _, height, width = texture.shape_zyx
-    if texture.mosaic is not None:
-        yield "is a table of a transfer function, but has a mosaic"
-    if texture.level is not None and texture.level not in {level.index for level in manifest.levels}:
-        yield f"is the table of level {texture.level}, which is not among the levels"
-    if texture.level is not None and texture.role == "preintegrated":
-        yield "is pre-integrated, but has a level"
+    levels = {level.index for level in manifest.levels} if texture.role == "transfer" else set()
+    if texture.mosaic is not None or (texture.level is not None and texture.level not in levels):
+        yield "is a table of a transfer function, but has a mosaic, or a level that it cannot have"
     if height != (width if texture.role == "preintegrated" else 1):
         yield "has not one row as a lookup table, or as many rows as columns as a pre-integrated one"
     if (texture.role == "preintegrated") != (texture.segment_mm is not None and texture.segment_mm > 0):
