@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tiny_packages import function
 
-from volprep.transfer.lookup import lookup_texels
+from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.table import Table
 
 RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
@@ -56,9 +56,9 @@ def test_a_jump_at_the_first_or_last_value_is_one_too():
 def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
     window = (-300.0, 300.0)
     colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, entries))
-    table = lookup_texels(transfer_function, window, entries, "RGBA8")
+    table = lookup_texels(lookup_table(transfer_function, window, entries), "RGBA8")
     texels = table.texels[0, 0].astype(np.float64) / 255
-    assert table.max_extinction_per_mm == extinction.max()
+    assert table.max_extinction_per_mm == (extinction.max() or 1.0)
     assert np.abs(texels[:, :3] - colour).max() <= 0.5 / 255 + 1e-12
     # A root r that is off by e gives an extinction that is off by (2 r e + e²) of the largest.
     error = np.abs(table.max_extinction_per_mm * texels[:, 3] ** 2 - extinction)
@@ -70,7 +70,7 @@ def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
 def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function):
     window = (-300.0, 300.0)
     colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, 256))
-    table = lookup_texels(transfer_function, window, 256, "RGBA16F")
+    table = lookup_texels(lookup_table(transfer_function, window, 256), "RGBA16F")
     texels = table.texels[0, 0].astype(np.float64)
     assert table.max_extinction_per_mm is None
     assert np.abs(texels - np.column_stack([colour, extinction])).max() <= 2.0**-11 * max(1.0, extinction.max())

@@ -125,6 +125,7 @@ def _visibility(extinction_per_mm: NDArray[np.float32], lengths_mm: Sequence[flo
     total = np.zeros_like(extinction_per_mm)
     for axis, length_mm in enumerate(lengths_mm):
         depth = extinction_per_mm * np.float32(length_mm)
-        for ahead, result in ((depth, total), (np.flip(depth, axis), np.flip(total, axis))):
-            result += np.exp(ahead - np.cumsum(ahead, axis=axis))
+        total += np.exp(depth - np.cumsum(depth, axis=axis))
+        depth = np.flip(depth, axis)
+        total += np.flip(np.exp(depth - np.cumsum(depth, axis=axis)), axis)
     return np.maximum(total / 6, np.float32(_LEAST_WEIGHT))

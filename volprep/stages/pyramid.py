@@ -6,13 +6,11 @@ they do about lookup tables of a level's own. What was decided stands in the dra
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from volprep.plan import LevelPlan, Plan
 from volprep.pyramid.choice import Array, Chooser, Classified, LevelChoice, level_slices
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
-from volprep.transfer.table import Table
+from volprep.transfer.lookup import lookup_table
 from volprep.work import choice_name, codes_name, codes_of_source, levels_of
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import LevelFilter
@@ -61,11 +59,10 @@ def _candidates(level: LevelPlan) -> tuple[LevelFilter, ...]:
 def _tables(plan: Plan) -> dict[str, Array]:
     """Give the lookup table of each transfer function over all codes."""
     entries = {lookup.transfer: lookup.entries for lookup in plan.lookups}
-    found = {}
-    for function in plan.transfer_functions:
-        values = np.linspace(*plan.quantize.window, entries.get(function.name, 256))
-        found[function.name] = np.column_stack(Table.exact(function).at(values))
-    return found
+    return {
+        function.name: lookup_table(function, plan.quantize.window, entries.get(function.name, 256))
+        for function in plan.transfer_functions
+    }
 
 
 def _made(scan: Classified, name: LevelFilter, level: LevelPlan, progress: Progress) -> Iterator[memoryview]:

@@ -6,17 +6,14 @@ which was fitted when the level was made.
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from volprep.plan import LookupPlan, Plan, PreintegratedPlan
 from volprep.pyramid.chosen import lookup_of_level, own_tables
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.stages import Changes, Stage, with_textures
+from volprep.transfer.lookup import Array, lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
-from volprep.transfer.table import Table
-from volprep.transfer.texel_forms import MediumTexels, medium_texels
+from volprep.transfer.texel_forms import MediumTexels
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.palette import Palette, PaletteEntry
@@ -24,8 +21,6 @@ from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-
-Array = NDArray[np.float64]
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
@@ -63,15 +58,14 @@ def _textures(
 
 def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
     """Give the tables of levels that have one of their own, and the common one where a level has none."""
-    tables: dict[int | None, tuple[Array, Array]] = {}
     own = own_tables(draft, plan, lookup.transfer)
+    tables: dict[int | None, Array] = {**own}
     if own.keys() != {level.index for level in plan.levels}:
-        tables[None] = Table.exact(function).at(np.linspace(*plan.quantize.window, lookup.entries))
-    tables |= {level: (table[:, :3], table[:, 3]) for level, table in own.items()}
+        tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.
-    largest_per_mm = max(float(extinction.max()) for _, extinction in tables.values())
-    for level, (colour, extinction) in tables.items():
-        texels = medium_texels(colour[None, None], extinction[None, None], lookup.format, largest_per_mm)
+    largest_per_mm = max(float(table[:, 3].max()) for table in tables.values())
+    for level, table in tables.items():
+        texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else lookup_of_level(lookup, level)
         yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
 

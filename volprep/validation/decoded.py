@@ -58,9 +58,9 @@ def own_table(package: Package, transfer: str, level: int) -> bool:
 def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
     """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
-    `level` may have a table of its own. A pre-integrated table stands for the function itself. 8-bit tables hold the square root of the extinction, so that
-    it is a parabola between two entries. Here it is cut into straight pieces that miss it by at most a millionth of the
-    largest extinction.
+    `level` may have a table of its own. A pre-integrated table stands for the function itself. 8-bit tables hold the
+    square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
+    that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
     palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
