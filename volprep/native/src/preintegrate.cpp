@@ -18,6 +18,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // What is behind 40 optical depths adds 4e-18.
 constexpr double kDark = 40.0;
+// Light below this has lost digits to underflow.
+constexpr double kNothing = 1e-200;
 constexpr int kNodes = 5;
 constexpr double kNode[kNodes] = {0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155,
                                   0.95308992296933200};
@@ -129,7 +131,7 @@ void segment_light(const std::vector<Part>& parts, double front, double back, do
         add_piece(ends[0], ends[1], (to - from) / (high - low), step_mm, sum);
     }
     const double opacity = -std::expm1(-sum.depth);
-    for (int i = 0; i < 3; ++i) light[i] = opacity > 0.0 ? sum.light[i] / opacity : sum.colour[i];
+    for (int i = 0; i < 3; ++i) light[i] = opacity > kNothing ? sum.light[i] / opacity : sum.colour[i];
     light[3] = sum.depth / step_mm;
 }
 
