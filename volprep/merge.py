@@ -64,9 +64,12 @@ def with_transfers(channels: tuple[Channel, ...] | None, scene: Scene) -> tuple[
 
 
 def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tuple[Texture, ...]:
-    by_name = {texture.name: texture for texture in manifest.textures}
-    for plan, changes in parts:
-        for texture in _chained([changes["textures"]]):
+    each = [(plan, tuple(_chained([changes["textures"]]))) for plan, changes in parts]
+    # What any channel has dropped or replaced goes.
+    kept = [texture for texture in manifest.textures if all(texture in textures for _, textures in each)]
+    by_name = {texture.name: texture for texture in kept}
+    for plan, textures in each:
+        for texture in textures:
             if texture not in manifest.textures:
                 channel = plan.channel if texture.transfer is None else None
                 by_name[texture.name] = texture.model_copy(update={"channel": channel})

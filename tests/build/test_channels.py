@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import nibabel
 import numpy as np
@@ -12,6 +13,7 @@ from channel_scene import channels, write_channel_scene
 from volprep.build import build, plan_build
 from volprep.channels import drawn_channels, left_out, with_listed_channels
 from volprep.drafts import import_draft, run_verb
+from volprep.merge import merged
 from volprep.pipeline import plan_draft, run_stages
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
@@ -25,6 +27,7 @@ from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
+from volprep_formats.source import SourceSpec
 
 
 @pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
@@ -312,6 +315,17 @@ class TestChannelsOfOneFile:
         error = refusal(self.scene(tmp_path, "rfp"))
         assert (error.code, error.fields["found"]) == ("VP1241", "gfp-green, dapi")
 
+    def test_names_that_are_equal_or_missing_get_numbers(self, tmp_path) -> None:
+        told = {"axes": "CZYX", "Channel": {"Name": ["GFP", "gfp!", "", "µ"]}}
+        values = np.zeros((4, 3, 5, 4), np.uint8)
+        tifffile.imwrite(tmp_path / "a.ome.tif", values, ome=True, photometric="minisblack", metadata=told)
+        scene = load_scene(write_channel_scene(tmp_path))
+        source = SourceSpec(path=str(tmp_path / "a.ome.tif"), channels="all")
+        transfer = tuple(each.model_copy(update={"channel": None}) for each in scene.transfer)
+        listed = with_listed_channels(scene.model_copy(update={"source": source, "transfer": transfer}))
+        found = [(channel.name, channel.channel) for channel in listed.source.channels]
+        assert found == [("gfp", 1), ("gfp-2", 2), ("channel-3", 3), ("channel-4", 4)]
+
     def test_a_format_of_one_channel_is_refused(self, tmp_path) -> None:
         scene = self.scene(tmp_path, "dapi")
         (tmp_path / "a.ome.tif").write_bytes(b"NRRD0004\n")
@@ -321,6 +335,34 @@ class TestChannelsOfOneFile:
         listed = with_listed_channels(load_request(self.scene(tmp_path, "gfp-green")).scene)
         assert [channel.name for channel in drawn_channels(listed)] == ["gfp-green"]
         assert left_out(listed) == ("dapi",)
+
+
+class TestMerging:
+    def parts(self, of_skin, of_bone):
+        return [(SimpleNamespace(channel="skin"), of_skin), (SimpleNamespace(channel="bone"), of_bone)]
+
+    def test_what_one_channel_drops_is_dropped(self, package) -> None:
+        manifest = package.manifest
+        kept = tuple(texture for texture in manifest.textures if texture.transfer != "blue")
+        assert len(kept) < len(manifest.textures)
+        found = merged(manifest, self.parts({"textures": kept}, {"textures": manifest.textures}), None)
+        assert found["textures"] == kept
+
+    def test_what_a_channel_makes_anew_is_of_this_channel(self, package) -> None:
+        manifest = package.manifest
+        old = next(texture for texture in manifest.textures if texture.channel == "bone")
+        new = old.model_copy(update={"channel": None, "shape_zyx": (1, 2, 3)})
+        textures = tuple(new if texture == old else texture for texture in manifest.textures)
+        found = merged(manifest, self.parts({"textures": manifest.textures}, {"textures": textures}), None)
+        assert new.model_copy(update={"channel": "bone"}) in found["textures"]
+        assert old not in found["textures"]
+
+    def test_what_a_package_has_once_is_the_same_for_all_or_refused(self, package) -> None:
+        scene = load_scene(write_channel_scene(package.path.parent))
+        same = self.parts({"grid": package.manifest.grid}, {"grid": package.manifest.grid})
+        assert merged(package.manifest, same, scene) == {"grid": package.manifest.grid}
+        with pytest.raises(VolprepError, match=r"VP1244.*preview"):
+            merged(package.manifest, self.parts({"preview": "a"}, {"preview": "b"}), scene)
 
 
 class TestAgreement:
