@@ -78,22 +78,22 @@ def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function
 
 def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
     fog_and_bone = function((0.0, (1.0, 1.0, 1.0), 0.001), (1.0, (1.0, 1.0, 1.0), 20.0))
-    table = lookup_texels(fog_and_bone, (0.0, 1.0), 256, "RGBA8")
+    table = lookup_texels(lookup_table(fog_and_bone, (0.0, 1.0), 256), "RGBA8")
     fog = 20.0 * (table.texels[0, 0, 0, 3] / 255) ** 2
     assert fog == pytest.approx(0.001, rel=0.4)
 
 
 def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():
     nothing = function((0.0, (0.5, 0.5, 0.5), 0.0))
-    assert not lookup_texels(nothing, (0.0, 1.0), 4, "RGBA8").texels[..., 3].any()
-    assert not lookup_texels(nothing, (0.0, 1.0), 4, "RGBA16F").texels[..., 3].any()
+    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "RGBA8").texels[..., 3].any()
+    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "RGBA16F").texels[..., 3].any()
 
 
 def test_extinction_beyond_half_floats_is_clamped_to_the_largest():
-    table = lookup_texels(function((0.0, (1.0, 1.0, 1.0), 1e9)), (0.0, 1.0), 2, "RGBA16F")
+    table = lookup_texels(lookup_table(function((0.0, (1.0, 1.0, 1.0), 1e9)), (0.0, 1.0), 2), "RGBA16F")
     assert (table.texels[..., 3] == 65504).all()
 
 
 def test_the_first_and_last_entry_are_the_ends_of_the_window():
-    table = lookup_texels(RAMP, (-10.0, 30.0), 5, "RGBA16F")
+    table = lookup_texels(lookup_table(RAMP, (-10.0, 30.0), 5), "RGBA16F")
     np.testing.assert_allclose(table.texels[0, 0, :, 3].astype(float), [0.0, 0.5, 1.0, 1.5, 2.0])
