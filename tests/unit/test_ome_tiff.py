@@ -95,6 +95,13 @@ def test_several_channels_without_a_choice_are_refused_with_their_names(tmp_path
     assert "1: 'DAPI'\n  2: 'GFP'\n  3: '2'" in str(error)
 
 
+def test_a_name_that_two_channels_have_is_refused(tmp_path) -> None:
+    told = {"axes": "CZYX", "Channel": {"Name": ["GFP", "GFP", "3"]}}
+    tifffile.imwrite(tmp_path / "a.ome.tif", noise("CZYX"), ome=True, metadata=told)
+    assert refusal(tmp_path / "a.ome.tif", channel="GFP").code == "VP1222"
+    assert np.array_equal(read(tmp_path / "a.ome.tif", channel="2")[1], noise("CZYX")[1])
+
+
 @pytest.mark.parametrize("wanted", ["RFP", 4, "0", "-1", ""])
 def test_a_channel_that_is_not_there_is_refused_with_those_that_are(tmp_path, wanted) -> None:
     write(tmp_path / "a.ome.tif", "CZYX")

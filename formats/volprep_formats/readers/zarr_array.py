@@ -97,7 +97,7 @@ def text_request(function: Any, argument: GroupRequest | ArrayRequest) -> Reques
 
 
 def part_request(part: PartRequest) -> Request:
-    """Ask for a part of an array, of the type that it says, in native byte order."""
+    """Ask for a part of an array, of the type that it says."""
     item = np.dtype(part.facts.dtype).itemsize
     size = item * math.prod(stop - start for start, stop in part.box)
     # zarr holds what is decoded beside the result, and a decoder its input and its output.
@@ -137,8 +137,7 @@ def read_part(part: PartRequest) -> NDArray[np.generic]:
             error = f"{part.array.name} gives {values.shape} of {values.dtype}, not {expected} of {part.facts.dtype}"
             raise VolprepError("VP1220", path=path, error=error)
         others = [axis for axis in range(values.ndim) if axis not in part.axes]
-        wanted = values.transpose(*others, *part.axes).reshape([expected[axis] for axis in part.axes])
-        return wanted.astype(values.dtype.newbyteorder("="), copy=False)
+        return values.transpose(*others, *part.axes).reshape([expected[axis] for axis in part.axes])
 
 
 @lru_cache(maxsize=4)
