@@ -419,7 +419,7 @@ def test_of_several_numbered_images_one_is_chosen(tmp_path) -> None:
     root = zarr.create_group(store=str(tmp_path / "a.zarr"), zarr_format=2)
     root.attrs.update({"bioformats2raw.layout": 3})
     store(tmp_path / "a.zarr/0", version=2)
-    values = store(tmp_path / "a.zarr/1", version=2, dtype="uint8")
+    values = store(tmp_path / "a.zarr/1", "xyz", version=2, dtype="uint8").T
     assert refusal(tmp_path / "a.zarr").fields["key"] == "series"
     assert np.array_equal(read(tmp_path / "a.zarr", series="2")[1], values)
     assert np.array_equal(read(tmp_path / "a.zarr/1")[1], values)
