@@ -81,6 +81,17 @@ def block_minmax(src: numpy.typing.NDArray[numpy.generic], block: int, dst_min: 
         If an array has another type or order.
     """
 
+def block_surface(occupied: numpy.typing.NDArray[numpy.uint8], planes_z: numpy.typing.NDArray[numpy.int32], planes_y: numpy.typing.NDArray[numpy.int32], planes_x: numpy.typing.NDArray[numpy.int32], merged: bool) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
+    """
+    Give the outer faces of occupied blocks as a closed mesh: positions [n, xyz] and triangles [m, 3], both int32.
+
+    occupied is uint8, C-contiguous [z, y, x]; a block is occupied where it is not 0, and what lies outside is empty. planes_z
+    holds the positions of the blocks.z + 1 planes between blocks, int32, ascending, at least 4 apart; planes_y and planes_x
+    likewise. merged: faces of one plane and side become rectangles, greedily. Triangles are counter-clockwise as seen from
+    outside, and every edge has exactly two: where two blocks touch at an edge alone, each has a vertex of its own on it.
+    Raises ValueError if planes do not fit.
+    """
+
 def box_reduced_shape(shape_zyx: Sequence[int], factors_zyx: Sequence[int]) -> tuple[int, int, int]:
     """The shape that box_reduce gives: ceil(n / factor) along each axis."""
 

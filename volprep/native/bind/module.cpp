@@ -6,6 +6,7 @@ NB_MODULE(_native, module) {
     volprep::bind::bandwidth(module);
     volprep::bind::bin_values(module);
     volprep::bind::block_minmax(module);
+    volprep::bind::block_surface(module);
     volprep::bind::box_reduce(module);
     volprep::bind::count_values(module);
     volprep::bind::distances(module);
