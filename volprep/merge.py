@@ -8,7 +8,7 @@ from volprep.plan import Plan
 from volprep.scene import Scene
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Channel, Manifest, Program, Texture
+from volprep_formats.package.manifest import Channel, Manifest, Program, Proxy, Texture
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.skip import Skipping
 from volprep_formats.package.transfer_function import TransferFunction
@@ -34,6 +34,8 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
         each = [changes[key] for _, changes in parts]
         if key == "skipping":
             result[key] = _skipping([item for item in each if isinstance(item, Skipping)])
+        elif key == "proxy":
+            result[key] = _proxy([item for item in each if isinstance(item, Proxy)])
         elif key == "textures":
             result[key] = _textures(manifest, parts)
         elif key == "levels":
@@ -67,12 +69,15 @@ def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tupl
     each = [(plan, tuple(_chained([changes["textures"]]))) for plan, changes in parts]
     # What any channel has dropped or replaced goes.
     kept = [texture for texture in manifest.textures if all(texture in textures for _, textures in each)]
-    by_name = {texture.name: texture for texture in kept}
+    made: dict[str, Texture] = {}
     for plan, textures in each:
         for texture in textures:
             if texture not in manifest.textures:
+                if texture.name in made:
+                    raise VolprepError("VP1244", path=plan.channel, what=f"texture {texture.name}")
                 channel = plan.channel if texture.transfer is None else None
-                by_name[texture.name] = texture.model_copy(update={"channel": channel})
+                made[texture.name] = texture.model_copy(update={"channel": channel})
+    by_name = {texture.name: texture for texture in kept} | made
     return tuple(by_name[name] for name in sorted(by_name))
 
 
@@ -82,6 +87,13 @@ def _skipping(each: Sequence[Skipping]) -> Skipping:
         tables=tuple(table for skipping in each for table in skipping.tables),
         ranges=tuple(ranges for skipping in each for ranges in skipping.ranges),
     )
+
+
+def _proxy(each: Sequence[Proxy]) -> Proxy:
+    # Every channel gives what was there before it, too.
+    meshes = dict.fromkeys(mesh for proxy in each for mesh in proxy.meshes)
+    programs = dict.fromkeys(program for proxy in each for program in proxy.programs)
+    return each[0].model_copy(update={"meshes": tuple(meshes), "programs": tuple(programs)})
 
 
 def _transfer_of(item: TransferFunction | Palette | Program) -> str:

@@ -357,6 +357,12 @@ class TestMerging:
         assert new.model_copy(update={"channel": "bone"}) in found["textures"]
         assert old not in found["textures"]
 
+    def test_a_texture_of_two_channels_is_refused(self, package) -> None:
+        texture = package.manifest.textures[0].model_copy(update={"name": "new", "channel": None})
+        parts = self.parts({"textures": (texture,)}, {"textures": (texture,)})
+        with pytest.raises(VolprepError, match=r"VP1244.*texture new"):
+            merged(package.manifest, parts, None)
+
     def test_what_a_package_has_once_is_the_same_for_all_or_refused(self, package) -> None:
         scene = load_scene(write_channel_scene(package.path.parent))
         same = self.parts({"grid": package.manifest.grid}, {"grid": package.manifest.grid})

@@ -33,8 +33,6 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         alone = scene.model_copy(update={"source": drawn[0].spec})
         plan = make_plan(alone, profile, infos[0], measured[0])
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
-    if scene.grid is not None:  # a package has one set of sub-volumes
-        raise VolprepError("VP1244", path=scene.name, what="sub-volumes")
     if scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     scenes = [scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec}) for channel in drawn]
@@ -101,7 +99,10 @@ def _file(file: str, channel: str) -> str:
 
 
 def _items(plans: Sequence[Plan]) -> tuple[PlanItem, ...]:
-    """List the decisions about each channel under its name, and those about all of them once."""
+    """List the decisions about each channel under its name, and those about all of them once.
+
+    Raises VP1244 for an item of two channels that would be the same file; only shaders may be.
+    """
     items: list[PlanItem] = []
     claimed: set[str] = set()
     for plan in plans:
@@ -109,6 +110,8 @@ def _items(plans: Sequence[Plan]) -> tuple[PlanItem, ...]:
             if item.name in _OF_ALL:
                 continue
             files = tuple(path for path in item.files if path not in claimed)
+            if any(path in claimed and not path.startswith("shaders/") for path in item.files):
+                raise VolprepError("VP1244", path=plan.channel, what=item.name)
             claimed |= set(files)
             items.append(item.model_copy(update={"name": f"{plan.channel}: {item.name}", "files": files}))
     items += [item for item in plans[0].items if item.name in _OF_ALL]
