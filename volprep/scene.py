@@ -8,9 +8,10 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.transfer.wishes import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import ClassificationName, LevelFilter, MosaicOrder, Tolerance
+from volprep_formats.package.manifest import ClassificationName, LevelFilter, MosaicOrder, ProxyForm, Tolerance
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.slices import StackAxis
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
@@ -100,6 +101,19 @@ class GridSettings(Record):
     seeking. "both": both."""
 
 
+class SliceSettings(Record):
+    """Stacks of slices, for devices of OpenGL ES 1.1, which draw textured polygons and have no shaders."""
+
+    form: Literal["palette", "rgba"] = "palette"
+    """"palette": a byte for each voxel, and the colours of a palette for each stack. "rgba": four bytes, for drivers
+    that expand palettes; the colours are the same where the palette has 256."""
+    palette_entries: Annotated[int, Field(ge=2, le=256)] = 256
+    """Colours of a palette. There are 256 codes: with as many colours nothing is lost."""
+    stacks: Annotated[tuple[StackAxis, ...], Field(min_length=1, max_length=3)] = ("x", "y", "z")
+    """Axes that have a stack. Of those there are, the one that faces the viewer most is drawn: one alone takes a third
+    of the memory, and shows nothing from the side."""
+
+
 class SkipSettings(Record):
     """Empty-space skipping: rays jump over blocks of which the transfer function shows nothing."""
 
@@ -116,6 +130,25 @@ class SkipSettings(Record):
     ranges: bool = False
     """Whether the package also holds the least and greatest value of each block, for an app whose users change the
     transfer function: it makes new tables from them."""
+
+
+class ProxySettings(Record):
+    """Proxy geometry: closed meshes around what transfer functions show, at whose faces rays begin."""
+
+    form: ProxyForm = "merged"
+    """What a mesh follows. "blocks": the outer faces of all blocks that are not empty, two triangles for each.
+    "merged": the same faces, merged into rectangles. "convex": their convex hull, and "box" their bounding box, which
+    have few triangles and no hollows."""
+    block: Annotated[int, Field(ge=1, le=256)] = 8
+    """Cells along an edge of a block."""
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that it may take from a ray: what is fainter counts as empty."""
+    transfers: tuple[str, ...] = ()
+    """Transfer functions that get meshes; all if absent."""
+    levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
+    """Levels that get meshes; all if absent."""
+    draco: Literal["auto", "none"] = "auto"
+    """"auto": Draco compression where the bytes saved outweigh the decoder; "none" for readers that have none."""
 
 
 class Scene(Record):
@@ -140,8 +173,12 @@ class Scene(Record):
     """Level 0 in sub-volumes, too; none if absent."""
     mosaic: MosaicSettings = MosaicSettings()
     """How slices are put into 2D textures, for devices without 3D textures."""
-    skip: SkipSettings | None = None
-    """Empty-space skipping; none if absent."""
+    skip: SkipSettings = SkipSettings()
+    """Empty-space skipping."""
+    proxy: ProxySettings | None = None
+    """Proxy geometry; none if absent."""
+    slices: SliceSettings | None = None
+    """Stacks of slices, which are what a profile of OpenGL ES 1.1 has; the settings' defaults if absent."""
     normals: NormalSettings | None = None
     """Normals, whether or not lighting needs them; if absent, only where it does."""
     render: RenderWishes = RenderWishes()
@@ -165,6 +202,14 @@ class Scene(Record):
                 raise ValueError(msg)
         return self
 
+
+    @model_validator(mode="after")
+    def _meshes_are_for_transfers_that_are_there(self) -> Self:
+        unknown = set(self.proxy.transfers if self.proxy else ()) - {transfer.name for transfer in self.transfer}
+        if unknown:
+            msg = f"proxy.transfers names {', '.join(sorted(unknown))}, which is no transfer function of the scene"
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _transfers_have_channels_that_are_there(self) -> Self:
@@ -195,9 +240,9 @@ def load_scene(path: Path) -> Scene:
 
 
 def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: bool | None) -> Scene:
-    """Change what a scene wants of empty-space skipping; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
+    """Change what a scene wants of empty-space skipping; None leaves a wish as it is. Raises VP3003 for a wrong one."""
     wishes = {"kind": kind, "block": block, "ranges": ranges}
-    before = (scene.skip or SkipSettings()).model_dump()
+    before = scene.skip.model_dump()
     try:
         after = SkipSettings.model_validate(before | {key: wish for key, wish in wishes.items() if wish is not None})
     except ValidationError as error:

@@ -158,7 +158,7 @@ class TestDeterminism:
         built = contents(build_here(scene))
         draft = scene.parent / "draft.volpkg"
         import_draft(load_request(scene), draft, Silent())
-        for name in ("quantize", "pyramid", "transfer", "texture", "shaders", "seal"):
+        for name in ("quantize", "pyramid", "transfer", "texture", "skip", "shaders", "seal"):
             run_verb(draft, name, lambda scene: scene, Silent())
         assert contents(draft) == built
 
@@ -178,7 +178,7 @@ class TestWhatItDoesNotDoTwice:
         monkeypatch.undo()
         tasks = Tasks()
         carried_on = contents(build_here(scene, tasks))
-        assert tasks.names == ["plan", "texture", "shaders", "seal", "check"]
+        assert tasks.names == ["plan", "texture", "skip", "shaders", "seal", "check"]
         assert contents(build_here(scene)) == carried_on
 
     @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_a_lit_scene_has_normals_of_every_level_and_a_program_that_reads_them(li
 
 def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
     package = Package.open(built(tmp_path, ""))
-    assert {texture.role for texture in package.manifest.textures} == {"volume", "transfer"}
+    assert {texture.role for texture in package.manifest.textures} == {"volume", "transfer", "skip"}
     assert not item(package, "normals").kept
     assert "normal_at" not in package.read_text(package.manifest.programs[0].fragment)
 

@@ -12,7 +12,7 @@ from volprep.pipeline import plan_draft, run_stages
 from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
-from volprep.scene import changed_skip
+from volprep.scene import SkipSettings, changed_skip
 from volprep.skip.occupancy import occupied_blocks
 from volprep.skip.ranges import BlockRanges
 from volprep.skip.tables import skip_table
@@ -128,7 +128,7 @@ def test_tables_that_are_no_longer_wanted_go(tmp_path):
     plan = plan_draft(draft, request.scene, request.profile)
     run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), request.scene, Silent())
     assert draft.manifest.skipping is not None
-    without = request.scene.model_copy(update={"skip": None})
+    without = request.scene.model_copy(update={"skip": SkipSettings(kind="none")})
     run_stages(draft, plan_draft(draft, without, request.profile), without, Silent())
     assert draft.manifest.state == "sealed"
     assert draft.manifest.skipping is None

@@ -34,11 +34,11 @@ def test_the_verb_writes_normals_of_a_scene_that_wants_none(draft):
     assert textures[0]["filter"] == "nearest"
 
     # The draft keeps the wish: the other stages, and seal, know of the normals.
-    for verb in ("transfer", "normals", "texture", "shaders", "seal"):
+    for verb in ("transfer", "normals", "texture", "skip", "shaders", "seal"):
         assert run(verb, draft)[0] == 0, verb
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["state"] == "sealed"
-    assert {texture["role"] for texture in manifest["textures"]} == {"volume", "transfer", "normals"}
+    assert {texture["role"] for texture in manifest["textures"]} == {"volume", "transfer", "normals", "skip"}
 
 
 @pytest.mark.parametrize(

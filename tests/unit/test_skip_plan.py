@@ -46,12 +46,11 @@ def ball(size=65, radius=14):
     return np.where(inside, 220, 10).astype(np.uint8)
 
 
-def test_a_scene_that_does_not_ask_gets_nothing():
-    voxels = ball()
-    decided = plan(voxels, scene().model_copy(update={"skip": None}))
-    assert decided.skip is None
+def test_a_scene_that_wants_none_gets_nothing():
+    decided = plan(ball(), scene().model_copy(update={"skip": SkipSettings(kind="none")}))
     assert "skip" not in decided.stages
-    assert item(decided) is None
+    assert not item(decided).kept
+    assert item(decided).reason == "the scene does not want it"
 
 
 @pytest.mark.parametrize("profile", [GLES3, GLES2], ids=["gles3", "gles2"])

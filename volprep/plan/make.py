@@ -16,18 +16,21 @@ from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
+from volprep.plan.proxy import describe_proxy, plan_proxy
 from volprep.plan.records import (
     CropPlan,
     LevelPlan,
     NormalsPlan,
     Plan,
     ProgramPlan,
+    ProxyPlan,
     SkipPlan,
     SubvolumesPlan,
     VolumePlan,
 )
 from volprep.plan.room import Beside, Misfit
 from volprep.plan.skip import Found, describe_skip, plan_skip
+from volprep.plan.slices import API, plan_of_slices, refuse_slices
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
 from volprep.scene import RenderWishes, Scene
@@ -60,8 +63,11 @@ def make_plan(
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and
-    VP3051 for normals that it cannot hold.
+    VP3051 for normals that it cannot hold, VP3060 for slices with what needs shaders, or without need.
     """
+    if profile.api == API:
+        return plan_of_slices(scene, profile, info, measured)
+    refuse_slices(scene, profile)
     require_classification(scene, profile)
     functions = resolved_functions(scene, info, measured)
     values = choose_values(scene, profile, info, measured, functions)
@@ -84,7 +90,9 @@ def make_plan(
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
     found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured)
-    skip = plan_skip(scene.skip, functions, found) if scene.skip else None
+    skip = plan_skip(scene.skip, functions, found)
+    programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
+    proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
     opacity = _largest_opacity(functions, measured.statistics, slack, grid)
@@ -103,20 +111,22 @@ def make_plan(
         palettes=tables.palettes,
         skip=skip,
         normals=normals,
-        programs=tuple(program for function in functions for program in _programs(function, volumes, scene.render)),
+        proxy=proxy,
+        programs=programs,
         render=RenderSettings(
             step_mm=step_mm,
             opacity_cutoff=scene.render.opacity_cutoff if stops else None,
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
-        stages=_stages(levels, volumes, subvolumes, skip, normals),
+        stages=_stages(levels, volumes, subvolumes, skip, proxy, normals),
         items=(),
     )
     grounds = Grounds(scene, info, values, candidates, fits, opacity, tables)
-    skipping = describe_skip(skip, functions, scene.skip, found) if scene.skip else ()
+    skipping = describe_skip(skip, functions, scene.skip, found)
+    meshes = describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()
     return plan.model_copy(
-        update={"items": (*describe(plan, grounds), *skipping, *normal_items(normals, scene, levels))}
+        update={"items": (*describe(plan, grounds), *skipping, *meshes, *normal_items(normals, scene, levels))}
     )
 
 
@@ -167,15 +177,17 @@ def _stages(
     levels: tuple[LevelPlan, ...],
     volumes: tuple[VolumePlan, ...],
     subvolumes: SubvolumesPlan | None,
-    skip: SkipPlan | None,
+    skip: SkipPlan,
+    proxy: ProxyPlan | None,
     normals: NormalsPlan | None,
 ) -> tuple[str, ...]:
     pyramid = ("pyramid",) if any(level.index for level in levels) else ()
     pieces = ("grid",) if subvolumes is not None else ()
     layout = "texture" if volumes[0].mosaic is None else "mosaic"
-    skipping = ("skip",) if skip is not None and (skip.tables or skip.ranges) else ()
+    skipping = ("skip",) if skip.tables or skip.ranges else ()
+    meshes = ("proxy",) if proxy is not None and proxy.meshes else ()
     vectors = ("normals",) if normals is not None else ()
-    return ("import", "quantize", *pyramid, "transfer", *vectors, layout, *skipping, *pieces, "shaders", "seal")
+    return ("import", "quantize", *pyramid, "transfer", *vectors, layout, *skipping, *meshes, *pieces, "shaders", "seal")
 
 
 def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:

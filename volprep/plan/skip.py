@@ -80,6 +80,12 @@ def empty_share(function: TransferFunction, epsilon: float, found: Found) -> flo
     The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
     in it, for rays that end there, over the six directions of the axes.
     """
+    occupied = measured_occupied(function, epsilon, found)
+    return min(1.0 - float(occupied.mean()), _share_in_front(occupied))
+
+
+def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:
+    """Say of which measured blocks within the crop a transfer function shows something."""
     low, high = found.quantize.window
     blocks = found.measured.blocks
     # The last voxel opens no block of its own.
@@ -93,8 +99,7 @@ def empty_share(function: TransferFunction, epsilon: float, found: Found) -> flo
     )
     table = Table.exact(function).resampled((low, high), found.entries).extinction_per_mm
     threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
-    occupied = occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
-    return min(1.0 - float(occupied.mean()), _share_in_front(occupied))
+    return occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
 
 
 def _share_in_front(occupied: Occupied) -> float:
@@ -142,11 +147,9 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
 
 
 def describe_skip(
-    plan: SkipPlan | None, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
+    plan: SkipPlan, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
 ) -> Iterator[PlanItem]:
     """Give an item for each transfer function, and one for the ranges of blocks."""
-    if plan is None:
-        return
     for function, share in zip(functions, plan.shares, strict=True):
         tables = [table for table in plan.tables if table.transfer == function.name]
         reason = why_not(wanted, share, found)

@@ -1,6 +1,7 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
 from volprep.plan import Plan, ProgramPlan
+from volprep.plan.records import SkipTablePlan
 from volprep.render.techniques import raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
 from volprep.render.techniques.lighting import Lighting, headlight
@@ -74,12 +75,18 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
     # Blocks of a level are not blocks of its pieces.
-    skips = plan.skip is not None and program.technique != "raycast_subvolumes"
+    whole_levels = program.technique != "raycast_subvolumes"
+    # A draft may still hold tables that are no longer wanted.
+    skips = whole_levels and any(each.transfer == program.transfer for each in _skip_tables(plan))
     additions = Additions(
         skipping_of(manifest, program.transfer, program.levels[0], program.classification) if skips else None,
         _lighting(draft, program),
     )
     return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
+
+
+def _skip_tables(plan: Plan) -> tuple[SkipTablePlan, ...]:
+    return () if plan.skip is None else plan.skip.tables
 
 
 def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
