@@ -6,7 +6,7 @@ import json
 from volprep.merge import merged, plans_of, with_transfers
 from volprep.plan import Plan, make_plans
 from volprep.scene import Scene
-from volprep.stages import Stage, grid, mosaic, normals, pyramid, quantize, seal, shaders, skip, texture, transfer
+from volprep.stages import Stage, grid, mosaic, normals, proxy, pyramid, quantize, seal, shaders, skip, slices, texture, transfer
 from volprep.statistics import Measured, measure_again
 from volprep.work import SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
@@ -23,7 +23,9 @@ STAGES: tuple[Stage, ...] = (
     mosaic.STAGE,
     texture.STAGE,
     skip.STAGE,
+    proxy.STAGE,
     grid.STAGE,
+    slices.STAGE,
     shaders.STAGE,
     seal.STAGE,
 )

@@ -590,6 +590,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "normals are 3D textures, and profile {profile} has none",
         "Leave [normals] and render.lighting out, or choose a profile with 3D textures.",
     ),
+    "VP3060": Diagnostic(
+        ExitStatus.SCENE,
+        "stacks of slices and the rest of the scene do not go together: {problem}",
+        "Take a profile of OpenGL ES 1.1 for slices, and another one for what needs shaders.",
+    ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(
@@ -652,6 +657,10 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP4030": Diagnostic(
         ExitStatus.PACKAGE, "{name}: not a KTX 2 texture as packages have them: {problem}", "Build the package again."
+    ),
+    "VP4031": Diagnostic(ExitStatus.PACKAGE, "{path}: not a paletted texture: {problem}", "Build the package again."),
+    "VP4039": Diagnostic(
+        ExitStatus.PACKAGE, "{name}: not a mesh as packages have them: {problem}", "Build the package again."
     ),
     "VP4040": Diagnostic(
         ExitStatus.PACKAGE,

@@ -12,6 +12,7 @@ from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
 from volprep.plan.make import Common, make_plan
 from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
+from volprep.plan.slices import API
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep_formats.diagnostics import VolprepError
@@ -33,6 +34,8 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         alone = scene.model_copy(update={"source": drawn[0].spec})
         plan = make_plan(alone, profile, infos[0], measured[0])
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
+    if profile.api == API:
+        raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     scenes = [scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec}) for channel in drawn]

@@ -45,8 +45,8 @@ class Grounds:
 def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
     """List every decision. Each file of the package is named by exactly one item that is kept."""
     return (
-        *_border(plan, grounds),
-        *_codes(plan, grounds),
+        *describe_border(plan, grounds),
+        *describe_codes(plan, grounds),
         *_levels(plan, grounds),
         *_layout(plan, grounds.scene),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
@@ -58,7 +58,8 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
     )
 
 
-def _border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+def describe_border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    """Say whether an empty border was left out."""
     source = grounds.info.grid.shape_zyx
     cropped = math.prod(source) - math.prod(plan.grid.shape_zyx)
     stored_bytes = np.dtype(grounds.info.stored_type).itemsize
@@ -73,7 +74,8 @@ def _border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         )
 
 
-def _codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    """Say how values become codes."""
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     values = grounds.values

@@ -11,11 +11,13 @@ from volprep_formats.package.manifest import (
     MosaicLayout,
     PackagePath,
     PlanItem,
+    ProxyForm,
     RenderSettings,
 )
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.slices import SliceLayout
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
 
@@ -204,6 +206,43 @@ class NormalsPlan(Record):
     """One for each level."""
 
 
+class SliceTexturePlan(Record):
+    """One texture of a stack of slices."""
+
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its file."""
+    shape_yx: tuple[Count, Count]
+    """Height and width in texels."""
+    layout: SliceLayout
+    """Which slices it holds, and where."""
+
+
+class SliceStackPlan(Record):
+    """The slices across one axis, for one transfer function."""
+
+    transfer: str
+    """Name of the transfer function."""
+    distance_mm: Annotated[float, Field(gt=0.0)]
+    """Distance of the slices: the length of the path whose opacity they have."""
+    textures: tuple[SliceTexturePlan, ...]
+    """Textures, in the order of their slices."""
+
+
+class SlicesPlan(Record):
+    """Stacks of slices of one level."""
+
+    level: int
+    """Level."""
+    format: TextureFormat
+    """Format of a texel."""
+    palette_entries: Annotated[int, Field(ge=2, le=256)]
+    """Colours of a palette, where there is one."""
+    stacks: tuple[SliceStackPlan, ...]
+    """Stacks of each transfer function."""
+
+
 class ProgramPlan(Record):
     """One shader program."""
 
@@ -242,6 +281,36 @@ class SubvolumesPlan(Record):
     """A program for each transfer function that draws the pieces around a point; none without files of pieces."""
 
 
+class ProxyMeshPlan(Record):
+    """The mesh of one transfer function on one level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    level: int
+    """Level."""
+    file: PackagePath
+    """Its glTF binary file, which there is unless the transfer function shows nothing."""
+
+
+class ProxyPlan(Record):
+    """Proxy geometry."""
+
+    form: ProxyForm
+    """What meshes follow."""
+    block: Count
+    """Cells along an edge of a block."""
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)]
+    """Largest opacity that it may take from a ray."""
+    draco: Literal["auto", "none"]
+    """Whether meshes may be compressed."""
+    shares: tuple[float, ...]
+    """Part of the samples that it saves each transfer function, from blocks of 16³ voxels."""
+    meshes: tuple[ProxyMeshPlan, ...]
+    """One for each level of each transfer function for which it pays."""
+    programs: tuple[ProgramPlan, ...]
+    """Programs that begin at these meshes."""
+
+
 class Plan(Record):
     """All that the stages need to know, and the reasons."""
 
@@ -267,6 +336,10 @@ class Plan(Record):
     """The pre-integrated table of each transfer function, where segments are classified by one."""
     palettes: tuple[PalettePlan, ...] = ()
     """The palette of each transfer function, where samples are classified by one."""
+    proxy: ProxyPlan | None = None
+    """Proxy geometry, where the scene wants it."""
+    slices: SlicesPlan | None = None
+    """Stacks of slices, on devices without shaders."""
     skip: SkipPlan | None = None
     """How empty space is skipped, where it is."""
     normals: NormalsPlan | None = None

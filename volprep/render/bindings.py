@@ -20,8 +20,9 @@ os.environ.setdefault("GALLIVM_PERF", "no_aos_sampling")
 try:
     # PyOpenGL's own check after every call stays on: without it PyOpenGL 3.1.10 cannot import OpenGL.EGL, and a frame
     # makes a dozen calls. An error is then reported at the call that made it.
-    from OpenGL import EGL, GLES3
+    from OpenGL import EGL, GLES1, GLES3
     from OpenGL.error import GLError
+    from OpenGL.GLES2.KHR import texture_compression_astc_ldr as KHR_ASTC  # noqa: N812 - as Khronos writes it
     from OpenGL.platform import PLATFORM
 
     if PLATFORM.GLES2 is None:
@@ -29,4 +30,4 @@ try:
 except (ImportError, AttributeError, OSError) as error:
     raise VolprepError("VP5001", error=error) from error
 
-__all__ = ["EGL", "GLES3", "USER_PLATFORM", "GLError"]
+__all__ = ["EGL", "GLES1", "GLES3", "KHR_ASTC", "USER_PLATFORM", "GLError"]

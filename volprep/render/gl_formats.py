@@ -1,9 +1,11 @@
 """How each texture format of a profile is uploaded and filed: OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13."""
 
+import math
 from typing import Literal
 
 from volprep_formats.package.manifest import GlFormat
 from volprep_formats.package.profile import Api, TextureFormat
+from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format
 
 Target = Literal["TEXTURE_2D", "TEXTURE_3D"]
@@ -19,8 +21,10 @@ BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "RGBA8": 4,
     "RGBA8_SNORM": 4,
     "RGBA16F": 8,
+    "PALETTE8_RGBA8": 1,
 }
-"""Size of a texel, in the file and in the memory of the GPU; many drivers keep four bytes where three would do."""
+"""Size of a texel, in the file and in the memory of the GPU; many drivers keep four bytes where three would do, and
+some expand palettes."""
 
 KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "LUMINANCE8": "R8",
@@ -33,30 +37,46 @@ KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "RGBA8": "RGBA8",
     "RGBA8_SNORM": "RGBA8_SNORM",
     "RGBA16F": "RGBA16F",
+    **{name: name for name in BLOCKS},
 }
-"""Format of the file. KTX 2 has no luminance; its one channel is red, and alpha beside it green."""
+"""Format of the file. KTX 2 has no luminance; its one channel is red, and alpha beside it green. It has no palettes."""
 
 
 def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
-    """Arguments of glTexImage2D or glTexImage3D for a texture of this format.
+    """Arguments of glTexImage2D, glTexImage3D or glCompressedTexImage2D for a texture of this format.
 
-    OpenGL ES 2.0 knows unsized internal formats only, so RGB8 and RGBA8 are called RGB and RGBA there.
+    OpenGL ES 1.1 and 2.0 know unsized internal formats only, so RGB8 and RGBA8 are called RGB and RGBA there. Of a
+    paletted texture only the internal format is an argument, of glCompressedTexImage2D; the others say what a colour
+    of its palette is.
     """
+    for compressed, block in BLOCKS.items():
+        if compressed == name:
+            return GlFormat(target=target, internal_format=block.gl_name)
     internal, pixels, kind = {
         "LUMINANCE8": ("LUMINANCE", "LUMINANCE", "UNSIGNED_BYTE"),
         "LUMINANCE_ALPHA8": ("LUMINANCE_ALPHA", "LUMINANCE_ALPHA", "UNSIGNED_BYTE"),
-        "RGB8": ("RGB" if api == "es2.0" else "RGB8", "RGB", "UNSIGNED_BYTE"),
-        "RGBA8": ("RGBA" if api == "es2.0" else "RGBA8", "RGBA", "UNSIGNED_BYTE"),
+        "RGB8": ("RGB8" if api == "es3.0" else "RGB", "RGB", "UNSIGNED_BYTE"),
+        "RGBA8": ("RGBA8" if api == "es3.0" else "RGBA", "RGBA", "UNSIGNED_BYTE"),
         "R8": ("R8", "RED", "UNSIGNED_BYTE"),
         "RG8": ("RG8", "RG", "UNSIGNED_BYTE"),
         "RGB8_SNORM": ("RGB8_SNORM", "RGB", "BYTE"),
         "RGBA8_SNORM": ("RGBA8_SNORM", "RGBA", "BYTE"),
         "R16F": ("R16F", "RED", "HALF_FLOAT"),
         "RGBA16F": ("RGBA16F", "RGBA", "HALF_FLOAT"),
+        "PALETTE8_RGBA8": ("PALETTE8_RGBA8_OES", "RGBA", "UNSIGNED_BYTE"),
     }[name]
     return GlFormat(target=target, internal_format=internal, format=pixels, type=kind)
 
 
 def texture_format(gl: GlFormat, api: Api) -> TextureFormat | None:
     """Format that is uploaded like this, or none if no profile knows it."""
-    return next((name for name in BYTES_PER_TEXEL if gl_format(name, gl.target, api) == gl), None)
+    return next((name for name in (*BYTES_PER_TEXEL, *BLOCKS) if gl_format(name, gl.target, api) == gl), None)
+
+
+def size_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
+    """Size of a texture, in the file and in the memory of the GPU."""
+    depth, height, width = shape_zyx
+    for compressed in BLOCKS:
+        if compressed == name:
+            return depth * math.prod(blocks_shape(compressed, (height, width)))
+    return depth * height * width * BYTES_PER_TEXEL[name]

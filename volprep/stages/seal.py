@@ -5,6 +5,7 @@ What is in the package must be what the plan says, file for file and texel for t
 
 from volprep.plan import Plan
 from volprep.plan.items import PREVIEW
+from volprep.plan.proxy import item_of_proxy
 from volprep.plan.subvolumes import ITEM as SUBVOLUMES
 from volprep.pyramid.chosen import lookup_of_level, own_tables, settled_items
 from volprep.stages import Changes, Stage
@@ -35,7 +36,11 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 
 
 def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
-    """Add the pieces of level 0 to the item that they belong to: which are empty was not known when it was made."""
+    """Add pieces of level 0 and meshes to the item that they belong to: which are empty was not known before."""
+    meshes = draft.manifest.proxy.meshes if draft.manifest.proxy else ()
+    files = tuple(mesh.file for mesh in meshes if mesh.file is not None and item_of_proxy(mesh.transfer, item.name))
+    if files:
+        return item.model_copy(update={"files": (*item.files, *files)})
     found = draft.manifest.subvolumes
     if item.name != SUBVOLUMES or found is None:
         return item
@@ -66,6 +71,8 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     if plan.skip is not None:
         shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}
         shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
+    if plan.slices is not None:
+        shapes |= {each.file: (1, *each.shape_yx) for stack in plan.slices.stacks for each in stack.textures}
     if plan.normals is not None:
         shapes |= {texture.file: texture.shape_zyx for texture in plan.normals.textures}
     return shapes
@@ -80,7 +87,19 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
-    reads=("quantize", "pyramid", "transfer", "normals", "mosaic", "texture", "skip", "grid", "shaders"),
+    reads=(
+        "quantize",
+        "pyramid",
+        "transfer",
+        "normals",
+        "mosaic",
+        "texture",
+        "skip",
+        "proxy",
+        "grid",
+        "slices",
+        "shaders",
+    ),
     settings=_settings,
     run=_run,
     whole=True,

@@ -15,9 +15,11 @@ from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
 from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
+from volprep_formats.package.slices_agreement import slices_contradictions
+from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
 
-CHANNELS = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
+CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
 """Channels of a texel by the format of its pixels."""
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
@@ -47,6 +49,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
         yield from _program(manifest, program)
     yield from skip_contradictions(manifest)
     yield from normals_contradictions(manifest)
+    yield from slices_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
 
@@ -143,11 +146,14 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} has {texture.shape_zyx} texels; the profile allows {limit} along an axis"
     if texture.gl.target == "TEXTURE_2D" and texture.shape_zyx[0] != 1:
         yield f"{name} is 2D, but has {texture.shape_zyx[0]} slices"
+    is_compressed = texture.gl.format is None
+    if is_compressed != (texture.encoder is not None) or (is_compressed and texture.mosaic is None):
+        yield f"{name} is compressed without an encoder or a mosaic, or names an encoder without being compressed"
     if texture.role in {"transfer", "preintegrated"}:
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
-    if texture.role in {"skip", "ranges", "normals"}:
-        return  # skip_agreement.py and normals_agreement.py know them
+    if texture.role in {"skip", "ranges", "normals", "slices"}:
+        return  # skip_agreement.py, normals_agreement.py and slices_agreement.py know them
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"
@@ -229,7 +235,7 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
         yield f"its mosaic holds {mosaic.slices} slices of {mosaic.tile_shape_yx}, its level {level.grid.shape_zyx}"
     if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles_of(mosaic.slices, mosaic.channels, mosaic.order):
         yield f"its mosaic has no room for {mosaic.slices} slices"
-    rows, columns = (n + 2 * mosaic.gutter for n in mosaic.tile_shape_yx)
+    rows, columns = mosaic.pitch_yx
     texture_rows, texture_columns = mosaic.texture_shape_yx
     if mosaic.tiles_y * rows > texture_rows or mosaic.tiles_x * columns > texture_columns:
         yield f"its tiles do not fit into textures of {mosaic.texture_shape_yx}"
@@ -239,8 +245,13 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
         yield "its mosaic has several components and several slices in a texel"
     if mosaic.channels == 1 and mosaic.order != "interleaved":
         yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
-    if mosaic.channels * mosaic.components != CHANNELS.get(texture.gl.format):
-        yield f"its mosaic has {mosaic.channels * mosaic.components} channels, its format is {texture.gl.format}"
+    block = next((each for each in BLOCKS.values() if each.gl_name == texture.gl.internal_format), None)
+    held = CHANNELS.get(texture.gl.format) if block is None else block.channels
+    if mosaic.channels * mosaic.components != held:
+        pixels = texture.gl.format or texture.gl.internal_format
+        yield f"its mosaic has {mosaic.channels * mosaic.components} channels, its format is {pixels}"
+    if any(pitch % (1 if block is None else block.size) for pitch in mosaic.pitch_yx):
+        yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
 
 
 def _parts(manifest: Manifest) -> Iterator[str]:
@@ -248,7 +259,7 @@ def _parts(manifest: Manifest) -> Iterator[str]:
     parts: dict[tuple[str, int | None, str | None, str | None], list[Texture]] = {}
     for texture in manifest.textures:
         if texture.mosaic is None:
-            if texture.part:
+            if texture.part and texture.role != "slices":
                 yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
         else:
             key = (texture.role, texture.level, texture.transfer, texture.channel)
@@ -286,11 +297,15 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
 def _complete(manifest: Manifest) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
-    needed = ("grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "programs", "render")
+    needed = ["grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "render"]
+    if manifest.profile.api == "es1.1":
+        drawn = {texture.transfer for texture in manifest.textures if texture.role == "slices"}
+    else:
+        needed.append("programs")
+        drawn = {program.transfer for program in manifest.programs}
     for field in needed:
         if not getattr(manifest, field):
             yield f"it is sealed without {field}"
-    drawn = {program.transfer for program in manifest.programs}
     for transfer in manifest.transfer_functions:
         if transfer.name not in drawn:
-            yield f"no program draws the transfer function {transfer.name}"
+            yield f"no {'program' if 'programs' in needed else 'stack of slices'} draws the transfer function {transfer.name}"

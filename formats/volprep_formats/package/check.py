@@ -9,13 +9,14 @@ import numpy as np
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.files import MANIFEST, names_in
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.manifest import GlFormat, Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.record import Record
-from volprep_formats.textures import ktx2
+from volprep_formats.textures import ktx2, paletted
+from volprep_formats.textures.block_formats import BLOCKS
 
-_KTX2_FORMATS: dict[tuple[str, str], ktx2.Ktx2Format] = {
+_KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
     ("RED", "UNSIGNED_BYTE"): "R8",
     ("LUMINANCE_ALPHA", "UNSIGNED_BYTE"): "RG8",
@@ -96,9 +97,18 @@ def _check_grid(package: Package, name: str, data: bytes) -> None:
 
 
 def _check_texture(path: Path, texture: Texture, data: bytes) -> None:
+    if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
+        paletted.decode(data, texture.shape_zyx[1:], f"{path}: {texture.file}")
+        return
     image = ktx2.decode(data, f"{path}: {texture.file}")
     found = (image.format, image.shape_zyx, f"TEXTURE_{image.dimensions}D")
-    expected = (_KTX2_FORMATS.get((texture.gl.format, texture.gl.type)), texture.shape_zyx, texture.gl.target)
+    expected = (_ktx2_format(texture.gl), texture.shape_zyx, texture.gl.target)
     if found != expected:
         problem = f"{texture.file} holds {found}, the manifest says {expected}"
         raise VolprepError("VP4011", path=path, problem=problem)
+
+
+def _ktx2_format(gl: GlFormat) -> ktx2.Ktx2Format | None:
+    if gl.format is None:
+        return next((name for name, block in BLOCKS.items() if block.gl_name == gl.internal_format), None)
+    return _KTX2_FORMATS.get((gl.format, gl.type))

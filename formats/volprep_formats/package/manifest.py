@@ -9,6 +9,7 @@ from volprep_formats.package.normals import Normals
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import Skipping
+from volprep_formats.package.slices import SliceLayout
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName, SourceInfo, StoredType
@@ -25,7 +26,7 @@ class FileRecord(Record):
 
     path: PackagePath
     """Path inside the package."""
-    role: Literal["texture", "shader", "preview", "grid", "subvolume", "work"]
+    role: Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "work"]
     """What the file is for. Working data exists in drafts only."""
     size_bytes: ByteCount
     """Size of the file."""
@@ -127,6 +128,9 @@ class MosaicLayout(Record):
     or three consecutive ones and the one after them, which the next tile has again."""
     gutter: Annotated[int, Field(ge=0)] = 0
     """Texels around each tile that repeat its edge. With 0 tiles abut, and a fetch must stay half a texel inside."""
+    padding_yx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
+    """Texels below and right of each tile, and of its gutter, that repeat its edge: the next tile begins with a
+    compressed block of its own."""
     tiles_x: Count
     """Number of tiles in a row of one texture."""
     tiles_y: Count
@@ -136,6 +140,12 @@ class MosaicLayout(Record):
     texture_shape_yx: tuple[Count, Count]
     """Height and width of each texture, in texels."""
 
+    @property
+    def pitch_yx(self) -> tuple[int, int]:
+        """Texels from a tile to the next one."""
+        (height, width), (below, right) = self.tile_shape_yx, self.padding_yx
+        return height + 2 * self.gutter + below, width + 2 * self.gutter + right
+
 
 ClassificationName = Literal["lookup", "preintegrated", "palette", "preclassified"]
 """How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; or
@@ -143,16 +153,16 @@ they are colours, because the voxels are classified."""
 
 
 class GlFormat(Record):
-    """The arguments of glTexImage2D and glTexImage3D, as the names of their constants without GL_."""
+    """The arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
 
     target: Literal["TEXTURE_2D", "TEXTURE_3D"]
     """Binding target."""
     internal_format: str
     """Internal format."""
-    format: str
-    """Format of the pixels."""
-    type: str
-    """Type of the pixels."""
+    format: str | None = None
+    """Format of the pixels; absent where they are compressed."""
+    type: str | None = None
+    """Type of the pixels; absent where they are compressed."""
 
 
 class Texture(Record):
@@ -160,11 +170,12 @@ class Texture(Record):
 
     name: str
     """Name, unique in the package."""
-    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges", "normals"]
+    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
     """volume: normalised stored values of a level. transfer: the lookup table of a transfer function. preintegrated:
-    its pre-integrated table."""
+    its pre-integrated table. slices: slices of a level, classified, in a 2D texture for polygons."""
     file: PackagePath
-    """KTX 2 file."""
+    """KTX 2 file; where gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold, the bytes for
+    glCompressedTexImage2D."""
     shape_zyx: tuple[Count, Count, Count]
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     gl: GlFormat
@@ -176,11 +187,11 @@ class Texture(Record):
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
     part: Annotated[int, Field(ge=0)] = 0
-    """Which of the textures of its mosaic it is, from 0."""
+    """Which of the textures of its mosaic or its stack of slices it is, from 0."""
     transfer: str | None = None
-    """Name of the transfer function, for a table, and for a volume whose voxels are classified by it."""
+    """Name of the transfer function, for a table, and for voxels that are classified by it."""
     reference_mm: float | None = None
-    """For a volume of classified voxels: length of the path whose opacity is the alpha channel."""
+    """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
     max_extinction_per_mm: float | None = None
     """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
     segment_mm: float | None = None
@@ -189,6 +200,10 @@ class Texture(Record):
     """Minification and magnification filter."""
     normals: Normals | None = None
     """What the texels mean, for normals."""
+    encoder: str | None = None
+    """What compressed it, with its version and settings."""
+    slices: SliceLayout | None = None
+    """Which slices the texture holds, and where they lie, for slices."""
 
 
 UniformSource = Literal[
@@ -203,6 +218,8 @@ UniformSource = Literal[
     "low_size_voxels",
     "high_start_voxel",
     "high_size_voxels",
+    "clip_from_box",
+    "box_from_mesh",
 ]
 
 
@@ -215,7 +232,8 @@ class Uniform(Record):
     """GLSL type."""
     source: UniformSource
     """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz,
-    blocks_from_box_per_mm_xyz of its skip table, or what section 16 says of the sub-volumes around a point."""
+    blocks_from_box_per_mm_xyz of its skip table, what section 16 says of the sub-volumes around a point, or what
+    section 20 says of proxy geometry."""
 
 
 class Sampler(Record):
@@ -290,6 +308,48 @@ class SubvolumeFiles(Record):
     """KTX 2 file of the whole level, which may be a texture, too."""
     programs: tuple[Program, ...] = ()
     """Programs that draw the pieces around a point, where there are files of pieces: one for each transfer function."""
+
+
+ProxyForm = Literal["blocks", "merged", "convex", "box"]
+"""Outer faces of occupied blocks; the same as rectangles; their convex hull; their bounding box."""
+
+
+class ProxyMeshFile(Record):
+    """A closed mesh around all that a transfer function shows of a level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    level: Annotated[int, Field(ge=0)]
+    """Level."""
+    form: ProxyForm
+    """What it follows."""
+    block: Count
+    """Cells along an edge of the blocks that it encloses."""
+    file: PackagePath | None = None
+    """glTF binary; absent where the transfer function shows nothing of the level: then nothing is drawn."""
+    vertices: Annotated[int, Field(ge=0)] = 0
+    """Number of vertices."""
+    triangles: Annotated[int, Field(ge=0)] = 0
+    """Number of triangles."""
+    draco: bool = False
+    """Whether it is compressed, by the extension KHR_draco_mesh_compression."""
+    box_from_mesh_mm_xyz: Vector
+    """Positions of vertices times this are box millimetres: a quarter of the level's spacing."""
+    occupied_share: Fraction
+    """Part of the blocks that are occupied."""
+
+
+class Proxy(Record):
+    """Proxy geometry: rays begin where they first meet a mesh."""
+
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that beginning there takes from a ray."""
+    meshes: tuple[ProxyMeshFile, ...] = ()
+    """One for each level of each transfer function for which it saves samples."""
+    depth: PackagePath
+    """Fragment shader of the first pass, which writes depth alone."""
+    programs: tuple[Program, ...] = ()
+    """Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh."""
 
 
 class PlanItem(Record):
@@ -378,6 +438,8 @@ class Manifest(Record):
     """Shader programs."""
     subvolumes: SubvolumeFiles | None = None
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
+    proxy: Proxy | None = None
+    """Proxy geometry."""
     render: RenderSettings | None = None
     """How the package wants to be drawn."""
     preview: PackagePath | None = None

@@ -6,9 +6,25 @@ from pydantic import Field
 
 from volprep_formats.record import Record
 
-Api = Literal["es2.0", "es3.0"]
+Api = Literal["es1.1", "es2.0", "es3.0"]
 TextureFormat = Literal[
-    "LUMINANCE8", "LUMINANCE_ALPHA8", "RGB8", "RGBA8", "R8", "RG8", "RGB8_SNORM", "RGBA8_SNORM", "R16F", "RGBA16F"
+    "LUMINANCE8",
+    "LUMINANCE_ALPHA8",
+    "RGB8",
+    "RGBA8",
+    "R8",
+    "RG8",
+    "RGB8_SNORM",
+    "RGBA8_SNORM",
+    "R16F",
+    "RGBA16F",
+    "PALETTE8_RGBA8",
+    "EAC_R11",
+    "ETC2_RGBA8",
+    "ASTC_4X4",
+    "ASTC_5X5",
+    "ASTC_6X6",
+    "ASTC_8X8",
 ]
 LookupFormat = Literal["RGBA8", "RGBA16F"]
 

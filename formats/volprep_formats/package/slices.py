@@ -1,0 +1,30 @@
+"""Stacks of slices: where the slices of a level lie in 2D textures, for devices that draw textured polygons only.
+
+Axis-aligned slices are the 2D texture slicing of Moser and Weiskopf (2008, section 4). There each slice is a texture;
+here many share one, because sizes must be powers of two.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count
+from volprep_formats.record import Record
+
+StackAxis = Literal["x", "y", "z"]
+"""Index axis that the slices of a stack are perpendicular to."""
+
+
+class SliceLayout(Record):
+    """Where slices lie in one texture. Tiles abut, row by row from the texel (0, 0)."""
+
+    axis: StackAxis
+    """Index axis that the slices are perpendicular to."""
+    slice_shape_yx: tuple[Count, Count]
+    """Rows and columns of a slice: z and y for the axis x, z and x for y, y and x for z."""
+    first: Annotated[int, Field(ge=0)]
+    """Voxel along the axis of the first slice in this texture."""
+    slices: Count
+    """Number of slices in this texture."""
+    tiles_x: Count
+    """Tiles in a row: slice `first` + i lies in column i mod tiles_x of row i div tiles_x."""
