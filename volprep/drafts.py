@@ -28,6 +28,7 @@ _BLANK: dict[str, object] = {
     "subvolumes": None,
     "render": None,
     "skipping": None,
+    "proxy": None,
     "plan": (),
 }
 

@@ -82,6 +82,7 @@ def require_classification(scene: Scene, profile: DeviceProfile) -> None:
     unwanted = {
         "several transfer functions": len(scene.transfer) == 1,
         "sub-volumes": scene.grid is None,
+        "proxy geometry": scene.proxy is None,
     }
     for what, is_unwanted in unwanted.items():
         if name == "preclassified" and not is_unwanted:

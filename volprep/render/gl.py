@@ -6,8 +6,8 @@ is found by whoever makes it. OpenGL ES 2.0 and 3.0 specifications.
 
 import ctypes
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.bindings import GLES3, GLError
+from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.egl import Context
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Texture
@@ -79,6 +80,15 @@ class PictureTarget:
     shape_hw: tuple[int, int]
 
 
+@dataclass(frozen=True)
+class MeshPart:
+    """What is drawn by one call: buffers, and the number of indices."""
+
+    vertices: int
+    indices: int
+    count: int
+
+
 class Gl:
     """OpenGL ES in one context. All methods make it current first."""
 
@@ -96,7 +106,7 @@ class Gl:
 
     @contextmanager
     def program(self, name: str, vertex: ShaderText, fragment: ShaderText) -> Iterator[LinkedProgram]:
-        """Compile and link a program whose attribute 0 is `a_ndc`.
+        """Compile and link a program whose attribute 0 is `a_ndc` or `a_position`.
 
         Raises VP5005 or VP5006 with the driver's log where it does not compile or link.
         """
@@ -108,7 +118,8 @@ class Gl:
         ):
             GLES3.glAttachShader(handle, vertex_handle)
             GLES3.glAttachShader(handle, fragment_handle)
-            GLES3.glBindAttribLocation(handle, 0, b"a_ndc")
+            for attribute in (b"a_ndc", b"a_position"):
+                GLES3.glBindAttribLocation(handle, 0, attribute)
             GLES3.glLinkProgram(handle)
             if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
                 log = _text(GLES3.glGetProgramInfoLog(handle))
@@ -125,24 +136,28 @@ class Gl:
             self._object("texture", _new_texture, _delete_texture) as handle,
         ):
             gl = record.gl
-            target, internal, pixels, kind = (
-                getattr(GLES3, f"GL_{word}") for word in (gl.target, gl.internal_format, gl.format, gl.type)
-            )
+            target, internal = (_constant(word) for word in (gl.target, gl.internal_format))
             GLES3.glBindTexture(target, handle)
             GLES3.glPixelStorei(GLES3.GL_UNPACK_ALIGNMENT, 1)
             depth, height, width = record.shape_zyx
             pointer = texels.ctypes.data_as(ctypes.c_void_p)
-            if target == GLES3.GL_TEXTURE_3D:
+            if gl.format is None or gl.type is None:
+                GLES3.glCompressedTexImage2D(target, 0, internal, width, height, 0, texels.nbytes, pointer)
+            elif target == GLES3.GL_TEXTURE_3D:
+                pixels, kind = _constant(gl.format), _constant(gl.type)
                 GLES3.glTexImage3D(target, 0, internal, width, height, depth, 0, pixels, kind, pointer)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
             else:
+                pixels, kind = _constant(gl.format), _constant(gl.type)
                 GLES3.glTexImage2D(target, 0, internal, width, height, 0, pixels, kind, pointer)
             _filter(target, GLES3.GL_LINEAR if record.filter == "linear" else GLES3.GL_NEAREST)
             yield handle
 
     @contextmanager
-    def target(self, target_format: TargetFormat, shape_hw: tuple[int, int]) -> Iterator[PictureTarget]:
-        """Make what a picture of this size is drawn into.
+    def target(
+        self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False
+    ) -> Iterator[PictureTarget]:
+        """Make what a picture of this size is drawn into, with a depth buffer of 16 bits if it is to have one.
 
         Raises VP5008 where the driver cannot draw into this format, VP5009 for a size beyond its limits.
         """
@@ -158,6 +173,7 @@ class Gl:
             with (
                 self._object("texture", _new_texture, _delete_texture) as texture,
                 self._object("framebuffer", _new_framebuffer, _delete_framebuffer) as handle,
+                ExitStack() as stack,
             ):
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
                 GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, internal, width, height, 0, GLES3.GL_RGBA, kind, None)
@@ -166,6 +182,8 @@ class Gl:
                 GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, handle)
                 attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
                 GLES3.glFramebufferTexture2D(GLES3.GL_FRAMEBUFFER, *attachment, texture, 0)
+                if depth:
+                    stack.enter_context(self._depth_buffer(shape_hw))
                 if GLES3.glCheckFramebufferStatus(GLES3.GL_FRAMEBUFFER) != GLES3.GL_FRAMEBUFFER_COMPLETE:
                     needs = "a complete framebuffer of this format"
                     raise VolprepError("VP5008", driver=self.driver, target=target_format, needs=needs)
@@ -188,17 +206,60 @@ class Gl:
             GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
             for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE):
                 GLES3.glDisable(state)
-            GLES3.glUseProgram(program.handle)
-            for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
-                GLES3.glActiveTexture(GLES3.GL_TEXTURE0 + unit)
-                GLES3.glBindTexture(getattr(GLES3, f"GL_{dimensions}"), texture)
-                GLES3.glUniform1i(program.location(name), unit)
-            for name, value in bindings.uniforms.items():
-                _set_uniform(program.location(name), value)
+            _use(program, bindings)
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, triangle)
             GLES3.glEnableVertexAttribArray(0)
             GLES3.glVertexAttribPointer(0, 2, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
             GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, 3)
+
+    @contextmanager
+    def mesh(self, positions_xyz: NDArray[np.float32], triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
+        """Upload vertices [n, 3] and the triangles [m, 3] between them."""
+        with (
+            self._checked("uploading a mesh"),
+            self._object("buffer", _new_buffer, _delete_buffer) as vertices,
+            self._object("buffer", _new_buffer, _delete_buffer) as indices,
+        ):
+            for target, handle, data in (
+                (GLES3.GL_ARRAY_BUFFER, vertices, np.ascontiguousarray(positions_xyz)),
+                (GLES3.GL_ELEMENT_ARRAY_BUFFER, indices, np.ascontiguousarray(triangles)),
+            ):
+                GLES3.glBindBuffer(target, handle)
+                GLES3.glBufferData(target, data.nbytes, data.ctypes.data_as(ctypes.c_void_p), GLES3.GL_STATIC_DRAW)
+            yield MeshPart(vertices, indices, triangles.size)
+
+    def draw_mesh(
+        self,
+        depth: LinkedProgram,
+        program: LinkedProgram,
+        bindings: Bindings,
+        target: PictureTarget,
+        parts: Sequence[MeshPart],
+    ) -> None:
+        """Fill `target`, which has a depth buffer, with nothing, then with `program` on the nearest faces of a mesh.
+
+        The first pass draws depth alone, the second one only what has that depth: once for a pixel.
+        """
+        with self._checked(f"drawing a mesh into {target.shape_hw[1]}×{target.shape_hw[0]}"):
+            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+            GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
+            for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_CULL_FACE):
+                GLES3.glDisable(state)
+            GLES3.glEnable(GLES3.GL_DEPTH_TEST)
+            GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
+            GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT | GLES3.GL_DEPTH_BUFFER_BIT)
+            for each, writes_depth, test in ((depth, True, GLES3.GL_LESS), (program, False, GLES3.GL_EQUAL)):
+                GLES3.glColorMask(*[not writes_depth] * 4)
+                GLES3.glDepthMask(writes_depth)
+                GLES3.glDepthFunc(test)
+                _use(each, bindings)
+                for part in parts:
+                    GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, part.vertices)
+                    GLES3.glBindBuffer(GLES3.GL_ELEMENT_ARRAY_BUFFER, part.indices)
+                    GLES3.glEnableVertexAttribArray(0)
+                    GLES3.glVertexAttribPointer(0, 3, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
+                    GLES3.glDrawElements(GLES3.GL_TRIANGLES, part.count, GLES3.GL_UNSIGNED_SHORT, None)
+            GLES3.glDepthMask(True)
 
     def finish(self) -> None:
         """Wait until all that was asked for is drawn."""
@@ -217,6 +278,16 @@ class Gl:
             GLES3.glReadPixels(0, 0, width, height, GLES3.GL_RGBA, kind, pointer)
         upright = picture[::-1].astype(np.float32)
         return upright / np.float32(255) if eight_bits else upright
+
+    @contextmanager
+    def _depth_buffer(self, shape_hw: tuple[int, int]) -> Iterator[None]:
+        """Give the framebuffer that is bound a depth buffer, of the only size that every OpenGL ES 2.0 has."""
+        with self._object("renderbuffer", _new_renderbuffer, _delete_renderbuffer) as handle:
+            GLES3.glBindRenderbuffer(GLES3.GL_RENDERBUFFER, handle)
+            GLES3.glRenderbufferStorage(GLES3.GL_RENDERBUFFER, GLES3.GL_DEPTH_COMPONENT16, *shape_hw[::-1])
+            attachment = (GLES3.GL_DEPTH_ATTACHMENT, GLES3.GL_RENDERBUFFER)
+            GLES3.glFramebufferRenderbuffer(GLES3.GL_FRAMEBUFFER, *attachment, handle)
+            yield
 
     @contextmanager
     def _checked(self, operation: str) -> Iterator[None]:
@@ -249,6 +320,11 @@ class Gl:
             self.live[kind] -= 1
 
 
+def _constant(word: str) -> int:
+    value: int = getattr(_ASTC if word.startswith("COMPRESSED_RGBA_ASTC") else GLES3, f"GL_{word}")
+    return value
+
+
 def _new_buffer() -> int:
     return int(GLES3.glGenBuffers(1))
 
@@ -263,6 +339,14 @@ def _new_framebuffer() -> int:
 
 def _delete_framebuffer(handle: int) -> None:
     GLES3.glDeleteFramebuffers(1, [handle])
+
+
+def _new_renderbuffer() -> int:
+    return int(GLES3.glGenRenderbuffers(1))
+
+
+def _delete_renderbuffer(handle: int) -> None:
+    GLES3.glDeleteRenderbuffers(1, [handle])
 
 
 def _new_texture() -> int:
@@ -289,6 +373,19 @@ def _active_uniforms(program: int) -> dict[str, str]:
         name, _, kind = GLES3.glGetActiveUniform(program, index)
         uniforms[_text(name)] = _UNIFORM_TYPES.get(int(kind), "other")
     return uniforms
+
+
+def _use(program: LinkedProgram, bindings: Bindings) -> None:
+    """Make a program current with its textures and uniforms; those that it does not have are left out."""
+    GLES3.glUseProgram(program.handle)
+    for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
+        if name in program.uniforms:
+            GLES3.glActiveTexture(GLES3.GL_TEXTURE0 + unit)
+            GLES3.glBindTexture(getattr(GLES3, f"GL_{dimensions}"), texture)
+            GLES3.glUniform1i(program.location(name), unit)
+    for name, value in bindings.uniforms.items():
+        if name in program.uniforms:
+            _set_uniform(program.location(name), value)
 
 
 def _set_uniform(location: int, value: NDArray[np.float32]) -> None:

@@ -32,6 +32,8 @@ _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 class Renderer:
     """Draws one level of a package with one of its transfer functions. Use it as a context manager."""
 
+    _has_depth = False
+
     def __init__(
         self,
         package: Package,
@@ -65,7 +67,7 @@ class Renderer:
             self._gl = Gl(context)
             stack.callback(self._gl.close)
             self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders()))
-            _check_uniforms(self._program, self._textures, self._linked)
+            check_uniforms(self._program, self._textures, self._linked)
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -161,7 +163,9 @@ class Renderer:
         if self._target is None or self._target.shape_hw != shape_hw:
             self._target_stack.close()
             self._target = None
-            self._target = self._target_stack.enter_context(self._gl.target(self._target_format, shape_hw))
+            self._target = self._target_stack.enter_context(
+                self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
+            )
         return self._target
 
     def _shaders(self) -> tuple[ShaderText, ShaderText]:
@@ -185,7 +189,7 @@ class Renderer:
         return image.data
 
 
-def _check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
+def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
     """Raise VP5017 unless the manifest names exactly what is active in the program, with its types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for sampler, texture in zip(program.samplers, textures, strict=True):

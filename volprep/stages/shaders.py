@@ -1,10 +1,12 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
 from volprep.plan import Plan, ProgramPlan
+from volprep.plan.proxy import VERTEX as PROXY_VERTEX
 from volprep.plan.records import SkipTablePlan
 from volprep.render.techniques import raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
 from volprep.render.techniques.lighting import Lighting, headlight
+from volprep.render.techniques.proxy import Entry, depth_shader
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
 from volprep.stages import Changes, Stage
@@ -25,12 +27,14 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
         *plan.palettes,
         *plan.programs,
         *(() if plan.subvolumes is None else plan.subvolumes.programs),
+        *(() if plan.proxy is None else plan.proxy.programs),
     )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     around_points = () if plan.subvolumes is None else plan.subvolumes.programs
-    progress.start("shaders", len(plan.programs) + len(around_points))
+    at_meshes = () if plan.proxy is None or draft.manifest.proxy is None else plan.proxy.programs
+    progress.start("shaders", len(plan.programs) + len(around_points) + len(at_meshes))
     # Programs share the vertex shader, and two may have the same fragment shader.
     texts: dict[str, str] = {}
     changes: dict[str, object] = {"programs": _programs(draft, plan, plan.programs, texts, progress)}
@@ -38,6 +42,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     if subvolumes is not None:
         programs = _programs(draft, plan, around_points, texts, progress)
         changes["subvolumes"] = subvolumes.model_copy(update={"programs": programs})
+    if draft.manifest.proxy is not None:
+        programs = _programs(draft, plan, at_meshes, texts, progress)
+        changes["proxy"] = draft.manifest.proxy.model_copy(update={"programs": programs})
+        texts[draft.manifest.proxy.depth] = depth_shader("es100" if plan.profile.api == "es2.0" else "es300")
     for path, text in texts.items():
         draft.write(path, "shader", text.encode("ascii"))
     return changes
@@ -81,6 +89,7 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     additions = Additions(
         skipping_of(manifest, program.transfer, program.levels[0], program.classification) if skips else None,
         _lighting(draft, program),
+        Entry((x, y, z), min(plan.grid.spacing_mm_zyx)) if program.vertex == PROXY_VERTEX else None,
     )
     return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
 
@@ -111,4 +120,4 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
 
 
-STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip", "grid"), settings=_settings, run=_run)
+STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip", "proxy", "grid"), settings=_settings, run=_run)

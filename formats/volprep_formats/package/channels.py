@@ -45,6 +45,11 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
         tables = tuple(table for table in skipping.tables if table.transfer in transfers)
         ranges = tuple(each for each in skipping.ranges if each.texture in names)
         skipping = Skipping(epsilon=skipping.epsilon, tables=tables, ranges=ranges)
+    proxy = manifest.proxy
+    if proxy is not None:
+        meshes = tuple(mesh for mesh in proxy.meshes if mesh.transfer in transfers)
+        programs = tuple(program for program in proxy.programs if program.transfer in transfers)
+        proxy = proxy.model_copy(update={"meshes": meshes, "programs": programs})
     return manifest.model_copy(
         update={
             "source": channel.source,
@@ -58,5 +63,6 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer in transfers),
             "programs": tuple(program for program in manifest.programs if program.transfer in transfers),
             "skipping": skipping,
+            "proxy": proxy,
         }
     )

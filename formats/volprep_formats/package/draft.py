@@ -30,10 +30,10 @@ from volprep_formats.package.files import (
     sync_folder,
 )
 from volprep_formats.package.lock import Lock
-from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord, SubvolumeFiles
+from volprep_formats.package.manifest import FileRecord, Manifest, Proxy, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 
-Role = Literal["texture", "shader", "preview", "grid", "subvolume", "work"]
+Role = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "work"]
 _STAGE = ".stage"
 
 
@@ -244,6 +244,7 @@ def _after(
         "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
         "subvolumes": _subvolumes(before.subvolumes, files),
         "skipping": before.skipping if _has_tables(before, files) else None,
+        "proxy": _proxy(before.proxy, files),
         "preview": before.preview if before.preview in files else None,
     }
     records = {"stages": stages, "files": tuple(files[path] for path in sorted(files))}
@@ -259,6 +260,15 @@ def _subvolumes(before: SubvolumeFiles | None, files: dict[str, FileRecord]) -> 
     if before is None or before.grid not in files:
         return None
     programs = tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys())
+    return before.model_copy(update={"programs": programs})
+
+
+def _proxy(before: Proxy | None, files: dict[str, FileRecord]) -> Proxy | None:
+    """Give the meshes while all their files are there; programs while their shaders are."""
+    if before is None or any(mesh.file is not None and mesh.file not in files for mesh in before.meshes):
+        return None
+    shaders = {before.depth} & files.keys()
+    programs = tuple(each for each in before.programs if shaders and {each.vertex, each.fragment} <= files.keys())
     return before.model_copy(update={"programs": programs})
 
 

@@ -5,6 +5,7 @@
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
 //: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
 //: space is skipped: skipping gives the table, skip_start begins, loop opens two blocks, loop_end closes the outer one.
+//: At proxy geometry: entry gets where the ray meets it, entry_start finds the first sample.
 //: Where there is light: lighting gives the normals, light_start begins, light changes the colour of `medium`.
 //#part dialect
 $VARYING_IN vec4 v_near;
@@ -16,6 +17,8 @@ uniform float u_step_mm;
 //#part classification
 
 //#part box
+
+//#part entry
 
 //#part skipping
 
@@ -39,6 +42,7 @@ void main() {
   float depth = 0.0;
   float transmittance = 1.0;
   vec3 colour = vec3(0.0);
+  //#part entry_start
   //#part first
   //#part skip_start
   //#part light_start

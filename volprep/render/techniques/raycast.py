@@ -11,13 +11,16 @@ from dataclasses import dataclass
 from volprep.render.compose import Dialect, compose, literal
 from volprep.render.techniques.classification import Classification
 from volprep.render.techniques.lighting import Lighting
+from volprep.render.techniques.proxy import Entry
 from volprep.render.techniques.skipping import Skipping
 from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
-_NOTHING = dict.fromkeys(("skipping", "skip_start", "loop_end", "lighting", "light_start", "light"))
-"""Slots that stay empty where no empty space is skipped and nothing is lit."""
+_NOTHING = dict.fromkeys(
+    ("entry", "entry_start", "skipping", "skip_start", "loop_end", "lighting", "light_start", "light")
+)
+"""Slots that stay empty where no empty space is skipped, nothing is lit, and rays begin at the box."""
 _MOST_STEPS = 2**23
 """float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
 
@@ -46,6 +49,8 @@ class Additions:
     """Empty-space skipping."""
     lighting: Lighting | None = None
     """Light on what has normals."""
+    entry: Entry | None = None
+    """Proxy geometry, at which rays begin."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ def ray_caster(
     additions: Additions = Additions(),
 ) -> RayCaster:
     """Compose the shaders for a volume of this true extent."""
-    skipping, lighting = additions.skipping, additions.lighting
+    skipping, lighting, entry = additions.skipping, additions.lighting, additions.entry
     parts: dict[str, str | None] = {
         "dialect": f"dialect_{sampling.dialect}",
         "box": "box",
@@ -94,6 +99,11 @@ def ray_caster(
     if lighting is not None:
         parts |= lighting.parts
         constants |= lighting.constants
+    if entry is not None:
+        parts |= entry.parts(sampling.dialect, skips=skipping is not None, segments=parts["first"] is not None)
+        constants |= entry.constants
+    if entry is not None or skipping is not None or sampling.dialect == "es300":
+        constants["FIRST"] = "0.5" if entry is None else "entered"
     longest_mm = math.hypot(*extent_mm_xyz)
     step_mm_min = longest_mm / _MOST_STEPS
     if sampling.dialect == "es100":
@@ -101,13 +111,14 @@ def ray_caster(
         # One more, because float32 may find a ray a rounding longer than the diagonal.
         constants["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
     return RayCaster(
-        vertex=compose("vertex", sampling.dialect, {}, {}),
+        vertex=compose("vertex", sampling.dialect, {}, {}) if entry is None else entry.vertex(sampling.dialect),
         fragment=compose("fragment", sampling.dialect, parts, constants),
         uniforms=(
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             Uniform(name="u_step_mm", type="float", source="step_mm"),
             *sampling.uniforms,
             *(skipping.uniforms if skipping else ()),
+            *(entry.uniforms if entry else ()),
         ),
         samplers=(
             *sampling.samplers,

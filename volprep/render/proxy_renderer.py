@@ -1,0 +1,123 @@
+"""Draws a package with the shaders that begin rays at its proxy geometry."""
+
+from contextlib import ExitStack
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.gl import Bindings, PictureTarget, ShaderText, TargetFormat
+from volprep.render.inputs import find_textures
+from volprep.render.limits import check_program, check_shader
+from volprep.render.renderer import Renderer, check_uniforms
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.meshes import Primitive, read_glb
+from volprep_formats.package.manifest import Program, Proxy, ProxyMeshFile
+from volprep_formats.package.reader import Package
+
+_MARGIN = 4.0
+"""Units, a voxel, by which the vertex shader moves what lies on the volume's border."""
+
+
+class ProxyRenderer(Renderer):
+    """Draws one level with one transfer function, whose rays begin at a mesh. Use it as a context manager.
+
+    Where the near plane cuts the volume, faces in front of it would be missing: such pictures are drawn without.
+    """
+
+    _has_depth = True
+
+    def __init__(
+        self,
+        package: Package,
+        *,
+        level: int | None = None,
+        transfer: str | None = None,
+        target: TargetFormat = "rgba8",
+    ) -> None:
+        """Choose what to draw, as `Renderer` does. Raises VP5018, too, where the package has no mesh for that."""
+        super().__init__(package, level=level, transfer=transfer, target=target)
+        self._proxy, self._mesh, self._from_mesh = _found(self._package, self._program, self._level.index)
+        textures = find_textures(self._package, self._from_mesh, self._level.index)
+        check_program(self._from_mesh, textures, self._package.manifest.profile)
+
+    def __enter__(self) -> Self:
+        """Open a context and upload everything; raises what `Renderer` does, and VP4039 for a broken mesh."""
+        super().__enter__()
+        with ExitStack() as undo:
+            undo.callback(self._stack.close)
+            manifest = self._package.manifest
+            paths = (self._from_mesh.vertex, self._from_mesh.fragment, self._proxy.depth)
+            vertex, fragment, depth = (ShaderText(path, self._package.read_text(path)) for path in paths)
+            for shader in (vertex, fragment, depth):
+                check_shader(shader.path, shader.text, manifest.profile)
+            self._linked_mesh = self._stack.enter_context(self._gl.program(self._from_mesh.name, vertex, fragment))
+            textures = find_textures(self._package, self._from_mesh, self._level.index)
+            check_uniforms(self._from_mesh, textures, self._linked_mesh)
+            self._linked_depth = self._stack.enter_context(self._gl.program("depth", vertex, depth))
+            self._parts = [
+                self._stack.enter_context(self._gl.mesh(part.positions_xyz, part.triangles))
+                for part in _primitives(self._package, self._mesh)
+            ]
+            undo.pop_all()
+        return self
+
+    @property
+    def program(self) -> Program:
+        """The program that draws."""
+        return self._from_mesh
+
+    def _draw(
+        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None
+    ) -> PictureTarget:
+        clip_from_box = clip_from_box_of(box_from_clip)
+        if _near_plane_cuts(clip_from_box, self._mesh, self._package.manifest.levels[0].grid.extent_mm_zyx):
+            return super()._draw(box_from_clip, shape_hw, step_mm)
+        target = self._target_of(shape_hw)
+        values = {
+            "box_from_clip": box_from_clip,
+            "clip_from_box": clip_from_box,
+            "box_from_mesh": self._mesh.box_from_mesh_mm_xyz,
+            "step_mm": self._step(step_mm),
+            **self._inputs.values,
+        }
+        uniforms = {each.name: np.asarray(values[each.source], np.float32) for each in self._from_mesh.uniforms}
+        bindings = Bindings(self._handles, uniforms)
+        self._gl.draw_mesh(self._linked_depth, self._linked_mesh, bindings, target, self._parts)
+        return target
+
+
+def clip_from_box_of(box_from_clip: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Invert the camera's matrix, with the sign for which w is positive in front of the eye."""
+    inverse: NDArray[np.float64] = np.linalg.inv(box_from_clip)
+    return inverse * np.sign(box_from_clip[3, 3])
+
+
+def _near_plane_cuts(
+    clip_from_box: NDArray[np.float64], mesh: ProxyMeshFile, extent_mm_zyx: tuple[float, float, float]
+) -> bool:
+    """Say whether part of the volume, with the margin that the vertex shader adds, is in front of the near plane."""
+    margin = _MARGIN * np.array(mesh.box_from_mesh_mm_xyz)
+    # The last voxel of a coarse level may reach beyond the true extent, by less than its size.
+    ends = np.stack([-margin, np.array(extent_mm_zyx[::-1]) + 2 * margin])
+    corners = np.array([[ends[i, 0], ends[j, 1], ends[k, 2], 1.0] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    clip = corners @ clip_from_box.T
+    return bool((clip[:, 2] < -clip[:, 3]).any())
+
+
+def _found(package: Package, plain: Program, level: int) -> tuple[Proxy, ProxyMeshFile, Program]:
+    proxy = package.manifest.proxy
+    for mesh in proxy.meshes if proxy else ():
+        for program in proxy.programs if proxy else ():
+            wanted = (plain.transfer, level)
+            if proxy and (mesh.transfer, mesh.level) == wanted == (program.transfer, mesh.level):
+                if level in program.levels:
+                    return proxy, mesh, program
+    fields = {"level": level, "transfer": plain.transfer, "known": "no mesh for them"}
+    raise VolprepError("VP5018", package=package.path, **fields)
+
+
+def _primitives(package: Package, mesh: ProxyMeshFile) -> tuple[Primitive, ...]:
+    if mesh.file is None:
+        return ()
+    return read_glb(package.read_bytes(mesh.file), mesh.file).primitives

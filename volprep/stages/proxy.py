@@ -1,0 +1,74 @@
+"""Proxy geometry: a closed mesh around what each transfer function shows of each level, checked before it is written.
+
+Which blocks are empty is told as for skip tables: from the texels of the package and the table that the shader reads.
+"""
+
+import math
+
+from volprep.plan import Plan, ProxyMeshPlan, ProxyPlan
+from volprep.plan.proxy import DEPTH
+from volprep.proxy.files import mesh_file
+from volprep.proxy.mesh import UNITS, block_planes, proxy_mesh
+from volprep.proxy.sound import problems_of
+from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.skip.ranges import BlockRanges, block_ranges
+from volprep.skip.visible import visible_extinction
+from volprep.stages import Changes, Stage
+from volprep.texels import texel_reader
+from volprep.work import codes_of_level
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import Proxy, ProxyMeshFile
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    proxy = () if plan.proxy is None else (plan.proxy,)
+    return (*proxy, plan.grid, *plan.levels, *plan.lookups, *plan.preintegrated, *plan.palettes)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    proxy = plan.proxy
+    if proxy is None:
+        msg = "stage proxy without a plan for it"
+        raise ValueError(msg)
+    progress.start("proxy", len(proxy.meshes))
+    ranges: dict[int, BlockRanges] = {}
+    meshes = []
+    for wanted in proxy.meshes:
+        level = plan.level(wanted.level)
+        if wanted.level not in ranges:
+            read = texel_reader(codes_of_level(draft, plan, wanted.level))
+            ranges[wanted.level] = block_ranges(read, level.shape_zyx, proxy.block)
+        meshes.append(_mesh(draft, plan, proxy, wanted, ranges[wanted.level]))
+        progress.advance()
+    return {"proxy": Proxy(epsilon=proxy.epsilon, meshes=tuple(meshes), depth=DEPTH)}
+
+
+def _mesh(draft: Draft, plan: Plan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges) -> ProxyMeshFile:
+    level = plan.level(wanted.level)
+    threshold = threshold_per_mm(proxy.epsilon, math.hypot(*plan.grid.extent_mm_zyx))
+    occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, wanted.level), threshold)
+    planes = block_planes(level.shape_zyx, proxy.block)
+    mesh = proxy_mesh(occupied, planes, proxy.form)
+    for problem in problems_of(mesh, occupied, planes, proxy.form):
+        raise VolprepError("VP9001", error=f"proxy geometry of {wanted.transfer}, level {level.index}: {problem}")
+    z, y, x = (f * h / UNITS for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))
+    record = ProxyMeshFile(
+        transfer=wanted.transfer,
+        level=level.index,
+        form=proxy.form,
+        block=proxy.block,
+        box_from_mesh_mm_xyz=(x, y, z),
+        occupied_share=float(occupied.mean()),
+    )
+    if not len(mesh.triangles):
+        return record
+    data, draco = mesh_file(mesh, (x, y, z), may_compress=proxy.draco == "auto")
+    draft.write(wanted.file, "mesh", data)
+    counts = {"vertices": len(mesh.positions_xyz), "triangles": len(mesh.triangles)}
+    return record.model_copy(update={"file": wanted.file, "draco": draco, **counts})
+
+
+STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
