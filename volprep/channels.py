@@ -36,23 +36,26 @@ class SceneChannel:
 
 
 def with_listed_channels(scene: Scene) -> Scene:
-    """Give the scene with "all" channels of an OME file replaced by their list; its path is absolute.
+    """Give the scene with "all" channels of a file replaced by their list; its path is absolute.
 
     A name becomes lower case, other characters than letters, digits, - and _ become -, equal ones get a number. Raises
-    VP1241 for a transfer function of a channel that is not there, VP1242, and what the reader raises.
+    VP1004, VP1241 for a transfer function of a channel that is not there, VP1242, and what the reader raises.
     """
     source = scene.source
     if source.channels != "all":
         return scene
     names: list[str] = []
-    for number, label in enumerate(list_channels(source, Path("/")), 1):
+    key, labels = list_channels(source, Path("/"))
+    if key == "volume" and source.volume is not None:
+        raise VolprepError("VP1004", path=source.path, key=key, format="all of its channels")
+    for number, label in enumerate(labels, 1):
         plain = re.sub(r"[^a-z0-9_-]+", "-", label.lower()).strip("-_")[:50] or f"channel-{number}"
         names.append(plain if plain not in names else f"{plain}-{number}")
     for transfer in scene.transfer:
         if transfer.channel is not None and transfer.channel not in names:
             raise VolprepError("VP1241", path=source.path, wanted=transfer.channel, found=", ".join(names))
-    shared = source.model_dump(exclude={"channels", "channel"})
-    listed = tuple(ChannelSpec(**shared, name=name, channel=number) for number, name in enumerate(names, 1))
+    shared = source.model_dump(exclude={"channels"})
+    listed = tuple(ChannelSpec(**{**shared, "name": name, key: number}) for number, name in enumerate(names, 1))
     return scene.model_copy(update={"source": SourceSpec(channels=listed)})
 
 

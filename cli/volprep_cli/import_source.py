@@ -123,7 +123,7 @@ def _list_channels(path: Path, *, as_json: bool) -> None:
     from volprep_formats.readers import list_channels  # noqa: PLC0415 - keeps volprep --help fast
     from volprep_formats.source import SourceSpec  # noqa: PLC0415
 
-    names = list_channels(SourceSpec(path=str(path)), Path())
+    _, names = list_channels(SourceSpec(path=str(path)), Path())
     if as_json:
         print_json({"channels": names})
     else:

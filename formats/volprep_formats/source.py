@@ -79,8 +79,9 @@ class SourceSpec(Record):
     path: str = ""
     """File or folder. A relative path starts at the folder of the scene file."""
     channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
-    """Several channels of one volume: "all" that an OME file has, under their own names, or a list of registered
-    files; then each has its own path and settings. Without it the source is one channel."""
+    """Several channels of one volume: "all" that a file has, under their own names if it gives any (OME, packages, the
+    volumes of a NIfTI file), or a list of registered files; then each has its own path and settings. Without it the
+    source is one channel."""
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
     labels: bool = False

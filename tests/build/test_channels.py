@@ -326,6 +326,24 @@ class TestChannelsOfOneFile:
         found = [(channel.name, channel.channel) for channel in listed.source.channels]
         assert found == [("gfp", 1), ("gfp-2", 2), ("channel-3", 3), ("channel-4", 4)]
 
+    def test_volumes_of_a_nifti_file_are_channels(self, tmp_path) -> None:
+        values = np.stack([channels()["bone"].T, channels()["air"].T], axis=3)
+        nibabel.save(nibabel.Nifti1Image(values, np.diag([-1.0, -1.0, 1.0, 1.0])), tmp_path / "a.nii")
+        scene = self.scene(tmp_path, "channel-2")
+        text = scene.read_text().replace("a.ome.tif", "a.nii").replace("500.0", "0.5")
+        scene.write_text(text)
+        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        assert [channel.name for channel in manifest.channels] == ["channel-1", "channel-2"]
+        assert [channel.statistics.maximum for channel in manifest.channels] == [values[..., n].max() for n in (0, 1)]
+        scene.write_text(text.replace('channels = "all"', 'channels = "all"\nvolume = 1'))
+        assert refusal(scene).code == "VP1004"
+
+    def test_channels_of_a_package_are_channels(self, tmp_path, package) -> None:
+        scene = self.scene(tmp_path, "bone")
+        scene.write_text(scene.read_text().replace("a.ome.tif", str(package.path)).replace("500.0", "0.5"))
+        plan = plan_build(load_request(scene), Silent())
+        assert [each.channel for each in plan.every] == ["skin", "bone"]
+
     def test_a_format_of_one_channel_is_refused(self, tmp_path) -> None:
         scene = self.scene(tmp_path, "dapi")
         (tmp_path / "a.ome.tif").write_bytes(b"NRRD0004\n")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
@@ -17,6 +17,13 @@ from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, Volum
 
 _HEAD_BYTES = 4096
 _OME = frozenset(("ome-tiff", "ome-zarr"))
+_CHANNEL_KEYS: dict[str, Literal["channel", "volume"]] = {
+    "nifti": "volume",
+    "ome-tiff": "channel",
+    "ome-zarr": "channel",
+    "volpkg": "channel",
+}
+"""Formats whose files may hold several channels, and the field of a source that chooses one by its number."""
 
 
 @dataclass(frozen=True)
@@ -105,19 +112,19 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
 def holds_channels(path: Path) -> bool:
     """Whether a file or folder is of a format whose files may hold several channels. Raises VP1001 to VP1003."""
     _, reader = _found(SourceSpec(path=str(path)), Path())
-    return reader.name in _OME
+    return reader.name in _CHANNEL_KEYS
 
 
-def list_channels(spec: SourceSpec, base: Path) -> list[str]:
-    """Names of the channels of an OME file, "" where they have none.
+def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
+    """Give the field of a source that chooses a channel by its number, and the names of all, "" where they have none.
 
     Raises what `open_source` raises, and VP1242 for a format whose files have one channel.
     """
     path, reader = _found(spec, base)
-    if reader.name not in _OME:
+    if reader.name not in _CHANNEL_KEYS:
         raise VolprepError("VP1242", path=path, format=reader.name)
     names: list[str] = import_module(reader.module).channel_names(spec, path)
-    return names
+    return _CHANNEL_KEYS[reader.name], names
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:

@@ -30,6 +30,7 @@ _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "in
 _DISAGREEMENT_MM = 1e-2
 _LARGEST_OFFSET = 2**31
 _LONGEST_AXIS = 2**31 - 1
+_MOST_CHANNELS = 2**16
 
 Matrix = NDArray[np.float64]
 
@@ -40,7 +41,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     Raises VolprepError VP1003, VP1008, VP1020 to VP1022, VP2020 (sheared affine) or VP2021 (unusable affine).
     """
     header = _header(path)
-    shape_zyx, volume = _shape_and_volume(path, header, spec.volume)
+    shape_zyx, volumes = _shape_and_volumes(path, header)
+    volume = _chosen_volume(path, shape_zyx, volumes, spec.volume)
     try:
         dtype = header.get_data_dtype()
     except KeyError as error:
@@ -71,6 +73,14 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     return VoxelSource(info, voxels, ends_with_voxels=False)
 
 
+def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
+    """Give a channel without a name for each volume. Raises VP1020."""
+    _, volumes = _shape_and_volumes(path, _header(path))
+    if volumes > _MOST_CHANNELS:
+        raise VolprepError("VP1020", path=path, error=f"its header says {volumes} volumes")
+    return [""] * volumes
+
+
 def _header(path: Path) -> Any:
     """Parse the header, of either version and byte order. nibabel has no types, so it is Any here and below."""
     sizes = {nibabel.Nifti1Header: 348, nibabel.Nifti2Header: 540}
@@ -92,18 +102,23 @@ def _header(path: Path) -> Any:
     return header
 
 
-def _shape_and_volume(path: Path, header: Any, wanted: int | None) -> tuple[tuple[int, int, int], int]:
-    """Shape of a volume, and the number from 0 of the one that is wanted."""
+def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], int]:
+    """Shape of a volume, and how many there are."""
     dim = [int(n) for n in header["dim"]]
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
-    shape = "×".join(str(n) for n in sizes or dim)
     if not sizes or min(sizes) < 1 or max(sizes) > _LONGEST_AXIS:
+        shape = "×".join(str(n) for n in sizes or dim)
         raise VolprepError("VP1020", path=path, error=f"its header says {shape} voxels")
-    volumes = prod(sizes[3:])
-    if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
-        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
     nx, ny, nz = (*sizes, 1, 1)[:3]
-    return (nz, ny, nx), (wanted or 1) - 1
+    return (nz, ny, nx), prod(sizes[3:])
+
+
+def _chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wanted: int | None) -> int:
+    """Give the number from 0 of the volume that is wanted."""
+    if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
+        shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
+        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
+    return (wanted or 1) - 1
 
 
 def _scaling(path: Path, header: Any) -> tuple[float, float]:

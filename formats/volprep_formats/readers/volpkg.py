@@ -50,6 +50,11 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSour
     return open_level(path, spec.level, spec.channel)
 
 
+def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
+    """Names of the channels of a package, "" for the only one. Raises what `Package` raises."""
+    return [*channel_packages(Package.open(path, allow_draft=True))]
+
+
 def open_level(path: Path, level: int | None = None, channel: str | int | None = None) -> VolumeSource:
     """Open a level of the package or draft at `path`, the finest if None, of the only channel if None.
 
