@@ -1,6 +1,7 @@
 """Packages of several channels: registered files, or the channels of one file, on one grid."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -249,6 +250,30 @@ class TestScenes:
         (tmp_path / "skin.raw").unlink()
         error = refusal(scene)
         assert (error.code, "skin.raw" in str(error)) == ("VP1001", True)
+
+
+class TestWhatChannelsShare:
+    @pytest.mark.parametrize("order", [1, -1])
+    def test_the_crop_holds_what_each_shows(self, tmp_path, order) -> None:
+        request = load_request(write_channel_scene(tmp_path))
+        scene = request.scene.model_copy(update={"transfer": request.scene.transfer[:2][::order]})
+        plan = plan_build(replace(request, scene=scene), Silent())
+        seen = (channels()["skin"] > 0.2) | (channels()["bone"] > 300)
+        first, last = np.argwhere(seen).min(axis=0), np.argwhere(seen).max(axis=0)
+        for each in plan.every:
+            # The neighbours count too: between them and what is seen the field fades out.
+            assert each.crop.start_zyx == tuple(np.maximum(first - 1, 0))
+            assert each.crop.stop_zyx == tuple(np.minimum(last + 2, seen.shape))
+
+    def test_rays_stop_early_in_all_or_in_none(self, tmp_path) -> None:
+        faint = edited(tmp_path, "extinction_per_mm = 0.3 }", "extinction_per_mm = 0.0003 }")
+        plan = plan_build(load_request(faint), Silent())
+        assert [each.render.opacity_cutoff for each in plan.every] == [0.998, 0.998]
+        text = faint.read_text()
+        for number in ("0.4", "0.2"):
+            text = text.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
+        faint.write_text(text)
+        assert [each.render.opacity_cutoff for each in plan_build(load_request(faint), Silent()).every] == [None, None]
 
 
 class TestStageByStage:
