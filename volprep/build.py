@@ -43,12 +43,13 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         progress.start("plan", 1)
         plan = plan_draft(draft, request.scene, request.profile, imported.measured)
         progress.advance()
-        run_stages(draft, plan, request.scene, progress)
+        made = run_stages(draft, plan, request.scene, progress)
         progress.start("check", 1)
         require_sound(partial)
         progress.advance()
         # Before the package, so that a package never stands without it.
-        write_origin(target, Origin(scene_path=str(request.scene_path), scene=request.scene))
+        levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
+        write_origin(target, Origin(scene_path=str(request.scene_path), scene=request.scene, levels=levels))
         publish(partial, target)
         return draft.manifest
 

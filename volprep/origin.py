@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import output_errors, replace_file
@@ -21,6 +22,8 @@ class Origin(Record):
     """The scene file, absolute; none where the source was imported without a scene."""
     scene: Scene
     """The scene as it was then; the path of its source is absolute."""
+    levels: tuple[LevelChoice, ...] = ()
+    """How each level was made, what else was tried, and how long that took; without the tables."""
 
 
 def origin_path(package: Path) -> Path:

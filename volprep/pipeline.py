@@ -5,8 +5,24 @@ import json
 
 from volprep.merge import merged, plans_of, with_transfers
 from volprep.plan import Plan, make_plans
+from volprep.pyramid.chosen import choices_of
+from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
-from volprep.stages import Stage, grid, mosaic, normals, proxy, pyramid, quantize, seal, shaders, skip, slices, texture, transfer
+from volprep.stages import (
+    Stage,
+    grid,
+    mosaic,
+    normals,
+    proxy,
+    pyramid,
+    quantize,
+    seal,
+    shaders,
+    skip,
+    slices,
+    texture,
+    transfer,
+)
 from volprep.statistics import Measured, measure_again
 from volprep.work import SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
@@ -32,11 +48,18 @@ STAGES: tuple[Stage, ...] = (
 """The stages that follow import, in order. Import comes before the plan, which needs what it measures."""
 
 
-def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> None:
-    """Run the stages that the plan needs and that have not run with these settings and inputs."""
+def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> tuple[LevelChoice, ...]:
+    """Run the stages that the plan needs and that have not run with these settings and inputs.
+
+    Gives how the levels were made: the working data that says it goes when the draft is sealed.
+    """
+    choices: tuple[LevelChoice, ...] = ()
     for stage in STAGES:
+        if stage is seal.STAGE:
+            choices = tuple(choice for each in plan.every for choice in choices_of(draft, each))
         if stage.name in plan.stages:
             run_stage(draft, stage, plan, scene, progress)
+    return choices
 
 
 def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:

@@ -20,7 +20,8 @@ from rich.table import Table as Rows
 from volprep.drafts import import_draft
 from volprep.pipeline import STAGES, plan_draft, run_stage
 from volprep.plan import Plan
-from volprep.pyramid.choice import Chooser, Classified, Trial
+from volprep.pyramid.choice import Chooser, Classified
+from volprep.pyramid.records import Trial
 from volprep.render.camera import standard_views
 from volprep.request import Request, load_request
 from volprep.slabs import RawVolume

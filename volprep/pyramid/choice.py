@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,12 @@ from volprep.pyramid.fitted import bins_of, fitted_slabs
 from volprep.pyramid.look import look_through, plain_look
 from volprep.pyramid.noise import noise_of
 from volprep.pyramid.rays import Lines, RaySamples, random_lines, sample_level
+from volprep.pyramid.records import AdaptedTable, LevelChoice, Trial
 from volprep.pyramid.reduce import reduced_slabs
 from volprep.slabs import RawVolume, bytes_of
 from volprep.transfer.adapted import fitted_table
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import LevelFilter
-from volprep_formats.record import Record
 
 Array = NDArray[np.float64]
 Slices = Iterator[tuple[NDArray[Any], int]]
@@ -35,43 +35,6 @@ _CHECK_RAYS = 2000
 _SEED, _CHECK_SEED = 1, 2
 _LEAST_GAIN = 0.02
 """A table that lowers the error by less than this part is not worth a file."""
-
-
-class AdaptedTable(Record):
-    """The lookup table of one transfer function for one level."""
-
-    transfer: str
-    """Name of the transfer function."""
-    entries: tuple[tuple[float, float, float, float], ...]
-    """Linear colour and extinction per millimetre."""
-
-
-class Trial(Record):
-    """One way to make a level, and how far it is from level 0 through one transfer function."""
-
-    filter: LevelFilter
-    """Filter."""
-    transfer: str
-    """Transfer function."""
-    table: Literal["common", "adapted"]
-    """Whether with the table of level 0, or one fitted to the level."""
-    rmse: float
-    """Root mean square over rays and channels of the difference of light, premultiplied linear."""
-    seconds: float
-    """What it took to make the level, and the table if it is an adapted one."""
-
-
-class LevelChoice(Record):
-    """What was chosen for one level, and from what."""
-
-    level: int
-    """Number of the level."""
-    filter: LevelFilter
-    """Filter that made it."""
-    tables: tuple[AdaptedTable, ...] = ()
-    """Lookup tables of its own, for those transfer functions that gain by them."""
-    trials: tuple[Trial, ...] = ()
-    """Everything that was tried; nothing where there was no choice."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.plan import LookupPlan, Plan
-from volprep.pyramid.choice import LevelChoice, Trial
+from volprep.pyramid.records import LevelChoice, Trial
 from volprep.work import choice_name
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import PlanItem

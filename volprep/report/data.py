@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep.pyramid.records import LevelChoice
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import ByteCount, Manifest, Sha256, Tolerance
 from volprep_formats.record import Record
@@ -164,6 +165,23 @@ class Sweep(Record):
     """Order of convergence at the finest level."""
 
 
+class LevelComparison(Record):
+    """What a coarse level gained by how it was made: the oracle on the data against truth, in the view of the sweep."""
+
+    level: Annotated[int, Field(ge=1)]
+    """Level."""
+    filter: str
+    """Filter that made it."""
+    box: ErrorNumbers
+    """The box filter, with the transfer function as it is."""
+    common: ErrorNumbers
+    """The filter, with the transfer function as it is."""
+    own: ErrorNumbers | None
+    """The filter, with the level's own lookup table; null where it has none."""
+    picture: str
+    """File of the pictures over black, side by side: box, the filter, with its own table if there is one, truth."""
+
+
 class ProgramResult(Record):
     """What one shader program draws."""
 
@@ -179,6 +197,8 @@ class ProgramResult(Record):
     """Standard views."""
     sweep: Sweep
     """Error against run time."""
+    levels: tuple[LevelComparison, ...] = ()
+    """What the coarse levels gained by how they were made, finest first."""
 
 
 class Verdict(Record):
@@ -270,6 +290,8 @@ class Report(Record):
     """Whether the package may ship."""
     programs: tuple[ProgramResult, ...]
     """What each program draws."""
+    made: tuple[LevelChoice, ...] = ()
+    """How each coarse level was made and what else was tried, as the build noted it beside the package."""
     driver: Driver
     """The OpenGL ES that drew the pictures."""
     cost: Cost

@@ -7,7 +7,8 @@ they do about lookup tables of a level's own. What was decided stands in the dra
 from collections.abc import Iterator
 
 from volprep.plan import LevelPlan, Plan
-from volprep.pyramid.choice import Array, Chooser, Classified, LevelChoice, level_slices
+from volprep.pyramid.choice import Array, Chooser, Classified, level_slices
+from volprep.pyramid.records import LevelChoice
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
 from volprep.transfer.lookup import lookup_table

@@ -7,12 +7,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 from volprep import _native
+from volprep.origin import read_origin
+from volprep.pyramid.records import LevelChoice
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.report.folder import report_folder
 from volprep.report.verdict import judge
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
+from volprep.validation.levels import compare_levels
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
@@ -78,6 +81,7 @@ def validate(
             difference_gain=gain,
             verdict=judge(programs, subject.render.tolerance),
             programs=programs,
+            made=_made(path),
             driver=driver,
             cost=Cost(
                 seconds=clock.so_far(),
@@ -110,10 +114,16 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
             level=views.level,
             views=views.views,
             sweep=measure_sweep(bench, program, views),
+            levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
         )
         for (bench, program), views in zip(programs, viewed, strict=True)
     )
     return results, gain, viewed[0].driver
+
+
+def _made(path: Path) -> tuple[LevelChoice, ...]:
+    origin = read_origin(path.resolve())
+    return () if origin is None else origin.levels
 
 
 def _facts(package: Package) -> PackageFacts:

@@ -50,9 +50,21 @@ class Subject:
         """
         if self._is_classified:
             return self.truth(transfer, view)
-        own = own_table(self.package, transfer, level)
-        function = table_function(self.package, transfer, level) if own else self.function(transfer)
-        return self._integrate(self._level(level), function, view)
+        if self.has_own_table(transfer, level):
+            return self.on_table(transfer, view, level)
+        return self.on_codes(transfer, view, level)
+
+    def on_codes(self, transfer: str, view: str, level: int) -> OraclePicture:
+        """Draw the codes of `level` with the control points of the transfer function."""
+        return self.on_volume(self._level(level), transfer, view)
+
+    def on_volume(self, volume: Volume, transfer: str, view: str) -> OraclePicture:
+        """Draw any volume with the control points of the transfer function."""
+        return self._integrate(volume, self.function(transfer), view)
+
+    def has_own_table(self, transfer: str, level: int) -> bool:
+        """Say whether `level` has a lookup table of its own."""
+        return own_table(self.package, transfer, level)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""

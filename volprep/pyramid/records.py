@@ -1,0 +1,43 @@
+"""What is found out and decided about levels when they are made."""
+
+from typing import Literal
+
+from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.record import Record
+
+
+class AdaptedTable(Record):
+    """The lookup table of one transfer function for one level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    entries: tuple[tuple[float, float, float, float], ...]
+    """Linear colour and extinction per millimetre."""
+
+
+class Trial(Record):
+    """One way to make a level, and how far it is from level 0 through one transfer function."""
+
+    filter: LevelFilter
+    """Filter."""
+    transfer: str
+    """Transfer function."""
+    table: Literal["common", "adapted"]
+    """Whether with the table of level 0, or one fitted to the level."""
+    rmse: float
+    """Root mean square over rays and channels of the difference of light, premultiplied linear."""
+    seconds: float
+    """What it took to make the level, and the table if it is an adapted one."""
+
+
+class LevelChoice(Record):
+    """What was chosen for one level, and from what."""
+
+    level: int
+    """Number of the level."""
+    filter: LevelFilter
+    """Filter that made it."""
+    tables: tuple[AdaptedTable, ...] = ()
+    """Lookup tables of its own, for those transfer functions that gain by them."""
+    trials: tuple[Trial, ...] = ()
+    """Everything that was tried; nothing where there was no choice."""

@@ -1,0 +1,67 @@
+"""What coarse levels gained by how they were made: box, the filter, with the level's own table, truth, side by side."""
+
+import numpy as np
+
+from volprep import _native
+from volprep.render.picture import encoded
+from volprep.report.data import LevelComparison
+from volprep.report.folder import PICTURES
+from volprep.truth.oracle import OraclePicture
+from volprep.validation.bench import Bench
+from volprep.validation.decoded import Volume
+from volprep.validation.subject import Subject, errors
+from volprep_formats.package.manifest import Level, Program
+
+
+def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePicture) -> tuple[LevelComparison, ...]:
+    """Compare the coarse levels that are drawn like `program` with what the box filter would have made of the scan.
+
+    Nothing where samples are not classified by lookup tables: there no level has a table of its own.
+    """
+    if program.classification != "lookup":
+        return ()
+    subject = bench.subject
+    wanted = set(subject.levels(program))
+    levels = [level for level in subject.package.manifest.levels if level.index in wanted and level.index > 0]
+    bench.progress.start(f"levels of {program.transfer}", len(levels))
+    return tuple(_comparison(bench, program, view, truth, level) for level in levels)
+
+
+def _comparison(bench: Bench, program: Program, view: str, truth: OraclePicture, level: Level) -> LevelComparison:
+    subject, transfer = bench.subject, program.transfer
+    with bench.clock.part("oracle"):
+        box = subject.on_volume(_box_level(subject, level), transfer, view)
+        common = subject.on_codes(transfer, view, level.index)
+        own = subject.on_data(transfer, view, level.index) if subject.has_own_table(transfer, level.index) else None
+    shown = [box, common, *([] if own is None else [own]), truth]
+    name = f"{PICTURES}/{program.name}-level{level.index}.png"
+    bench.folder.picture(name, np.concatenate([encoded(each.rgba, "black") for each in shown], axis=1))
+    with bench.clock.part("comparing"):
+        found = [errors(each.rgba, truth.rgba) for each in shown]
+    bench.progress.advance()
+    return LevelComparison(
+        level=level.index,
+        filter=level.filter,
+        box=found[0],
+        common=found[1],
+        own=None if own is None else found[2],
+        picture=name,
+    )
+
+
+def _box_level(subject: Subject, level: Level) -> Volume:
+    """Give the means of the scan's values over the cells of a level."""
+    scan, grid = subject.scan, subject.package.manifest.grid
+    if grid is None:
+        msg = "a sealed package without a grid"
+        raise ValueError(msg)
+    start_xyz = (np.linalg.inv(scan.grid.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
+    part = tuple(
+        slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True)
+    )
+    values = scan.stored[part].astype(np.float32)
+    values *= np.float32(scan.slope)
+    values += np.float32(scan.intercept)
+    means = np.empty(_native.box_reduced_shape(values.shape, level.factors_zyx), np.float32)
+    _native.box_reduce(values, means, level.factors_zyx)
+    return Volume(means, level.grid, 1.0, 0.0)
