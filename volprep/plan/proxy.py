@@ -51,7 +51,7 @@ def plan_proxy(
         shares=shares,
         meshes=meshes,
         programs=tuple(
-            _program(program, levels)
+            proxy_program(program, levels)
             for program in programs
             if program.transfer in shown and set(levels) & set(program.levels)
         ),
@@ -133,7 +133,8 @@ def _likely_bytes(occupied: Occupied, block: int) -> int:
     return math.ceil(faces * (MEASURED_BLOCK / block) ** 2 * 24)
 
 
-def _program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
+def proxy_program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
+    """Give the plan of the program that begins at meshes on these levels."""
     name = f"proxy-{program.name}"
     return program.model_copy(
         update={

@@ -1,15 +1,15 @@
 //: Fragment shader of all ray casters, both dialects, highp throughout.
-//: In: v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to 1.
+//: In: ray_ends gives v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to 1.
 //: Slots: dialect; sampling gives position(millimetres) and stored_value(position); classification gives
 //: classify(stored value) = (linear colour, extinction per millimetre), or the same for the two ends of a segment; box
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
 //: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
 //: space is skipped: skipping gives the table, skip_start begins, loop opens two blocks, loop_end closes the outer one.
-//: At proxy geometry: entry gets where the ray meets it, entry_start finds the first sample.
+//: At proxy geometry: ray_ends also gives where the ray meets it, ray_of_pixel makes v_near and v_far, entry_start finds
+//: the first sample.
 //: Where there is light: lighting gives the normals, light_start begins, light changes the colour of `medium`.
 //#part dialect
-$VARYING_IN vec4 v_near;
-$VARYING_IN vec4 v_far;
+//#part ray_ends
 uniform float u_step_mm;
 
 //#part sampling
@@ -18,8 +18,6 @@ uniform float u_step_mm;
 
 //#part box
 
-//#part entry
-
 //#part skipping
 
 //#part lighting
@@ -27,6 +25,7 @@ uniform float u_step_mm;
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
 // most. Gives premultiplied linear light; alpha is the opacity.
 void main() {
+  //#part ray_of_pixel
   vec3 origin = v_near.xyz / v_near.w;
   vec3 ray = v_far.xyz / v_far.w - origin;
   vec2 inside = clip_to_box(origin, ray);

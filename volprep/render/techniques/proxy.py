@@ -39,7 +39,11 @@ class Entry:
 
     def parts(self, dialect: Dialect, *, skips: bool, segments: bool) -> dict[str, str | None]:
         """Files of the slots of fragment.glsl."""
-        parts: dict[str, str | None] = {"entry": "proxy_entry", "entry_start": "proxy_start"}
+        parts: dict[str, str | None] = {
+            "ray_ends": "proxy_entry",
+            "ray_of_pixel": "proxy_ray",
+            "entry_start": "proxy_start",
+        }
         if segments:
             parts["first"] = "first_segment_entered"
         if dialect == "es100" and not skips:

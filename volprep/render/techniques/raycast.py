@@ -18,7 +18,7 @@ from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
 _NOTHING = dict.fromkeys(
-    ("entry", "entry_start", "skipping", "skip_start", "loop_end", "lighting", "light_start", "light")
+    ("ray_of_pixel", "entry_start", "skipping", "skip_start", "loop_end", "lighting", "light_start", "light")
 )
 """Slots that stay empty where no empty space is skipped, nothing is lit, and rays begin at the box."""
 _MOST_STEPS = 2**23
@@ -80,6 +80,7 @@ def ray_caster(
     skipping, lighting, entry = additions.skipping, additions.lighting, additions.entry
     parts: dict[str, str | None] = {
         "dialect": f"dialect_{sampling.dialect}",
+        "ray_ends": "ray_ends",
         "box": "box",
         "loop": f"loop_{sampling.dialect}",
         "termination": None,

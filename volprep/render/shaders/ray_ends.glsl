@@ -1,0 +1,3 @@
+//: What vertex.glsl gives for each pixel.
+$VARYING_IN vec4 v_near;
+$VARYING_IN vec4 v_far;
