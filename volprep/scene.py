@@ -250,6 +250,17 @@ def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: b
     return scene.model_copy(update={"skip": after})
 
 
+def changed_proxy(scene: Scene, form: str | None, block: int | None) -> Scene:
+    """Change what a scene wants of proxy geometry; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
+    wishes = {"form": form, "block": block}
+    before = (scene.proxy or ProxySettings()).model_dump()
+    try:
+        after = ProxySettings.model_validate(before | {key: wish for key, wish in wishes.items() if wish is not None})
+    except ValidationError as error:
+        raise VolprepError("VP3003", path="volprep proxy", problems=problems(error)) from error
+    return scene.model_copy(update={"proxy": after})
+
+
 def changed_classification(scene: Scene, classification: str | None, palette_entries: int | None) -> Scene:
     """Change how a scene classifies; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
     wishes = {"classification": classification, "palette_entries": palette_entries}

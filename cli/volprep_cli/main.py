@@ -17,12 +17,14 @@ from volprep_cli.inspect import inspect
 from volprep_cli.mosaic import mosaic
 from volprep_cli.normals import normals
 from volprep_cli.plan import plan
+from volprep_cli.proxy import proxy
 from volprep_cli.pyramid import pyramid
 from volprep_cli.quantize import quantize
 from volprep_cli.render import render
 from volprep_cli.seal import seal
 from volprep_cli.shaders import shaders
 from volprep_cli.skip import skip
+from volprep_cli.slices import slices
 from volprep_cli.texture import texture
 from volprep_cli.transfer import transfer
 from volprep_cli.validate import validate
@@ -59,7 +61,9 @@ app.command()(normals)
 app.command()(mosaic)
 app.command()(texture)
 app.command()(skip)
+app.command()(proxy)
 app.command()(grid)
+app.command()(slices)
 app.command()(shaders)
 app.command()(seal)
 

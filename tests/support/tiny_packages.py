@@ -17,16 +17,21 @@ from volprep.plan import (
     Plan,
     PreintegratedPlan,
     ProgramPlan,
+    ProxyMeshPlan,
+    ProxyPlan,
     QuantizePlan,
     SkipPlan,
     VolumePlan,
 )
 from volprep.plan.normals import plan_normals
+from volprep.plan.proxy import proxy_program
+from volprep.plan.room import Beside
 from volprep.plan.skip import skip_table_plan
 from volprep.profiles import load_profile
-from volprep.scene import NormalSettings
+from volprep.scene import NormalSettings, ProxySettings
 from volprep.stages import mosaic, shaders, texture, transfer
 from volprep.stages import normals as normals_stage
+from volprep.stages import proxy as proxy_stage
 from volprep.stages import skip as skip_stage
 from volprep.work import codes_name, levels_of
 from volprep_formats.grid import Grid
@@ -80,6 +85,7 @@ def tiny_package(
     skip: tuple[SkipKind, int] | None = None,
     normals: NormalSettings | None = None,
     lighting: Literal["none", "headlight"] = "none",
+    proxy: ProxySettings | None = None,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
@@ -97,8 +103,11 @@ def tiny_package(
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
     skipping = () if skip is None else (skip_stage.STAGE,)
     lit = tuple(program.model_copy(update={"lighting": lighting}) for program in plan.programs)
-    plan = plan.model_copy(update={"normals": plan_normals(normals, profile, volumes), "programs": lit})
+    plan = plan.model_copy(update={"normals": plan_normals(normals, profile, plan.levels, Beside(1, 0)), "programs": lit})
     vectors = () if normals is None else (normals_stage.STAGE,)
+    if proxy is not None:
+        plan = plan.model_copy(update={"proxy": _proxy_plan(plan, proxy)})
+    meshes = () if proxy is None else (proxy_stage.STAGE,)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
     manifest = Manifest(
         state="draft",
@@ -120,9 +129,26 @@ def tiny_package(
             render=render,
         )
         layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE
-        for stage in (transfer.STAGE, *vectors, layout, *skipping, shaders.STAGE):
+        for stage in (transfer.STAGE, *vectors, layout, *skipping, *meshes, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
     return Package.open(folder, allow_draft=True)
+
+
+def _proxy_plan(plan: Plan, wanted: ProxySettings) -> ProxyPlan:
+    """Give each level a mesh, whether or not it saves samples."""
+    (transfer,) = plan.transfer_functions
+    indices = [level.index for level in plan.levels]
+    return ProxyPlan(
+        form=wanted.form,
+        block=wanted.block,
+        epsilon=wanted.epsilon,
+        draco=wanted.draco,
+        shares=(0.0,),
+        meshes=tuple(
+            ProxyMeshPlan(transfer=transfer.name, level=index, file=f"meshes/proxy-{index}.glb") for index in indices
+        ),
+        programs=tuple(proxy_program(program, indices) for program in plan.programs),
+    )
 
 
 def _plan(  # noqa: PLR0917 - all that a test chose

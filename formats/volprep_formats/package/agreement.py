@@ -14,6 +14,7 @@ from volprep_formats.package.channel_agreement import channel_contradictions
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
 from volprep_formats.package.normals_agreement import normals_contradictions
+from volprep_formats.package.proxy_agreement import proxy_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.package.slices_agreement import slices_contradictions
 from volprep_formats.textures.block_formats import BLOCKS
@@ -49,6 +50,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
         yield from _program(manifest, program)
     yield from skip_contradictions(manifest)
     yield from normals_contradictions(manifest)
+    yield from proxy_contradictions(manifest)
     yield from slices_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
@@ -76,6 +78,11 @@ def _roles(manifest: Manifest) -> Iterator[str]:
     """Every file is used for what its role says, and every use has its file."""
     used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
     programs = (*manifest.programs, *(manifest.subvolumes.programs if manifest.subvolumes else ()))
+    if manifest.proxy is not None:
+        programs = (*programs, *manifest.proxy.programs)
+        used |= {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
+        if manifest.proxy.programs:
+            used[manifest.proxy.depth] = "shader"
     used |= {path: "shader" for program in programs for path in (program.vertex, program.fragment)}
     if manifest.subvolumes is not None:
         whole = {manifest.subvolumes.whole} - {None, *used}
@@ -146,13 +153,15 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} has {texture.shape_zyx} texels; the profile allows {limit} along an axis"
     if texture.gl.target == "TEXTURE_2D" and texture.shape_zyx[0] != 1:
         yield f"{name} is 2D, but has {texture.shape_zyx[0]} slices"
-    is_compressed = texture.gl.format is None
+    is_compressed = texture.gl.format is None and texture.role != "slices"
     if is_compressed != (texture.encoder is not None) or (is_compressed and texture.mosaic is None):
         yield f"{name} is compressed without an encoder or a mosaic, or names an encoder without being compressed"
     if texture.role in {"transfer", "preintegrated"}:
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
     if texture.role in {"skip", "ranges", "normals", "slices"}:
+        if texture.role == "normals" and texture.mosaic is not None and texture.level in levels:
+            yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, levels[texture.level]))
         return  # skip_agreement.py, normals_agreement.py and slices_agreement.py know them
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:

@@ -7,9 +7,11 @@ from typing import Self
 import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.meshes import read_glb
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.files import MANIFEST, names_in
-from volprep_formats.package.manifest import GlFormat, Texture
+from volprep_formats.package.manifest import GlFormat, ProxyMeshFile, Texture
+from volprep_formats.package.proxy_agreement import mesh_problems
 from volprep_formats.package.reader import Package
 from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.record import Record
@@ -71,6 +73,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
         problems = list(contradictions(manifest))
     yield from (VolprepError("VP4011", path=path, problem=problem) for problem in problems)
     textures = {texture.file: texture for texture in manifest.textures}
+    meshes = {mesh.file: mesh for mesh in (manifest.proxy.meshes if manifest.proxy else ()) if mesh.file is not None}
     for record in manifest.files:
         try:
             data = package.read_bytes(record.path)
@@ -80,10 +83,19 @@ def _errors(package: Package) -> Iterator[VolprepError]:
                 package.read_text(record.path)
             if record.role == "subvolume":
                 ktx2.decode(data, f"{path}: {record.path}")
+            if record.path in meshes:
+                _check_mesh(package, meshes[record.path], data)
             if record.role == "grid":
                 _check_grid(package, record.path, data)
         except VolprepError as error:
             yield error
+
+
+def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:
+    level = next((each for each in package.manifest.levels if each.index == record.level), None)
+    mesh = read_glb(data, f"{package.path}: {record.file}")
+    for problem in mesh_problems(record, mesh, level.grid.shape_zyx) if level else ():
+        raise VolprepError("VP4011", path=package.path, problem=f"{record.file} {problem}")
 
 
 def _check_grid(package: Package, name: str, data: bytes) -> None:
