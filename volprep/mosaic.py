@@ -35,8 +35,14 @@ class Packing:
     """Which slices share a texel, where there are four."""
     gutter: int = 0
     """Texels around each tile that repeat its edge; 0 where the shader clamps positions to the tile."""
+    block: int = 1
+    """Width and height of a compressed block: tiles begin at multiples of it. 1 where nothing is compressed."""
     components: int = 1
     """Data channels of a voxel, 1 to 4; more than one only with one slice in a texel."""
+
+    def pitch(self, length: int) -> int:
+        """Texels from a tile of so many texels to the next one."""
+        return -(-(length + 2 * self.gutter) // self.block) * self.block
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,7 @@ def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) ->
     fewer columns.
     """
     slices, height, width = shape_zyx
-    rows, columns = height + 2 * packing.gutter, width + 2 * packing.gutter
+    rows, columns = packing.pitch(height), packing.pitch(width)
     tiles = tiles_of(slices, packing.channels, packing.order)
     for textures in range(1, min(room.textures, tiles) + 1):
         each = -(-tiles // textures)
@@ -78,6 +84,7 @@ def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) ->
                 channels=packing.channels,
                 order=packing.order if packing.channels > 1 else "interleaved",
                 gutter=packing.gutter,
+                padding_yx=(rows - height - 2 * packing.gutter, columns - width - 2 * packing.gutter),
                 tiles_x=tiles_x,
                 tiles_y=-(-each // tiles_x),
                 textures=textures,
@@ -88,7 +95,7 @@ def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) ->
 
 def most_slices(tile_shape_yx: tuple[int, int], packing: Packing, room: Room) -> int:
     """Number of slices of this size that have room."""
-    height, width = (n + 2 * packing.gutter for n in tile_shape_yx)
+    height, width = (packing.pitch(n) for n in tile_shape_yx)
     side = room.size if room.npot else 1 << (room.size.bit_length() - 1)
     tiles = (side // height) * (side // width) * room.textures
     if packing.channels == 4 and packing.order == "overlapping":
@@ -102,8 +109,9 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
     `read_slab(z0, z1)` gives the texels of slices z0 to z1 - 1 as [z, y, x], or as [z, y, x, component] where a voxel
     has several; uint8, uint16 or float16. Texels that no slice fills are 0.
     """
-    height, width = layout.tile_shape_yx
-    rows, columns = height + 2 * layout.gutter, layout.texture_shape_yx[1]
+    # Padding repeats the edge as a gutter does: slices are padded first.
+    height, width = (n + more for n, more in zip(layout.tile_shape_yx, layout.padding_yx, strict=True))
+    rows, columns = layout.pitch_yx[0], layout.texture_shape_yx[1]
     channels = layout.channels * layout.components
     step = {"interleaved": layout.channels, "overlapping": 3, "planar": 1}[layout.order]
     strip: Texels | None = None
@@ -117,7 +125,7 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
         octets = [
             np.empty((0, height, row_bytes), np.uint8)
             if plane is None
-            else np.ascontiguousarray(plane).view(np.uint8).reshape(len(plane), height, row_bytes)
+            else np.ascontiguousarray(_padded(plane, layout)).view(np.uint8).reshape(len(plane), height, row_bytes)
             for plane in planes
         ]
         threads = 0 if strip.nbytes >= _MANY_BYTES else 1
@@ -149,6 +157,13 @@ def _planes(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, first
     start = min(every)
     slab = read_slab(start, max(every) + 1)
     yield from (slab[own[0] - start : own[-1] - start + 1] if own else None for own in held)
+
+
+def _padded(plane: Texels, layout: MosaicLayout) -> Texels:
+    if not any(layout.padding_yx):
+        return plane
+    beyond = [(0, 0), *((0, more) for more in layout.padding_yx)]
+    return np.pad(plane, beyond + [(0, 0)] * (plane.ndim - 3), mode="edge")
 
 
 def _texture_shape(rows: int, columns: int, room: Room) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header
 
 DTYPES = {"R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2", "RGB8_SNORM": "i1", "RGBA8_SNORM": "i1"}
@@ -21,6 +22,8 @@ SHAPES = [((1, 1, 1), 2), ((1, 1, 1), 3), ((1, 5, 3), 2), ((1, 5, 3), 3), ((7, 1
 def image(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: int) -> Ktx2Image:
     channels = CHANNELS.get(texture_format)
     shape = (*shape_zyx, channels) if channels else shape_zyx
+    if texture_format in BLOCKS:
+        shape = (1, *blocks_shape(texture_format, shape_zyx[1:]))
     values = np.random.default_rng(0).integers(0, 256, shape)
     return Ktx2Image(texture_format, shape_zyx, values.astype(DTYPES.get(texture_format, "u1")), dimensions)
 
@@ -34,6 +37,10 @@ def file(texture_format: Ktx2Format = "R8", shape_zyx: tuple[int, int, int] = (3
 def test_a_texture_reads_back_as_itself(
     texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: int
 ) -> None:
+    if texture_format in BLOCKS and dimensions == 3:
+        with pytest.raises(ValueError, match="no 3D texture"):
+            header(texture_format, shape_zyx, 3)
+        return
     made = image(texture_format, shape_zyx, dimensions)
     read = decode(file(texture_format, shape_zyx, dimensions), "t")
     assert (read.format, read.shape_zyx, read.dimensions) == (texture_format, shape_zyx, dimensions)
@@ -88,6 +95,27 @@ def test_signed_bytes_are_described_as_two_complements_from_minus_127_to_127() -
     samples = [struct.unpack_from("<HBB4sii", data, 104 + 28 + 16 * channel) for channel in range(3)]
     assert samples == [(8 * channel, 7, 0x40 + channel, bytes(4), -127, 127) for channel in range(3)]
     assert data[124] == 3  # bytes of a texel
+
+
+@pytest.mark.parametrize(
+    ("texture_format", "model", "block", "parts"),
+    [
+        ("EAC_R11", 161, 4, [(0, 63, 0)]),
+        ("ETC2_RGBA8", 161, 4, [(0, 63, 15), (64, 63, 2)]),
+        ("ASTC_6X6", 162, 6, [(0, 127, 0)]),
+    ],
+)
+def test_blocks_are_described_as_the_data_format_specification_has_them(
+    texture_format: Ktx2Format, model: int, block: int, parts: list[tuple[int, int, int]]
+) -> None:
+    data = header(texture_format, (1, 13, 7), 2)
+    rows, columns, size = blocks_shape(texture_format, (13, 7))
+    assert struct.unpack_from("<2Q", data, 88) == (rows * columns * size,) * 2
+    assert data[116] == model
+    assert data[120:125] == bytes([block - 1, block - 1, 0, 0, size])
+    samples = [struct.unpack_from("<HBB4sII", data, 104 + 28 + 16 * part) for part in range(len(parts))]
+    assert samples == [(*part, bytes(4), 0, 2**32 - 1) for part in parts]
+    assert struct.unpack_from("<I", data, 16) == (1,)  # type size
 
 
 def test_a_2d_texture_has_no_depth_and_rows_that_go_down() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from volprep_formats.package.reader import Package
+from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, encode
 
 VERSION = "2.0.0"
@@ -103,6 +104,27 @@ def test_ktx_parse_reads_every_format_in_2d_and_3d(tmp_path: Path, ktx_parse: Pa
             assert sample["channelType"] == channel
             # ktx-parse reads the bounds as signed numbers where the channel is signed.
             assert (sample["sampleLower"] % 2**32, sample["sampleUpper"] % 2**32) == (lower, upper)
+
+
+def test_ktx_parse_reads_compressed_blocks(tmp_path: Path, ktx_parse: Path) -> None:
+    files = []
+    for name in BLOCKS:
+        blocks = np.random.default_rng(0).integers(0, 256, (1, *blocks_shape(name, (13, 7)))).astype(np.uint8)
+        files.append(tmp_path / f"{name}.ktx2")
+        files[-1].write_bytes(b"".join(encode(Ktx2Image(name, (1, 13, 7), blocks, 2))))
+    for (name, block), file, texture in zip(BLOCKS.items(), files, read(ktx_parse, files), strict=True):
+        rows, columns, size = blocks_shape(name, (13, 7))
+        assert (texture["vkFormat"], texture["typeSize"]) == (block.vk_format, 1)
+        assert (texture["pixelWidth"], texture["pixelHeight"], texture["pixelDepth"]) == (7, 13, 0)
+        assert texture["levels"] == [[rows * columns * size] * 2]
+        assert texture["texels"] == hashlib.sha256(file.read_bytes()[-rows * columns * size :]).hexdigest()
+        descriptor = texture["descriptor"]
+        assert descriptor["colorModel"] == (162 if name.startswith("ASTC") else 161)
+        assert list(descriptor["texelBlockDimension"])[:2] == [block.size - 1] * 2
+        assert next(iter(descriptor["bytesPlane"])) == size
+        bits = 8 * size // len(block.samples) - 1
+        found = [(sample["channelType"], sample["bitOffset"], sample["bitLength"]) for sample in descriptor["samples"]]
+        assert found == [(channel, first, bits) for channel, first in block.samples]
 
 
 def test_ktx_parse_reads_the_textures_of_a_package(sealed: Path, ktx_parse: Path) -> None:

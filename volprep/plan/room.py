@@ -1,10 +1,9 @@
 """What a class of devices has room for: formats of texels, textures, and why a level does not fit."""
 
-import math
 from dataclasses import dataclass
 
 from volprep.plan.records import VolumePlan
-from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.render.gl_formats import size_bytes
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
 ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
@@ -38,7 +37,7 @@ def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> Text
 
 def texture_bytes(volume: VolumePlan) -> int:
     """Size of the textures of a level on the device."""
-    return math.prod(volume.shape_zyx) * BYTES_PER_TEXEL[volume.format] * len(volume.files)
+    return size_bytes(volume.format, volume.shape_zyx) * len(volume.files)
 
 
 def too_large(volume: VolumePlan, profile: DeviceProfile, beside: Beside) -> Misfit | None:

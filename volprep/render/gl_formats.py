@@ -5,6 +5,7 @@ from typing import Literal
 
 from volprep_formats.package.manifest import GlFormat
 from volprep_formats.package.profile import Api, TextureFormat
+from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format
 
@@ -45,10 +46,10 @@ KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
 def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
     """Arguments of glTexImage2D, glTexImage3D or glCompressedTexImage2D for a texture of this format.
 
-    OpenGL ES 1.1 and 2.0 know unsized internal formats only, so RGB8 and RGBA8 are called RGB and RGBA there. Of a
-    paletted texture only the internal format is an argument, of glCompressedTexImage2D; the others say what a colour
-    of its palette is.
+    OpenGL ES 1.1 and 2.0 know unsized internal formats only, so RGB8 and RGBA8 are called RGB and RGBA there.
     """
+    if name == "PALETTE8_RGBA8":
+        return GlFormat(target=target, internal_format=paletted.INTERNAL_FORMAT)
     for compressed, block in BLOCKS.items():
         if compressed == name:
             return GlFormat(target=target, internal_format=block.gl_name)
@@ -63,7 +64,6 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
         "RGBA8_SNORM": ("RGBA8_SNORM", "RGBA", "BYTE"),
         "R16F": ("R16F", "RED", "HALF_FLOAT"),
         "RGBA16F": ("RGBA16F", "RGBA", "HALF_FLOAT"),
-        "PALETTE8_RGBA8": ("PALETTE8_RGBA8_OES", "RGBA", "UNSIGNED_BYTE"),
     }[name]
     return GlFormat(target=target, internal_format=internal, format=pixels, type=kind)
 

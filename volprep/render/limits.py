@@ -1,9 +1,8 @@
 """The profile's limits, enforced whatever the driver at hand allows: what is drawn here can be drawn there."""
 
-import math
 from collections.abc import Sequence
 
-from volprep.render.gl_formats import BYTES_PER_TEXEL, texture_format
+from volprep.render.gl_formats import size_bytes, texture_format
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Program, Texture
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -17,18 +16,23 @@ def check_program(program: Program, textures: Sequence[Texture], profile: Device
     Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5013 if there
     are more than units, VP5014 if they take too much memory together.
     """
-    formats = [_checked_format(texture, profile) for texture in textures]
     if len(textures) > profile.texture_units:
         raise VolprepError(
             "VP5013", name=program.name, count=len(textures), limit=profile.texture_units, profile=profile.name
         )
-    size = sum(
-        math.prod(texture.shape_zyx) * BYTES_PER_TEXEL[name] for texture, name in zip(textures, formats, strict=True)
-    )
+    check_textures(program.name, textures, profile)
+
+
+def check_textures(name: str, textures: Sequence[Texture], profile: DeviceProfile) -> None:
+    """Check textures that are in use at one time by what is called `name`.
+
+    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5014 if they
+    take too much memory together.
+    """
+    formats = [_checked_format(texture, profile) for texture in textures]
+    size = sum(size_bytes(texel, texture.shape_zyx) for texture, texel in zip(textures, formats, strict=True))
     if size > profile.max_texture_bytes:
-        raise VolprepError(
-            "VP5014", name=program.name, size=size, limit=profile.max_texture_bytes, profile=profile.name
-        )
+        raise VolprepError("VP5014", name=name, size=size, limit=profile.max_texture_bytes, profile=profile.name)
 
 
 def check_shader(path: str, text: str, profile: DeviceProfile) -> None:
@@ -46,7 +50,7 @@ def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:
             "VP5011",
             name=texture.name,
             profile=profile.name,
-            format=f"{texture.gl.internal_format}/{texture.gl.format}/{texture.gl.type}",
+            format="/".join(word for word in (texture.gl.internal_format, texture.gl.format, texture.gl.type) if word),
             known=", ".join(profile.texture_formats),
         )
     if texture.gl.target == "TEXTURE_3D":

@@ -3,19 +3,30 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.package.manifest import MosaicLayout
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 
 def level_texels(package: Package, level: int, channel: str | None = None) -> NDArray[np.generic]:
     """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels the first unless named.
 
-    Raises what `Package.read_bytes` and the texture reader raise.
+    Compressed ones come as normalised float32. Raises what `Package.read_bytes` and the texture reader raise.
     """
     volumes = [each for each in package.manifest.textures if each.role == "volume" and each.level == level]
     wanted = volumes[0].channel if channel is None else channel
     textures = sorted((each for each in volumes if each.channel == wanted), key=lambda texture: texture.part)
-    images = [ktx2.decode(package.read_bytes(texture.file), texture.file).data for texture in textures]
     mosaic = textures[0].mosaic
+    images = [_texels(ktx2.decode(package.read_bytes(texture.file), texture.file), mosaic) for texture in textures]
     return images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+
+
+def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.generic]:
+    if image.format not in BLOCKS or mosaic is None:
+        return image.data
+    from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - codecs are for those who need them
+
+    blocks = np.asarray(image.data[0], np.uint8)
+    return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, mosaic.channels)[None]

@@ -1,21 +1,24 @@
-"""KTX 2 textures as packages have them: one level, 2D or 3D, not compressed (Khronos KTX 2.0, revision 4).
+"""KTX 2 textures as packages have them: one level, 2D or 3D, 2D also compressed (Khronos KTX 2.0, revision 4).
 
 All numbers are little-endian. A file is: header (48 bytes), index (32), the entry of the one level (24), the data
-format descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels.
+format descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels
+or, compressed, blocks of them.
 """
 
 import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, NoReturn, get_args
+from typing import Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
-Ktx2Format = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
+TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
+Ktx2Format = Literal[TexelFormat, CompressedFormat]
 Dimensions = Literal[2, 3]
 
 
@@ -24,11 +27,12 @@ class Ktx2Image:
     """One texture."""
 
     format: Ktx2Format
-    """What ends in 8 holds uint8, in _SNORM int8, in 16 uint16 and in 16F float16."""
+    """What ends in 8 holds uint8, in _SNORM int8, in 16 uint16 and in 16F float16; compressed formats hold bytes."""
     shape_zyx: tuple[int, int, int]
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     data: NDArray[np.generic]
-    """Texels, [z, y, x] for one channel and [z, y, x, channel] for more. Row 0 is at t = 0, slice 0 at r = 0."""
+    """Texels, [z, y, x] for one channel and [z, y, x, channel] for more. Row 0 is at t = 0, slice 0 at r = 0. Of a
+    compressed format its blocks, [1, row, column, byte]; those at the right and lower edge may reach beyond it."""
     dimensions: Dimensions
     """2 for TEXTURE_2D; 3 for TEXTURE_3D, also where its depth is 1."""
 
@@ -46,7 +50,7 @@ class Ktx2Head:
     dtype: np.dtype[np.generic]
     """Type of a channel."""
     channels: int
-    """Channels of a texel."""
+    """Channels of a texel; of a compressed format bytes of a block."""
     texels_at: int
     """Offset of the texels; they end the file."""
 
@@ -56,10 +60,24 @@ class _Layout:
     vk_format: int
     dtype: np.dtype[np.generic]
     channels: int
+    """Channels of a texel, or bytes of a block."""
+    block: int = 1
+    """Width and height of a block in texels; 1 where texels are not compressed."""
+    samples: tuple[tuple[int, int], ...] = ()
+    """Of a compressed format, the parts of a block: number of the channel and first bit."""
+    model: int = 1
+    """Colour model of the descriptor: RGBSDA, ETC2 or ASTC."""
 
     @property
     def texel_bytes(self) -> int:
+        """Size of a texel, or of a block."""
         return self.dtype.itemsize * self.channels
+
+    def stored(self, shape_zyx: tuple[int, int, int]) -> tuple[int, ...]:
+        """Shape of the array for a texture of so many texels."""
+        z, y, x = shape_zyx
+        shape = z, -(-y // self.block), -(-x // self.block)
+        return shape if self.channels == 1 else (*shape, self.channels)
 
 
 # vkFormat is the value of VK_FORMAT_R8_UNORM, _R8G8_UNORM, _R8G8B8_UNORM, _R8G8B8_SNORM, _R8G8B8A8_UNORM,
@@ -74,6 +92,10 @@ _LAYOUTS: dict[Ktx2Format, _Layout] = {
     "R16": _Layout(70, np.dtype("<u2"), 1),
     "R16F": _Layout(76, np.dtype("<f2"), 1),
     "RGBA16F": _Layout(97, np.dtype("<f2"), 4),
+    **{
+        name: _Layout(each.vk_format, np.dtype("u1"), each.bytes, each.size, each.samples, each.descriptor_model)
+        for name, each in BLOCKS.items()
+    },
 }
 _FORMATS = {layout.vk_format: name for name, layout in _LAYOUTS.items()}
 
@@ -81,7 +103,6 @@ _IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
 _HEADER = struct.Struct("<12s9I4I2Q3Q")  # header, index, level index of one level: 104 bytes
 _DESCRIPTOR = struct.Struct("<IIHHBBBB4s8s")  # total size, then the head of a basic descriptor block: 4 + 24 bytes
 _SAMPLE = struct.Struct("<HBB4sII")
-_MODEL_RGBSDA = 1
 _TRANSFER_LINEAR = 1
 _PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; the manifest says what
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
@@ -93,7 +114,8 @@ def header(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensio
     """Make everything that stands before the texels, for a texture whose texels come in pieces."""
     layout = _LAYOUTS[texture_format]
     depth, height, width = shape_zyx
-    if min(shape_zyx) < 1 or max(shape_zyx) >= 2**32 or (dimensions == 2 and depth != 1):
+    flat_only = layout.block > 1 and dimensions == 3
+    if min(shape_zyx) < 1 or max(shape_zyx) >= 2**32 or (dimensions == 2 and depth != 1) or flat_only:
         msg = f"no {dimensions}D texture has the shape {shape_zyx}"
         raise ValueError(msg)
     descriptor = _descriptor(layout)
@@ -102,7 +124,7 @@ def header(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensio
     values_at = _HEADER.size + len(descriptor)
     alignment = math.lcm(layout.texel_bytes, 4)
     texels_at = -(-(values_at + len(values)) // alignment) * alignment
-    size = math.prod(shape_zyx) * layout.texel_bytes
+    size = math.prod(layout.stored(shape_zyx)) * layout.dtype.itemsize
     pixel_depth = depth if dimensions == 3 else 0
     head = _HEADER.pack(
         *(_IDENTIFIER, layout.vk_format, layout.dtype.itemsize, width, height, pixel_depth),
@@ -116,7 +138,7 @@ def header(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensio
 def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
     """Give the file in pieces: the header, then the texels slice by slice, uncopied where they are in order."""
     layout = _LAYOUTS[image.format]
-    shape = image.shape_zyx if layout.channels == 1 else (*image.shape_zyx, layout.channels)
+    shape = layout.stored(image.shape_zyx)
     if image.data.shape != shape or image.data.dtype.newbyteorder("<") != layout.dtype:
         msg = f"{image.format} needs {layout.dtype} {shape}, not {image.data.dtype} {image.data.shape}"
         raise ValueError(msg)
@@ -129,11 +151,11 @@ def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
 def decode(data: bytes, name: str) -> Ktx2Image:
     """Read a texture; `name` is for messages. The texels are a view of `data`.
 
-    Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the nine formats.
+    Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the formats of `Ktx2Format`.
     """
     head = decode_head(data, len(data), name)
     texels: NDArray[np.generic] = np.frombuffer(data, dtype=head.dtype, offset=head.texels_at)
-    shape = head.shape_zyx if head.channels == 1 else (*head.shape_zyx, head.channels)
+    shape = _LAYOUTS[head.format].stored(head.shape_zyx)
     return Ktx2Image(head.format, head.shape_zyx, texels.reshape(shape), head.dimensions)
 
 
@@ -150,16 +172,16 @@ def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
     vk_format, type_size, width, height, depth, layers, faces, levels, scheme = fields[:9]
     texture_format = _FORMATS.get(vk_format)
     if texture_format is None:
-        _refuse(name, f"vkFormat {vk_format} is none of {', '.join(get_args(Ktx2Format))}")
+        _refuse(name, f"vkFormat {vk_format} is none of {', '.join(_LAYOUTS)}")
     layout = _LAYOUTS[texture_format]
     if (type_size, layers, faces, levels, scheme) != (layout.dtype.itemsize, 0, 1, 1, 0):
         _refuse(name, "it has array layers, faces, levels, supercompression, or a wrong typeSize")
-    if width == 0 or height == 0:
+    if width == 0 or height == 0 or (layout.block > 1 and depth):
         _refuse(name, f"its size is {width}×{height}×{depth}")
     shape_zyx = (max(depth, 1), height, width)
     end = _check_sections(data, name, layout, fields[9:15])
     offset, length, uncompressed = fields[15:]
-    size = math.prod(shape_zyx) * layout.texel_bytes
+    size = math.prod(layout.stored(shape_zyx)) * layout.dtype.itemsize
     if (length, uncompressed) != (size, size):
         _refuse(name, f"its level has {length} bytes instead of {size}")
     if offset % math.lcm(layout.texel_bytes, 4) or offset < end or offset + size != file_bytes:
@@ -202,20 +224,29 @@ def _check_values(values: bytes, name: str) -> None:
 
 
 def _descriptor(layout: _Layout) -> bytes:
-    bits = layout.dtype.itemsize * 8
-    lower, upper = _range(layout.dtype)
-    samples = b"".join(
-        _SAMPLE.pack(position * bits, bits - 1, channel | _QUALIFIERS[layout.dtype.kind], bytes(4), lower, upper)
-        for position, channel in enumerate(_CHANNELS[: layout.channels])
-    )
+    samples = b"".join(_block_samples(layout) if layout.samples else _texel_samples(layout))
     size = _DESCRIPTOR.size + len(samples)
     planes = bytes([layout.texel_bytes]).ljust(8, b"\0")
     head = _DESCRIPTOR.pack(
         *(size, 0, 2, size - 4),  # vendor Khronos, basic block, version 1.3
-        *(_MODEL_RGBSDA, _PRIMARIES_UNSPECIFIED, _TRANSFER_LINEAR, 0),
-        *(bytes(4), planes),  # a block is one texel
+        *(layout.model, _PRIMARIES_UNSPECIFIED, _TRANSFER_LINEAR, 0),
+        *(bytes([layout.block - 1] * 2 + [0, 0]), planes),  # width and height of a block, less 1
     )
     return head + samples
+
+
+def _texel_samples(layout: _Layout) -> Iterator[bytes]:
+    bits = layout.dtype.itemsize * 8
+    lower, upper = _range(layout.dtype)
+    for position, channel in enumerate(_CHANNELS[: layout.channels]):
+        qualified = channel | _QUALIFIERS[layout.dtype.kind]
+        yield _SAMPLE.pack(position * bits, bits - 1, qualified, bytes(4), lower, upper)
+
+
+def _block_samples(layout: _Layout) -> Iterator[bytes]:
+    bits = layout.texel_bytes * 8 // len(layout.samples)
+    for channel, first_bit in layout.samples:
+        yield _SAMPLE.pack(first_bit, bits - 1, channel, bytes(4), 0, 2**32 - 1)
 
 
 def _range(dtype: np.dtype[np.generic]) -> tuple[int, int]:

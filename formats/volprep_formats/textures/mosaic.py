@@ -41,8 +41,8 @@ def slices_of_mosaic(parts: Sequence[NDArray[np.generic]], mosaic: MosaicLayout)
     for tile in range(tiles * mosaic.textures):
         part, inside = divmod(tile, tiles)
         row, column = divmod(inside, mosaic.tiles_x)
-        top = row * (height + 2 * mosaic.gutter) + mosaic.gutter
-        left = column * (width + 2 * mosaic.gutter) + mosaic.gutter
+        top = row * mosaic.pitch_yx[0] + mosaic.gutter
+        left = column * mosaic.pitch_yx[1] + mosaic.gutter
         texels = parts[part][top : top + height, left : left + width].reshape(height, width, -1)
         for channel, slice_ in enumerate(slices_of_tile(mosaic, tile)):
             if slice_ is not None:

@@ -18,7 +18,7 @@ def sampling(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -
     rows, columns = layout.texture_shape_yx
     constants = {
         "VOXELS_PER_MM": literal(*(1 / spacing for spacing in spacing_mm_zyx[::-1])),
-        "PITCH": literal(width + 2 * layout.gutter, height + 2 * layout.gutter),
+        "PITCH": literal(*layout.pitch_yx[::-1]),
         "MOSAIC": literal(columns, rows),
         "TILES_X": literal(layout.tiles_x),
     }
@@ -39,6 +39,9 @@ def sampling(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -
     if layout.gutter:
         parts["inside"] = "mosaic_gutter"
         constants["GUTTER"] = literal(layout.gutter)
+    elif any(layout.padding_yx):
+        parts["inside"] = "mosaic_clamp_padded"
+        constants["LAST_PLACE"] = literal(width - 0.5, height - 0.5)
     if layout.textures > 1 or _part(layout) == "planar":
         constants["TILES"] = literal(layout.tiles_x * layout.tiles_y)
     if layout.slices > 1:
