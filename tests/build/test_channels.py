@@ -250,6 +250,8 @@ class TestScenes:
         (tmp_path / "skin.raw").unlink()
         error = refusal(scene)
         assert (error.code, "skin.raw" in str(error)) == ("VP1001", True)
+        with pytest.raises(VolprepError, match=r"VP1001.*skin.raw"):
+            import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
 
 
 class TestWhatChannelsShare:
