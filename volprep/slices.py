@@ -26,6 +26,7 @@ Shape3 = tuple[int, int, int]
 
 AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
 """Place of each axis in [z, y, x]."""
+_MORE_TEXTURES = 3
 
 
 @dataclass(frozen=True)
@@ -56,14 +57,22 @@ def fit_atlases(
 ) -> tuple[Atlas, ...] | None:
     """Find the textures of least area that hold so many slices; None where not even one slice fits.
 
-    As few textures as possible, because changing between them costs; of all ways to take so many, whose widths and
-    heights are powers of two up to `largest`, the one with the fewest texels. `square` allows only equal ones.
+    Widths and heights are powers of two up to `largest`. As many textures as the slices need, and up to three more
+    where that takes fewer texels: half of a single one may be empty. `square` allows only equal widths and heights.
     """
     options = _options(slice_yx, slices, largest, square=square)
     if not options:
         return None
+    fewest = -(-slices // max(option.tiles for option in options))
+    ways = [_of_count(options, slices, fewest + more) for more in range(_MORE_TEXTURES + 1)]
+    # min keeps the first of equal ones: the one with fewest textures.
+    best = min(ways, key=lambda way: sum(atlas.texels for atlas in way))
+    return tuple(sorted(best, key=lambda atlas: atlas.tiles, reverse=True))
+
+
+def _of_count(options: list[Atlas], slices: int, count: int) -> tuple[Atlas, ...]:
+    """Choose so many textures, of least area, that have room for all slices."""
     most = max(option.tiles for option in options)
-    count = -(-slices // most)
     spare = count * most - slices
     # found[d]: the textures so far, of least area, that have room for d slices fewer than the largest would.
     found: dict[int, tuple[int, tuple[Atlas, ...]]] = {0: (0, ())}
@@ -76,8 +85,7 @@ def fit_atlases(
                 if left_out <= spare and (left_out not in longer or total < longer[left_out][0]):
                     longer[left_out] = (total, (*chosen, option))
         found = longer
-    _, chosen = min(found.values(), key=lambda pair: pair[0])
-    return tuple(sorted(chosen, key=lambda atlas: atlas.tiles, reverse=True))
+    return min(found.values(), key=lambda pair: pair[0])[1]
 
 
 def _options(slice_yx: tuple[int, int], slices: int, largest: int, *, square: bool) -> list[Atlas]:

@@ -56,7 +56,7 @@ def render(
         step_mm=step,
     )
     taken = take(package, shot, output)
-    print(f"{output}: {width}×{height}, level {taken.level}, program {taken.program}, {taken.driver}")
+    print(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
 
 
 def _eye(text: str) -> tuple[float, float, float]:

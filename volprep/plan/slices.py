@@ -22,7 +22,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.package.slices import StackAxis
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures.paletted import PALETTE_BYTES
@@ -128,9 +127,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and what is wanted 
                 )
                 for part, (atlas, layout) in enumerate(layouts(atlases, axis, level.shape_zyx))
             )
-            stacks.append(
-                SliceStackPlan(transfer=function.name, distance_mm=spacing_mm[AXES[axis]], textures=textures)
-            )
+            stacks.append(SliceStackPlan(transfer=function.name, distance_mm=spacing_mm[AXES[axis]], textures=textures))
     plan = SlicesPlan(level=level.index, format=texel, palette_entries=settings.palette_entries, stacks=tuple(stacks))
     size = sum(stack_bytes(stack, texel) for stack in stacks[: len(settings.stacks)])
     if size > profile.max_texture_bytes:

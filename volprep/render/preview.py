@@ -4,8 +4,8 @@ import tempfile
 from pathlib import Path
 
 from volprep.render.camera import standard_views
+from volprep.render.choose import renderer_of
 from volprep.render.picture import encoded
-from volprep.render.renderer import Renderer
 from volprep_formats.package.reader import Package
 from volprep_formats.png import write_png
 
@@ -16,13 +16,13 @@ _SIZE = 256
 def preview_png(package: Package) -> bytes:
     """Draw the finest level from the front, the left and above, over black, and give the PNG file.
 
-    The package may be a draft that has its textures and programs. Raises what `Renderer` raises.
+    The package may be a draft that has its textures and programs. Raises what `renderer_of` raises.
     """
     manifest = package.manifest
     projection = manifest.render.projection if manifest.render else "orthographic"
     grid = manifest.levels[0].grid
     camera = standard_views(grid, projection)[_VIEW]
-    with Renderer(package) as renderer:
+    with renderer_of(package) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "preview.png"

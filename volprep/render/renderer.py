@@ -98,6 +98,11 @@ class Renderer:
         return self._level
 
     @property
+    def name(self) -> str:
+        """What draws, in words."""
+        return f"program {self._program.name}"
+
+    @property
     def program(self) -> Program:
         """The program that draws."""
         return self._program

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.render.camera import Camera, standard_views, view_from
+from volprep.render.choose import renderer_of
 from volprep.render.picture import Background, encoded
-from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.package.manifest import Manifest
@@ -41,8 +41,8 @@ class Taken:
 
     level: int
     """Level."""
-    program: str
-    """Program."""
+    drawn_by: str
+    """Program, or slices."""
     driver: str
     """Driver."""
 
@@ -50,7 +50,7 @@ class Taken:
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     """Draw a package to a PNG file.
 
-    Raises what `Package.open` and `Renderer` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the file
+    Raises what `Package.open` and `renderer_of` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the file
     cannot be written.
     """
     if picture_path.suffix.lower() != ".png":
@@ -59,9 +59,9 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
     camera = _camera(package.manifest, shot)
-    with Renderer(package, level=shot.level, transfer=shot.transfer, point=shot.point) as renderer:
+    with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
-        taken = Taken(renderer.level.index, renderer.program.name, str(renderer.driver))
+        taken = Taken(renderer.level.index, renderer.name, str(renderer.driver))
     try:
         write_png(picture_path, encoded(picture, shot.background))
     except OSError as error:

@@ -69,9 +69,7 @@ def _rgba(colours: Bytes, atlas: Bytes) -> Iterator[bytes | memoryview]:
         yield bytes_of(colours[row])
 
 
-def _record(
-    plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int
-) -> Texture:
+def _record(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int) -> Texture:
     return Texture(
         name=texture.name,
         role="slices",

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Manifest, Texture
 from volprep_formats.package.slices import SliceLayout, StackAxis
+from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
 _AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
-_FORMATS = (("RGBA", "RGBA", "UNSIGNED_BYTE"), ("PALETTE8_RGBA8_OES", "RGBA", "UNSIGNED_BYTE"))
+_FORMATS = (("RGBA", "RGBA", "UNSIGNED_BYTE"), (INTERNAL_FORMAT, None, None))
 
 
 def slices_contradictions(manifest: Manifest) -> Iterator[str]:

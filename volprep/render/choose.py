@@ -1,0 +1,21 @@
+"""The renderer that a package is for: shaders, or slices where its class of devices has none."""
+
+from volprep.render.renderer import Renderer
+from volprep.render.slices import SliceRenderer
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+
+API_OF_SLICES = "es1.1"
+"""The API without shaders."""
+
+
+def renderer_of(
+    package: Package, *, level: int | None = None, transfer: str | None = None, point: int | None = None
+) -> Renderer | SliceRenderer:
+    """Give the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
+    if package.manifest.profile.api != API_OF_SLICES:
+        return Renderer(package, level=level, transfer=transfer, point=point)
+    if point is not None:
+        fields = {"level": f"around point {point}", "transfer": transfer or "any", "known": "its slices"}
+        raise VolprepError("VP5018", package=package.path, **fields)
+    return SliceRenderer(package, level=level, transfer=transfer)

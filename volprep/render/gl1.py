@@ -1,0 +1,211 @@
+"""The calls of OpenGL ES 1.1 that drawing slices needs, typed, with errors as diagnostics and every object counted.
+
+The fixed-function pipeline: no shaders, one texture at a time, client state. Pictures are drawn into a renderbuffer of
+GL_OES_framebuffer_object. OpenGL ES 1.1.12 specification; GL_OES_compressed_paletted_texture.
+"""
+
+import ctypes
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.bindings import EGL, GLES1, GLError
+from volprep.render.egl import Context
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Texture
+from volprep_formats.textures.paletted import INTERNAL_FORMAT
+
+_NEEDED = ("GL_OES_framebuffer_object", "GL_OES_rgb8_rgba8")
+_RGBA8 = 0x8058
+_PALETTE8_RGBA8 = 0x8B96
+_FRAMEBUFFER, _RENDERBUFFER, _COLOR_ATTACHMENT0 = 0x8D40, 0x8D41, 0x8CE0
+_MAX_RENDERBUFFER_SIZE, _FRAMEBUFFER_COMPLETE = 0x84E8, 0x8CD5
+_Allocate = Callable[[int, object], object]
+_UINTS = ctypes.POINTER(ctypes.c_uint)
+
+
+def _extension(name: str, *arguments: type, result: type | None = None) -> Callable[..., int]:
+    """Give a function of an extension. PyOpenGL does not find those of OpenGL ES 1.1 (3.1.10)."""
+    address = EGL.eglGetProcAddress(name.encode("ascii"))
+    function: Callable[..., int] = ctypes.CFUNCTYPE(result, *arguments)(
+        ctypes.cast(address, ctypes.c_void_p).value or 0
+    )
+    return function
+
+
+class _Framebuffers:
+    """GL_OES_framebuffer_object."""
+
+    def __init__(self) -> None:
+        uint, number = ctypes.c_uint, ctypes.c_int
+        self.generate = _extension("glGenFramebuffersOES", number, _UINTS)
+        self.delete = _extension("glDeleteFramebuffersOES", number, _UINTS)
+        self.bind = _extension("glBindFramebufferOES", uint, uint)
+        self.attach = _extension("glFramebufferRenderbufferOES", uint, uint, uint, uint)
+        self.status = _extension("glCheckFramebufferStatusOES", uint, result=uint)
+        self.generate_buffers = _extension("glGenRenderbuffersOES", number, _UINTS)
+        self.delete_buffers = _extension("glDeleteRenderbuffersOES", number, _UINTS)
+        self.bind_buffer = _extension("glBindRenderbufferOES", uint, uint)
+        self.store = _extension("glRenderbufferStorageOES", uint, uint, number, number)
+
+
+class Gl1:
+    """OpenGL ES 1.1 in one context. All methods make it current first."""
+
+    def __init__(self, context: Context) -> None:
+        """Raise VP5008 where the driver cannot draw into a picture of its own."""
+        self._context = context
+        self.driver = context.driver
+        self.live: Counter[str] = Counter()
+        """Number of objects that exist, by kind."""
+        if not self.driver.extensions.issuperset(_NEEDED):
+            raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=" and ".join(_NEEDED))
+        self._framebuffers = _Framebuffers()
+
+    def close(self) -> None:
+        """Check that nothing is left. Raises VP9001 if it is."""
+        left = {kind: count for kind, count in self.live.items() if count}
+        if left:
+            raise VolprepError("VP9001", error=f"OpenGL objects were not deleted: {left}")
+
+    @contextmanager
+    def texture(self, record: Texture, texels: bytes) -> Iterator[int]:
+        """Upload `texels`, of a paletted texture with their palette before them, filtered linearly, edges clamped."""
+        with (
+            self._checked(f"uploading texture {record.name}"),
+            self._object("texture", GLES1.glGenTextures, GLES1.glDeleteTextures) as handle,
+        ):
+            target = GLES1.GL_TEXTURE_2D
+            _, height, width = record.shape_zyx
+            GLES1.glBindTexture(target, handle)
+            for name, value in (
+                (GLES1.GL_TEXTURE_MIN_FILTER, GLES1.GL_LINEAR),
+                (GLES1.GL_TEXTURE_MAG_FILTER, GLES1.GL_LINEAR),
+                (GLES1.GL_TEXTURE_WRAP_S, GLES1.GL_CLAMP_TO_EDGE),
+                (GLES1.GL_TEXTURE_WRAP_T, GLES1.GL_CLAMP_TO_EDGE),
+            ):
+                GLES1.glTexParameterf(target, name, float(value))
+            GLES1.glPixelStorei(GLES1.GL_UNPACK_ALIGNMENT, 1)
+            if record.gl.internal_format == INTERNAL_FORMAT:
+                GLES1.glCompressedTexImage2D(target, 0, _PALETTE8_RGBA8, width, height, 0, len(texels), texels)
+            else:
+                rgba = GLES1.GL_RGBA
+                GLES1.glTexImage2D(target, 0, rgba, width, height, 0, rgba, GLES1.GL_UNSIGNED_BYTE, texels)
+            yield handle
+
+    @contextmanager
+    def target(self, shape_hw: tuple[int, int]) -> Iterator[int]:
+        """Make a picture of this size with 8 bits a channel. Raises VP5009 for a size beyond the driver's limits."""
+        height, width = shape_hw
+        with self._checked(f"making a target of {width}×{height}"):
+            limit = int(GLES1.glGetIntegerv(_MAX_RENDERBUFFER_SIZE))
+            if not (1 <= width <= limit and 1 <= height <= limit):
+                raise VolprepError("VP5009", width=width, height=height, driver=self.driver, limit=limit)
+            each = self._framebuffers
+            with (
+                self._object("renderbuffer", each.generate_buffers, each.delete_buffers) as buffer,
+                self._object("framebuffer", each.generate, each.delete) as handle,
+            ):
+                each.bind_buffer(_RENDERBUFFER, buffer)
+                each.store(_RENDERBUFFER, _RGBA8, width, height)
+                each.bind(_FRAMEBUFFER, handle)
+                each.attach(_FRAMEBUFFER, _COLOR_ATTACHMENT0, _RENDERBUFFER, buffer)
+                if each.status(_FRAMEBUFFER) != _FRAMEBUFFER_COMPLETE:
+                    needs = "a complete framebuffer of this format"
+                    raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=needs)
+                yield handle
+
+    def begin(
+        self, target: int, shape_hw: tuple[int, int], clip_from_box: NDArray[np.float64], brightness: float
+    ) -> None:
+        """Empty a picture, and set what all polygons have in common: over, premultiplied, back to front.
+
+        Colour and opacity of texels are multiplied by `brightness`, 0 to 2, and end at 1.
+        """
+        with self._checked(f"drawing a picture of {shape_hw[1]}×{shape_hw[0]}"):
+            self._framebuffers.bind(_FRAMEBUFFER, target)
+            GLES1.glViewport(0, 0, shape_hw[1], shape_hw[0])
+            GLES1.glClearColor(0.0, 0.0, 0.0, 0.0)
+            GLES1.glClear(GLES1.GL_COLOR_BUFFER_BIT)
+            for state in (GLES1.GL_DITHER, GLES1.GL_DEPTH_TEST, GLES1.GL_CULL_FACE, GLES1.GL_LIGHTING):
+                GLES1.glDisable(state)
+            GLES1.glEnable(GLES1.GL_BLEND)
+            GLES1.glBlendFunc(GLES1.GL_ONE, GLES1.GL_ONE_MINUS_SRC_ALPHA)
+            GLES1.glEnable(GLES1.GL_TEXTURE_2D)
+            environment = (
+                (GLES1.GL_TEXTURE_ENV_MODE, GLES1.GL_COMBINE),
+                (GLES1.GL_COMBINE_RGB, GLES1.GL_MODULATE),
+                (GLES1.GL_COMBINE_ALPHA, GLES1.GL_MODULATE),
+                (GLES1.GL_SRC0_RGB, GLES1.GL_TEXTURE),
+                (GLES1.GL_SRC1_RGB, GLES1.GL_PRIMARY_COLOR),
+                (GLES1.GL_SRC0_ALPHA, GLES1.GL_TEXTURE),
+                (GLES1.GL_SRC1_ALPHA, GLES1.GL_PRIMARY_COLOR),
+                (GLES1.GL_RGB_SCALE, 1 if brightness <= 1.0 else 2),
+                (GLES1.GL_ALPHA_SCALE, 1 if brightness <= 1.0 else 2),
+            )
+            for name, value in environment:
+                GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
+            level = brightness if brightness <= 1.0 else brightness / 2
+            GLES1.glColor4f(level, level, level, level)
+            # Columns after each other, as OpenGL has its matrices.
+            matrix = np.ascontiguousarray(clip_from_box.T, dtype=np.float32)
+            GLES1.glMatrixMode(GLES1.GL_PROJECTION)
+            GLES1.glLoadMatrixf(matrix)
+            GLES1.glMatrixMode(GLES1.GL_MODELVIEW)
+            GLES1.glLoadIdentity()
+            GLES1.glEnableClientState(GLES1.GL_VERTEX_ARRAY)
+            GLES1.glEnableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+
+    def draw(
+        self,
+        texture: int,
+        positions: NDArray[np.float32],
+        coordinates: NDArray[np.float32],
+        triangles: NDArray[np.uint16],
+    ) -> None:
+        """Draw triangles, in order, of positions [n, 3] in box millimetres and texture coordinates [n, 2]."""
+        with self._checked("drawing slices"):
+            GLES1.glBindTexture(GLES1.GL_TEXTURE_2D, texture)
+            GLES1.glVertexPointer(3, GLES1.GL_FLOAT, 0, positions.ctypes.data_as(ctypes.c_void_p))
+            GLES1.glTexCoordPointer(2, GLES1.GL_FLOAT, 0, coordinates.ctypes.data_as(ctypes.c_void_p))
+            pointer = triangles.ctypes.data_as(ctypes.c_void_p)
+            GLES1.glDrawElements(GLES1.GL_TRIANGLES, triangles.size, GLES1.GL_UNSIGNED_SHORT, pointer)
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn."""
+        with self._checked("drawing"):
+            GLES1.glFinish()
+
+    def read(self, target: int, shape_hw: tuple[int, int]) -> NDArray[np.float32]:
+        """Give the picture as [H, W, 4], row 0 on top, 0 to 1."""
+        height, width = shape_hw
+        picture = np.empty((height, width, 4), np.uint8)
+        with self._checked("reading the picture"):
+            self._framebuffers.bind(_FRAMEBUFFER, target)
+            pointer = picture.ctypes.data_as(ctypes.c_void_p)
+            GLES1.glReadPixels(0, 0, width, height, GLES1.GL_RGBA, GLES1.GL_UNSIGNED_BYTE, pointer)
+        return picture[::-1].astype(np.float32) / np.float32(255)
+
+    @contextmanager
+    def _checked(self, operation: str) -> Iterator[None]:
+        self._context.make_current()
+        try:
+            yield
+        except GLError as error:
+            name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
+            raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
+
+    @contextmanager
+    def _object(self, kind: str, create: _Allocate, delete: _Allocate) -> Iterator[int]:
+        handle = (ctypes.c_uint * 1)()
+        create(1, handle)
+        self.live[kind] += 1
+        try:
+            yield int(handle[0])
+        finally:
+            self._context.make_current()
+            delete(1, handle)
+            self.live[kind] -= 1

@@ -1,0 +1,229 @@
+"""Draws stacks of slices with OpenGL ES 1.1: textured polygons, blended back to front.
+
+2D texture slicing after Moser and Weiskopf (2008, section 4). Of the stacks that the package has, the one whose axis
+comes nearest to the direction of view is drawn. A slice is nine patches: filtering stays between texel centres, and
+the outermost half voxel repeats the edge, so that slices whose tiles abut do not see each other.
+
+Texels have the opacity of a path as long as the distance of slices. A ray at an angle to the axis has a path that is
+1 / cos longer, and the opacity that belongs to it is 1 - (1 - opacity)^(1 / cos). The fixed-function pipeline can only
+multiply: by 1 / cos, which is that for faint texels, at most √3 with three stacks of cubic voxels. Texture combiners
+multiply by up to 2, and 1 / cos is cut there.
+"""
+
+import statistics
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.render.egl import Context, Driver
+from volprep.render.gl1 import Gl1
+from volprep.render.limits import check_textures
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Level, Texture
+from volprep_formats.package.reader import Package
+from volprep_formats.package.slices import SliceLayout, StackAxis
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.paletted import INTERNAL_FORMAT
+
+Array = NDArray[np.float64]
+
+_XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
+_ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
+"""Axes (xyz) of the columns and the rows of a slice."""
+_MOST_BRIGHTNESS = 2.0
+# Two triangles for each of nine patches of 4×4 corners.
+_PATCHES = np.array(
+    [[c + o for o in (0, 1, 5, 0, 5, 4)] for c in (4 * row + column for row in range(3) for column in range(3))],
+    np.uint16,
+).ravel()
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One texture of a stack, on the device."""
+
+    handle: int
+    centres_mm: Array
+    """Position of each slice along the axis."""
+    positions: NDArray[np.float32]
+    """Corners of all patches of all slices, [slice · 16, 3], box millimetres."""
+    coordinates: NDArray[np.float32]
+    """Their texture coordinates, [slice · 16, 2]."""
+
+    def triangles(self, order: NDArray[np.intp]) -> NDArray[np.uint16]:
+        """Corners of the triangles of slices in this order."""
+        corners: NDArray[np.uint16] = (order[:, None] * 16 + _PATCHES).astype(np.uint16)
+        return np.ascontiguousarray(corners)
+
+
+class SliceRenderer:
+    """Draws the slices of one transfer function of a package. Use it as a context manager."""
+
+    def __init__(
+        self, package: Package, *, level: int | None = None, transfer: str | None = None, lengthen: bool = True
+    ) -> None:
+        """Choose what to draw: the first transfer function unless another is named.
+
+        With `lengthen`, texels count 1 / cos of the angle between axis and view. Raises VP5018 where the package
+        cannot draw that, VP5010, VP5011 and VP5014 where it breaks a limit of its profile.
+        """
+        manifest = package.manifest
+        self.transfer = transfer or (manifest.transfer_functions[0].name if manifest.transfer_functions else "")
+        """Transfer function."""
+        self._textures = [
+            texture
+            for texture in manifest.textures
+            if texture.role == "slices" and texture.transfer == self.transfer and level in {None, texture.level}
+        ]
+        found = next(
+            (each for each in manifest.levels if self._textures and each.index == self._textures[0].level), None
+        )
+        if found is None:
+            held = {f"level {each.level} with {each.transfer}" for each in manifest.textures if each.role == "slices"}
+            fields = {"level": "any" if level is None else level, "transfer": self.transfer}
+            raise VolprepError("VP5018", package=package.path, known="; ".join(sorted(held)) or "nothing", **fields)
+        check_textures(f"slices of {self.transfer}", self._textures, manifest.profile)
+        self.level: Level = found
+        """The level that is drawn."""
+        self._package = package
+        self._lengthen = lengthen
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Open a context and upload everything. Raises VP5001 to VP5009 where the driver cannot do it."""
+        with ExitStack() as stack:
+            context = stack.enter_context(Context("es1.1"))
+            self._gl = Gl1(context)
+            stack.callback(self._gl.close)
+            self._parts: dict[StackAxis, list[_Part]] = {}
+            for texture in sorted(self._textures, key=lambda each: each.part):
+                if texture.slices is not None:
+                    handle = stack.enter_context(self._gl.texture(texture, self._read(texture)))
+                    part = _part(handle, texture, texture.slices, self.level.grid)
+                    self._parts.setdefault(texture.slices.axis, []).append(part)
+            self._target_stack = stack.enter_context(ExitStack())
+            self._target: tuple[int, tuple[int, int]] | None = None
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give everything back."""
+        self._stack.__exit__(kind, error, trace)
+
+    @property
+    def driver(self) -> Driver:
+        """The driver that draws."""
+        return self._gl.driver
+
+    @property
+    def name(self) -> str:
+        """What draws, in words."""
+        return f"slices of {self.transfer}"
+
+    def facing(self, box_from_clip: Array) -> tuple[StackAxis, float]:
+        """Give the axis of the stack that is drawn, and the cosine of its angle to the direction of view."""
+        ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
+        near, far = (ends[:3] / ends[3]).T
+        along = np.abs(far - near) / np.linalg.norm(far - near)
+        axis = max(self._parts, key=lambda each: float(along[_XYZ[each]]))
+        return axis, float(along[_XYZ[axis]])
+
+    def render(
+        self, box_from_clip: Array, shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> NDArray[np.float32]:
+        """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
+
+        `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. Raises VP5009 for an impossible
+        size, VP5019 for any step: slices are as far apart as they are.
+        """
+        if step_mm is not None:
+            raise VolprepError("VP5019", step_mm=step_mm, reason="slices are as far apart as voxels are")
+        return self._gl.read(self._draw(box_from_clip, shape_hw), shape_hw)
+
+    def time_ms(self, box_from_clip: Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
+        """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted."""
+        times = []
+        for _ in range(repeats + 1):
+            self._gl.finish()
+            start = time.perf_counter()
+            self._draw(box_from_clip, shape_hw)
+            self._gl.finish()
+            times.append((time.perf_counter() - start) * 1000)
+        return statistics.median(times[1:])
+
+    def _draw(self, box_from_clip: Array, shape_hw: tuple[int, int]) -> int:
+        axis, cosine = self.facing(box_from_clip)
+        target = self._target_of(shape_hw)
+        brightness = min(1 / max(cosine, 1e-6), _MOST_BRIGHTNESS) if self._lengthen else 1.0
+        self._gl.begin(target, shape_hw, np.linalg.inv(box_from_clip), brightness)
+        parts = self._parts[axis]
+        owner = np.concatenate([np.full(len(part.centres_mm), index) for index, part in enumerate(parts)])
+        number = np.concatenate([np.arange(len(part.centres_mm)) for part in parts])
+        order = _back_to_front(np.concatenate([part.centres_mm for part in parts]), box_from_clip, _XYZ[axis])
+        # Slices of one texture that follow each other are one call.
+        for run in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
+            part = parts[owner[run[0]]]
+            self._gl.draw(part.handle, part.positions, part.coordinates, part.triangles(number[run]))
+        return target
+
+    def _target_of(self, shape_hw: tuple[int, int]) -> int:
+        if self._target is None or self._target[1] != shape_hw:
+            self._target_stack.close()
+            self._target = None
+            self._target = (self._target_stack.enter_context(self._gl.target(shape_hw)), shape_hw)
+        return self._target[0]
+
+    def _read(self, texture: Texture) -> bytes:
+        data = self._package.read_bytes(texture.file)
+        if texture.gl.internal_format == INTERNAL_FORMAT:
+            return data
+        image = ktx2.decode(data, texture.file)
+        found = (image.format, image.shape_zyx, image.dimensions)
+        named = ("RGBA8", texture.shape_zyx, 2)
+        if found != named:
+            raise VolprepError("VP5016", path=texture.file, found=found, named=named)
+        return np.ascontiguousarray(image.data).tobytes()
+
+
+def _back_to_front(centres_mm: Array, box_from_clip: Array, axis: int) -> NDArray[np.intp]:
+    """Order of slices: farthest from the eye first, on both sides of it; no ray meets slices of both."""
+    # Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
+    eye = box_from_clip @ np.array([0.0, 0.0, -1.0, 0.0])
+    if abs(eye[3]) * np.abs(centres_mm).max() <= 1e-9 * np.linalg.norm(eye[:3]):
+        return np.argsort(eye[axis] * centres_mm)
+    return np.argsort(-np.abs(centres_mm - eye[axis] / eye[3]))
+
+
+def _part(handle: int, texture: Texture, layout: SliceLayout, grid: Grid) -> _Part:
+    """Corners of the patches of every slice of a texture."""
+    axis = _XYZ[layout.axis]
+    spacing, extent = grid.spacing_mm_zyx[::-1], grid.extent_mm_zyx[::-1]
+    _, height, width = texture.shape_zyx
+    numbers = np.arange(layout.slices)
+    # The last slice of a coarse level may lie outside, where the level has more than the volume.
+    centres = np.minimum((layout.first + numbers + 0.5) * spacing[axis], extent[axis])
+    positions = np.empty((layout.slices, 4, 4, 3))
+    coordinates = np.empty((layout.slices, 4, 4, 2))
+    positions[..., axis] = centres[:, None, None]
+    rows, columns = layout.slice_shape_yx
+    firsts = (numbers % layout.tiles_x * columns, numbers // layout.tiles_x * rows)
+    for place, across in enumerate(_ACROSS[layout.axis]):
+        texels, size = ((columns, width), (rows, height))[place]
+        step = spacing[across]
+        corners = np.array([0.0, step / 2, min((texels - 0.5) * step, extent[across]), extent[across]])
+        corners[1] = min(corners[1], corners[2])
+        inside = np.clip(corners / step, 0.5, texels - 0.5)
+        shape = (1, 1, 4) if place == 0 else (1, 4, 1)
+        positions[..., across] = corners.reshape(shape)
+        coordinates[..., place] = (firsts[place][:, None, None] + inside.reshape(shape)) / size
+    return _Part(
+        handle, centres, positions.reshape(-1, 3).astype(np.float32), coordinates.reshape(-1, 2).astype(np.float32)
+    )
