@@ -21,6 +21,7 @@ from volprep.request import load_request
 from volprep.scene import load_scene
 from volprep.validation.decoded import level_volume
 from volprep.validation.run import validate
+from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_packages, channel_views, package_of_transfer
@@ -203,6 +204,9 @@ class TestRegistration:
         scene.write_text("1.5, 1.0, 0.75".join(parts[:2]) + "1.5, 1.0, 0.7501" + "1.5, 1.0, 0.75".join(parts[2:]))
         manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
         assert len({channel.source.info.grid for channel in manifest.channels}) == 1
+        found = find_scan(tmp_path / "a.volpkg", scene)
+        for name, view in channel_views(manifest).items():
+            assert read_scan(view, found.spec_of(name), Silent()).grid == manifest.source.info.grid
         report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
         assert report.verdict.passed
 
