@@ -17,6 +17,7 @@ from volprep import _native
 from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
+from .bench_levels import levels_table, measure_levels
 from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
@@ -58,6 +59,8 @@ def main() -> None:
     console.print(fetch_table(fetches))
     pyramid = measure_pyramid(console)
     console.print(pyramid_table(pyramid))
+    levels = measure_levels(console)
+    console.print(levels_table(levels))
     normals = measure_normals(console)
     for table in normals_tables(normals):
         console.print(table)
@@ -74,6 +77,7 @@ def main() -> None:
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
         "pyramid": [asdict(row) for row in pyramid],
+        "levels": [asdict(row) for row in levels],
         "normals": asdict(normals),
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -181,7 +181,7 @@ class Texture(Record):
     gl: GlFormat
     """How to upload it."""
     level: int | None = None
-    """Level that the texture holds, for a volume."""
+    """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
     channel: ChannelName | None = None
     """Channel that the texture holds, for a volume in a package of several."""
     mosaic: MosaicLayout | None = None
