@@ -30,9 +30,8 @@ _UINTS = ctypes.POINTER(ctypes.c_uint)
 def _extension(name: str, *arguments: type, result: type | None = None) -> Callable[..., int]:
     """Give a function of an extension. PyOpenGL does not find those of OpenGL ES 1.1 (3.1.10)."""
     address = EGL.eglGetProcAddress(name.encode("ascii"))
-    function: Callable[..., int] = ctypes.CFUNCTYPE(result, *arguments)(
-        ctypes.cast(address, ctypes.c_void_p).value or 0
-    )
+    kind = ctypes.CFUNCTYPE(result, *arguments)
+    function: Callable[..., int] = kind(ctypes.cast(address, ctypes.c_void_p).value or 0)
     return function
 
 

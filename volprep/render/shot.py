@@ -50,8 +50,8 @@ class Taken:
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     """Draw a package to a PNG file.
 
-    Raises what `Package.open` and `renderer_of` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the file
-    cannot be written.
+    Raises what `Package.open` and `renderer_of` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the
+    file cannot be written.
     """
     if picture_path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")

@@ -136,6 +136,11 @@ class SliceRenderer:
         axis = max(self._parts, key=lambda each: float(along[_XYZ[each]]))
         return axis, float(along[_XYZ[axis]])
 
+    def distance_mm(self, box_from_clip: Array) -> float:
+        """Distance of the slices that are drawn, along the middle of the view."""
+        axis, cosine = self.facing(box_from_clip)
+        return self.level.grid.spacing_mm_zyx[::-1][_XYZ[axis]] / max(cosine, 1e-6)
+
     def render(
         self, box_from_clip: Array, shape_hw: tuple[int, int], step_mm: float | None = None
     ) -> NDArray[np.float32]:
@@ -163,7 +168,8 @@ class SliceRenderer:
         axis, cosine = self.facing(box_from_clip)
         target = self._target_of(shape_hw)
         brightness = min(1 / max(cosine, 1e-6), _MOST_BRIGHTNESS) if self._lengthen else 1.0
-        self._gl.begin(target, shape_hw, np.linalg.inv(box_from_clip), brightness)
+        clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
+        self._gl.begin(target, shape_hw, clip_from_box, brightness)
         parts = self._parts[axis]
         owner = np.concatenate([np.full(len(part.centres_mm), index) for index, part in enumerate(parts)])
         number = np.concatenate([np.arange(len(part.centres_mm)) for part in parts])

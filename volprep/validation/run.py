@@ -9,6 +9,7 @@ from pathlib import Path
 from volprep import _native
 from volprep.origin import read_origin
 from volprep.pyramid.records import LevelChoice
+from volprep.render.choose import API_OF_SLICES
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.report.folder import report_folder
 from volprep.report.verdict import judge
@@ -17,6 +18,7 @@ from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
 from volprep.validation.levels import compare_levels
 from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
 from volprep.validation.views import draw_differences, measure_views
@@ -103,6 +105,8 @@ def _require_no_light(package: Package) -> None:
 
 def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Driver]:
     """Measure all programs of all channels; give them, the gain of their difference pictures, and the driver."""
+    if benches[0].subject.package.manifest.profile.api == API_OF_SLICES:
+        return measure_slices(benches[0])
     programs = [(bench, program) for bench in benches for program in bench.subject.programs]
     viewed = [measure_views(bench, program, SWEEP_VIEW) for bench, program in programs]
     gain = draw_differences(viewed, benches[0].folder)

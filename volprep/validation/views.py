@@ -1,12 +1,13 @@
 """The nine standard views of one program: drawn, and compared with the truth."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.render.choose import renderer_of
 from volprep.render.picture import encoded
-from volprep.render.renderer import Renderer
 from volprep.report.data import Driver, ViewPictures, ViewResult
 from volprep.report.folder import PICTURES, ReportFolder
 from volprep.report.pictures import coloured, gain_for, largest_difference
@@ -14,7 +15,22 @@ from volprep.report.verdict import passes
 from volprep.truth.oracle import OraclePicture
 from volprep.validation.bench import Bench
 from volprep.validation.subject import Picture, errors
-from volprep_formats.package.manifest import Program
+
+
+class Drawn(Protocol):
+    """A program, or what stands for one."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def transfer(self) -> str:
+        """Name of the transfer function that it draws."""
+
+    @property
+    def levels(self) -> tuple[int, ...]:
+        """Levels that it draws."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +51,7 @@ class ViewedProgram:
     """The OpenGL ES that drew."""
 
 
-def measure_views(bench: Bench, program: Program, kept_view: str) -> ViewedProgram:
+def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram:
     """Draw and compare all standard views with the nominal step at the finest level, and write their pictures.
 
     `kept_view` is the view whose oracle pictures are given back.
@@ -46,7 +62,7 @@ def measure_views(bench: Bench, program: Program, kept_view: str) -> ViewedProgr
     differences = {}
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
-    with Renderer(subject.package, level=level, transfer=program.transfer) as renderer:
+    with renderer_of(subject.package, level=level, transfer=program.transfer) as renderer:
         for name, box_from_clip in subject.views.items():
             with clock.part("oracle"):
                 truth = subject.truth(program.transfer, name)
@@ -85,7 +101,7 @@ def draw_differences(viewed: list[ViewedProgram], folder: ReportFolder) -> float
     return gain
 
 
-def _names(program: Program, view: str) -> ViewPictures:
+def _names(program: Drawn, view: str) -> ViewPictures:
     stem = f"{PICTURES}/{program.name}-{view}"
     return ViewPictures(**{field: f"{stem}-{field.replace('_', '-')}.png" for field in ViewPictures.model_fields})
 

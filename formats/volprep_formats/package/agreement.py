@@ -308,13 +308,13 @@ def _complete(manifest: Manifest) -> Iterator[str]:
         yield "it is sealed, but has records of stages"
     needed = ["grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "render"]
     if manifest.profile.api == "es1.1":
-        drawn = {texture.transfer for texture in manifest.textures if texture.role == "slices"}
+        what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
         needed.append("programs")
-        drawn = {program.transfer for program in manifest.programs}
+        what, drawn = "program", {program.transfer for program in manifest.programs}
     for field in needed:
         if not getattr(manifest, field):
             yield f"it is sealed without {field}"
     for transfer in manifest.transfer_functions:
         if transfer.name not in drawn:
-            yield f"no {'program' if 'programs' in needed else 'stack of slices'} draws the transfer function {transfer.name}"
+            yield f"no {what} draws the transfer function {transfer.name}"

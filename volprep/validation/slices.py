@@ -1,0 +1,99 @@
+"""Proving a package of slices: its views against the oracle, and the one point of error against run time that it has.
+
+Slices have no step, no lookup table and no float target, so that there is nothing to sweep: the error is that of
+classifying before the filter, of so many slices, and of 8 bits, together.
+"""
+
+from dataclasses import dataclass
+
+from volprep.render.slices import SliceRenderer
+from volprep.report.data import Breakdown, Convergence, Driver, LevelFloor, ProgramResult, Sweep, SweepPoint
+from volprep.validation.bench import Bench
+from volprep.validation.rays import chords_mm, samples
+from volprep.validation.subject import errors
+from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.views import ViewedProgram, draw_differences, measure_views
+
+_DRAWS = 3
+_LIMIT = "Slices are as far apart as voxels are: there is no step to refine."
+
+
+@dataclass(frozen=True)
+class Stacks:
+    """The stacks of slices of one transfer function, as far as they are like a program."""
+
+    transfer: str
+    """Name of the transfer function."""
+    levels: tuple[int, ...]
+    """The level that they hold."""
+    technique: str = "slices"
+    """How they are drawn."""
+
+    @property
+    def name(self) -> str:
+        """Name in the report, and in the names of pictures."""
+        return f"slices-{self.transfer}"
+
+
+def measure_slices(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:
+    """Measure the slices of all transfer functions; give them, the gain of their difference pictures, and the driver.
+
+    Raises what `SliceRenderer` raises.
+    """
+    manifest = bench.subject.package.manifest
+    levels = tuple(level.index for level in manifest.levels)
+    each = [Stacks(function.name, levels) for function in manifest.transfer_functions]
+    viewed = [measure_views(bench, stacks, SWEEP_VIEW) for stacks in each]
+    gain = draw_differences(viewed, bench.folder)
+    results = tuple(
+        ProgramResult(
+            program=stacks.name,
+            technique=stacks.technique,
+            transfer=stacks.transfer,
+            level=views.level,
+            views=views.views,
+            sweep=_sweep(bench, stacks, views),
+        )
+        for stacks, views in zip(each, viewed, strict=True)
+    )
+    return results, gain, viewed[0].driver
+
+
+def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
+    subject = bench.subject
+    box_from_clip = subject.views[SWEEP_VIEW]
+    truth, on_data = viewed.truth.rgba, viewed.on_data.rgba
+    with SliceRenderer(subject.package, transfer=stacks.transfer) as renderer, bench.clock.part("timing"):
+        picture = renderer.render(box_from_clip, subject.shape_hw)
+        draw_ms = renderer.time_ms(box_from_clip, subject.shape_hw, repeats=_DRAWS)
+        step_mm = renderer.distance_mm(box_from_clip)
+        level = renderer.level
+    counts = samples(chords_mm(box_from_clip, subject.shape_hw, subject.grid), step_mm)
+    data = errors(on_data, truth)
+    point = SweepPoint(
+        level=level.index,
+        step_mm=step_mm,
+        step_ratio=1.0,
+        samples_mean=float(counts[counts > 0].mean()),
+        samples_max=int(counts.max()),
+        draw_ms=draw_ms,
+        draws=_DRAWS,
+        total=errors(picture, truth),
+        drawing=errors(picture, on_data),
+    )
+    sizes = {record.path: record.size_bytes for record in subject.package.manifest.files}
+    textures = [each for each in subject.package.manifest.textures if each.transfer == stacks.transfer]
+    floor = LevelFloor(
+        level=level.index,
+        shape_zyx=level.grid.shape_zyx,
+        texture_bytes=sum(sizes[texture.file] for texture in textures),
+        data=data,
+    )
+    return Sweep(
+        view=SWEEP_VIEW,
+        float_target=None,
+        points=(point,),
+        floors=(floor,),
+        breakdown=Breakdown(data=data, table=errors(on_data, on_data), quadrature=None, termination=None, target=None),
+        convergence=Convergence(expected=2.0, slopes=(), observed=None, fitted_steps_mm=(), limits=(_LIMIT,)),
+    )
