@@ -29,13 +29,18 @@ def counting(package: Package, program: Program) -> Package:
 
 
 def samples_per_pixel(
-    package: Package, program: Program, level: int, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int]
+    package: Package,
+    program: Program,
+    level: int,
+    box_from_clip: NDArray[np.float64],
+    shape_hw: tuple[int, int],
+    kind: type[Renderer] = Renderer,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Samples taken, and entries of the skip table read, for each pixel [H, W]. Raises what `Renderer` raises.
 
-    Needs a float32 target.
+    `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a float32 target.
     """
     counted = counting(package, program)
-    with Renderer(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
+    with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
         picture = renderer.render(box_from_clip, shape_hw)
     return np.rint(picture[..., 0]).astype(np.float64), np.rint(picture[..., 1]).astype(np.float64)

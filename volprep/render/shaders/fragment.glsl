@@ -31,7 +31,9 @@ void main() {
   vec2 inside = clip_to_box(origin, ray);
   float part = max(inside.y - inside.x, 0.0);
   float length_mm = part * length(ray);
-  float count = ceil(length_mm / u_step_mm);
+  // A length that is a rounding more than whole steps has no sample more for it: rays along an axis often are such.
+  float steps = length_mm / u_step_mm;
+  float count = ceil(max(steps - 0.001, min(steps, 0.001)));
   float segment_mm = length_mm / max(count, 1.0);
   vec3 start = position(origin + ray * inside.x);
   vec3 stride = position(ray * (part / max(count, 1.0)));
