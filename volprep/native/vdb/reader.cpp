@@ -6,8 +6,10 @@
 #include <openvdb/tools/Dense.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <variant>
 
@@ -192,6 +194,96 @@ std::optional<std::array<std::array<double, 4>, 4>> ScalarGrid::world_from_index
             for (int j = 0; j < 4; ++j) rows[i][j] = matrix(j, i);
         return rows;
     });
+}
+
+namespace {
+
+// Widens the ranges of the blocks that hold a voxel of a box by one value, or by each of its values.
+class Ranges {
+  public:
+    Ranges(const Xyz& first_xyz, const std::array<int64_t, 3>& shape_zyx, int64_t block, float* low, float* high)
+        : block_(block), low_(low), high_(high) {
+        for (int axis = 0; axis < 3; ++axis) {
+            first_[axis] = first_xyz[axis];
+            voxels_[axis] = shape_zyx[2 - axis];
+            blocks_[axis] = std::max<int64_t>(1, (voxels_[axis] - 2 + block) / block);
+        }
+        const size_t count = static_cast<size_t>(blocks_[0] * blocks_[1] * blocks_[2]);
+        std::fill_n(low_, count, std::numeric_limits<float>::infinity());
+        std::fill_n(high_, count, -std::numeric_limits<float>::infinity());
+    }
+
+    // The part of a box of voxels that lies within the volume, in its own indices; false if there is none.
+    bool clip(const openvdb::CoordBBox& box, std::array<int64_t, 3>& begin, std::array<int64_t, 3>& last) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            begin[axis] = std::max<int64_t>(int64_t{box.min()[axis]} - first_[axis], 0);
+            last[axis] = std::min<int64_t>(int64_t{box.max()[axis]} - first_[axis], voxels_[axis] - 1);
+            if (begin[axis] > last[axis]) return false;
+        }
+        return true;
+    }
+
+    void add(const openvdb::CoordBBox& box, float value) {
+        std::array<int64_t, 3> begin{}, last{};
+        if (!clip(box, begin, last)) return;
+        for (int axis = 0; axis < 3; ++axis) {
+            // The first voxel of a block is the last of the one before.
+            begin[axis] = begin[axis] == 0 ? 0 : (begin[axis] - 1) / block_;
+            last[axis] = std::min(last[axis] / block_, blocks_[axis] - 1);
+        }
+        for (int64_t z = begin[2]; z <= last[2]; ++z)
+            for (int64_t y = begin[1]; y <= last[1]; ++y)
+                for (int64_t x = begin[0]; x <= last[0]; ++x) {
+                    const int64_t at = (z * blocks_[1] + y) * blocks_[0] + x;
+                    low_[at] = std::min(low_[at], value);
+                    high_[at] = std::max(high_[at], value);
+                }
+    }
+
+  private:
+    std::array<int64_t, 3> first_{}, voxels_{}, blocks_{};
+    int64_t block_;
+    float* low_;
+    float* high_;
+};
+
+// A tree has leaves of single voxels, tiles of one value each, active or not, and beyond them the background.
+template <typename Grid>
+void add_tree(const Grid& grid, const Xyz& first_xyz, const std::array<int64_t, 3>& shape_zyx, Ranges& ranges) {
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        std::array<int64_t, 3> begin{}, last{};
+        if (!ranges.clip(leaf->getNodeBoundingBox(), begin, last)) continue;
+        for (auto value = leaf->cbeginValueAll(); value; ++value) {
+            const openvdb::Coord at = value.getCoord();
+            ranges.add(openvdb::CoordBBox(at, at), static_cast<float>(*value));
+        }
+    }
+    auto tile = grid.tree().cbeginValueAll();
+    tile.setMaxDepth(openvdb::Index32{Grid::TreeType::DEPTH - 2});
+    for (; tile; ++tile) {
+        openvdb::CoordBBox box;
+        tile.getBoundingBox(box);
+        ranges.add(box, static_cast<float>(*tile));
+    }
+    // Nothing of the tree is where the root has no entry: its entries are cubes of this size.
+    constexpr int64_t size = Grid::TreeType::RootNodeType::ChildNodeType::DIM;
+    const auto begin_of = [](int64_t at) { return at >= 0 ? at / size * size : -((-at + size - 1) / size) * size; };
+    for (int64_t z = begin_of(first_xyz[2]); z < first_xyz[2] + shape_zyx[0]; z += size)
+        for (int64_t y = begin_of(first_xyz[1]); y < first_xyz[1] + shape_zyx[1]; y += size)
+            for (int64_t x = begin_of(first_xyz[0]); x < first_xyz[0] + shape_zyx[2]; x += size) {
+                const openvdb::Coord at(static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z));
+                if (grid.tree().getValueDepth(at) == -1)
+                    ranges.add(openvdb::CoordBBox::createCube(at, static_cast<int32_t>(size)),
+                               static_cast<float>(grid.background()));
+            }
+}
+
+}  // namespace
+
+void ScalarGrid::block_ranges(const Xyz& first_xyz, const std::array<int64_t, 3>& shape_zyx, int64_t block, float* low,
+                              float* high) const {
+    Ranges ranges(first_xyz, shape_zyx, block, low, high);
+    tree_->visit([&](const auto& grid) { add_tree(grid, first_xyz, shape_zyx, ranges); });
 }
 
 void ScalarGrid::copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const {
