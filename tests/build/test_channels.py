@@ -291,6 +291,12 @@ class TestStageByStage:
         files = Package.open(tmp_path / "d.volpkg").manifest.files
         assert files == package.manifest.files
 
+    def test_level_0_of_a_draft_is_the_scan_of_the_channel_that_is_chosen(self, tmp_path) -> None:
+        import_draft(load_request(write_channel_scene(tmp_path)), tmp_path / "d.volpkg", Silent())
+        for name in ("skin", "bone"):
+            with open_level(tmp_path / "d.volpkg", 0, name) as source:
+                assert np.array_equal(source.read_slab(0, 17), channels()[name])
+
     def test_what_was_measured_again_gives_the_same_plan(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
         imported = import_draft(request, tmp_path / "d.volpkg", Silent())
