@@ -1,0 +1,196 @@
+"""Slices drawn by OpenGL ES 1.1: pictures with closed forms, a slow twin, and all directions."""
+
+import math
+
+import numpy as np
+import pytest
+from slice_packages import expected_picture, missing_es11, slice_package, stack_of
+
+from volprep.render.camera import standard_views, view_from
+from volprep.render.choose import renderer_of
+from volprep.render.slices import SliceRenderer, _back_to_front
+from volprep_formats.diagnostics import VolprepError
+
+pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
+
+SIZE = (61, 61)
+FLAT = (
+    "{ value = 0.0, colour = [0.25, 0.5, 1.0], extinction_per_mm = 0.05 }, "
+    "{ value = 255.0, colour = [0.25, 0.5, 1.0], extinction_per_mm = 0.05 }"
+)
+SIX = ("left", "right", "anterior", "posterior", "superior", "inferior")
+ODD = (5, 9, 13)
+
+
+@pytest.fixture(scope="module")
+def noise(tmp_path_factory):
+    codes = np.random.default_rng(3).integers(0, 256, ODD)
+    return slice_package(tmp_path_factory.mktemp("noise"), codes, (2.5, 0.75, 1.0))
+
+
+def matrix(package, view):
+    grid = package.manifest.levels[0].grid
+    return standard_views(grid)[view].box_from_clip(grid, 1.0)
+
+
+@pytest.mark.parametrize("view", SIX)
+def test_a_homogeneous_slab_is_as_opaque_as_the_closed_form_says(tmp_path, view):
+    package = slice_package(tmp_path, np.full((11, 7, 9), 100), (2.0, 0.5, 1.0), points=FLAT)
+    box_from_clip = matrix(package, view)
+    with SliceRenderer(package) as renderer:
+        axis, cosine = renderer.facing(box_from_clip)
+        middle = renderer.render(box_from_clip, SIZE)[30, 30]
+    assert cosine == pytest.approx(1.0)
+    thickness = package.manifest.levels[0].grid.extent_mm_zyx["zyx".index(axis)]
+    slices = package.manifest.levels[0].grid.shape_zyx["zyx".index(axis)]
+    opacity = 1 - math.exp(-0.05 * thickness)
+    # Each slice is rounded when it becomes a texel and when it is blended.
+    colour = package.manifest.transfer_functions[0].points[0].colour
+    np.testing.assert_allclose(middle, np.array([*colour, 1.0]) * opacity, atol=1.5 * slices / 255)
+    texel = stack_of(package, axis)[0, 0, 0] / 255
+    exact = texel / texel[3] * (1 - (1 - texel[3]) ** slices)
+    np.testing.assert_allclose(middle, exact, atol=slices / 255)
+
+
+@pytest.mark.parametrize("view", [*SIX, "anterior-left", "anterior-right", "posterior-left"])
+@pytest.mark.parametrize("lengthened", [True, False])
+def test_a_picture_is_what_compositing_slices_in_double_precision_gives(noise, view, lengthened):
+    box_from_clip = matrix(noise, view)
+    with SliceRenderer(noise, lengthen=lengthened) as renderer:
+        axis, _ = renderer.facing(box_from_clip)
+        picture = renderer.render(box_from_clip, SIZE)
+    expected, bound, clear = expected_picture(noise, axis, box_from_clip, SIZE, lengthened=lengthened)
+    assert clear.mean() > 0.8
+    assert (expected[..., 3] > 0.3).mean() > 0.05
+    assert (np.abs(picture - expected) <= bound + 1e-6)[clear].all()
+
+
+def test_the_bound_of_a_picture_is_a_few_codes(noise):
+    _, bound, _ = expected_picture(noise, "z", matrix(noise, "superior"), SIZE)
+    assert bound.max() < 1.6 * ODD[0] / 255
+
+
+@pytest.mark.parametrize("view", SIX)
+def test_a_picture_is_upright_and_not_mirrored(tmp_path, view):
+    """One opaque voxel in a corner, and a faint one beside another: where they are is where the camera puts them."""
+    codes = np.zeros((4, 6, 8))
+    bright, dim = (0, 1, 2), (3, 4, 1)
+    codes[bright], codes[dim] = 255, 90
+    points = (
+        "{ value = 0.0, colour = [1.0, 1.0, 1.0], extinction_per_mm = 0.0 }, "
+        "{ value = 255.0, colour = [1.0, 1.0, 1.0], extinction_per_mm = 3.0 }"
+    )
+    package = slice_package(tmp_path, codes, (3.0, 2.0, 1.5), points=points)
+    box_from_clip = matrix(package, view)
+    with SliceRenderer(package) as renderer:
+        picture = renderer.render(box_from_clip, (96, 96))[..., 3]
+    clip_from_box = np.linalg.inv(box_from_clip)
+    for voxel in (bright, dim):
+        centre = (np.array(voxel[::-1]) + 0.5) * (1.5, 2.0, 3.0)
+        x, y, _, w = clip_from_box @ [*centre, 1.0]
+        i, j = round((1 - y / w) * 48 - 0.5), round((x / w + 1) * 48 - 0.5)
+        assert picture[i - 1 : i + 2, j - 1 : j + 2].min() > 0.5
+        # No other place is as bright as the first of them.
+        picture[max(0, i - 17) : i + 18, max(0, j - 17) : j + 18] = 0
+    assert picture.max() == 0
+
+
+def test_a_paletted_picture_is_the_picture_of_its_colours(tmp_path, noise):
+    codes = np.random.default_rng(3).integers(0, 256, ODD)
+    spacing = (2.5, 0.75, 1.0)
+    plain = slice_package(tmp_path / "rgba", codes, spacing, slices='form = "rgba"')
+    for axis in "xyz":
+        np.testing.assert_array_equal(stack_of(plain, axis), stack_of(noise, axis))
+    with SliceRenderer(plain) as one, SliceRenderer(noise) as other:
+        for view in (*SIX, "anterior-right"):
+            box_from_clip = matrix(noise, view)
+            np.testing.assert_array_equal(one.render(box_from_clip, SIZE), other.render(box_from_clip, SIZE))
+
+
+def test_a_short_palette_is_drawn_with_its_own_colours(tmp_path):
+    codes = np.random.default_rng(3).integers(0, 256, ODD)
+    package = slice_package(tmp_path, codes, (2.5, 0.75, 1.0), slices="palette_entries = 5")
+    assert len(np.unique(stack_of(package, "y").reshape(-1, 4), axis=0)) == 5
+    box_from_clip = matrix(package, "anterior")
+    with SliceRenderer(package) as renderer:
+        picture = renderer.render(box_from_clip, SIZE)
+    expected, bound, clear = expected_picture(package, "y", box_from_clip, SIZE)
+    assert (np.abs(picture - expected) <= bound + 1e-6)[clear].all()
+
+
+def test_slices_do_not_see_their_neighbours_in_the_texture(tmp_path):
+    """Every other slice is empty: at the edge of a full one nothing of an empty one may show, and the reverse."""
+    codes = np.zeros((6, 7, 8))
+    codes[::2] = 255
+    package = slice_package(tmp_path, codes, (1.0, 1.0, 1.0))
+    box_from_clip = matrix(package, "superior")
+    with SliceRenderer(package) as renderer:
+        picture = renderer.render(box_from_clip, (200, 200))
+    seen = picture[..., 3][picture[..., 3] > 0]
+    assert np.ptp(seen) == 0
+    assert (picture[..., 3] > 0).sum() > 2000
+
+
+def test_one_voxel_is_a_square(tmp_path):
+    package = slice_package(tmp_path, np.full((1, 1, 1), 255), (1.0, 1.0, 1.0))
+    with SliceRenderer(package) as renderer:
+        picture = renderer.render(matrix(package, "left"), SIZE)
+    assert len(np.unique(picture[picture[..., 3] > 0][:, 3])) == 1
+
+
+def test_slices_are_sorted_by_their_distance_from_the_eye_on_both_sides_of_it(noise):
+    grid = noise.manifest.levels[0].grid
+    centres = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    for projection in ("orthographic", "perspective"):
+        camera = view_from(grid, (1e3, 20.0, 5.0), projection)
+        inward = camera.box_from_clip(grid, 1.0)
+        # The source has no direction of its own: box and patient have the same axes, and the eye is at large x.
+        assert list(_back_to_front(centres, inward, 0)) == [0, 1, 2, 3, 4]
+        camera = view_from(grid, (-1e3, 20.0, 5.0), projection)
+        assert list(_back_to_front(centres, camera.box_from_clip(grid, 1.0), 0)) == [4, 3, 2, 1, 0]
+    inside = np.add(grid.corner_mm_xyz, (2.9, 3.0, 3.0))
+    between = view_from(grid, tuple(inside), "perspective").box_from_clip(grid, 1.0)
+    assert list(_back_to_front(centres, between, 0)) == [4, 0, 3, 1, 2]
+
+
+def test_a_perspective_of_a_stack_in_front_shows_the_nearest_slice(tmp_path):
+    codes = np.zeros((1, 9, 9))
+    codes[:, 0], codes[:, 8] = 255, 100
+    points = (
+        "{ value = 0.0, colour = [0.0, 1.0, 0.0], extinction_per_mm = 0.0 }, "
+        "{ value = 100.0, colour = [0.0, 1.0, 0.0], extinction_per_mm = 9.0 }, "
+        "{ value = 255.0, colour = [1.0, 0.0, 0.0], extinction_per_mm = 9.0 }"
+    )
+    package = slice_package(tmp_path, codes, (9.0, 1.0, 1.0), points=points, projection="perspective")
+    grid = package.manifest.levels[0].grid
+    views = standard_views(grid, "perspective")
+    with SliceRenderer(package) as renderer:
+        matrices = [views[view].box_from_clip(grid, 1.0) for view in ("anterior", "posterior")]
+        front, back = (renderer.render(each, SIZE)[30, 30, :3] for each in matrices)
+    np.testing.assert_allclose(front, (1, 0, 0), atol=0.02)
+    np.testing.assert_allclose(back, (0, 1, 0), atol=0.02)
+
+
+def test_the_stack_that_faces_the_viewer_is_drawn(noise):
+    with SliceRenderer(noise) as renderer:
+        found = {view: renderer.facing(matrix(noise, view))[0] for view in SIX}
+    assert found == dict(zip(SIX, "xxyyzz", strict=True))
+
+
+def test_what_slices_cannot_do_is_said(noise):
+    with pytest.raises(VolprepError, match="VP5018"):
+        renderer_of(noise, level=7)
+    with pytest.raises(VolprepError, match="VP5018"):
+        renderer_of(noise, point=0)
+    with pytest.raises(VolprepError, match="VP5018"):
+        renderer_of(noise, transfer="nobody")
+    with renderer_of(noise) as renderer, pytest.raises(VolprepError, match="VP5019"):
+        renderer.render(matrix(noise, "left"), SIZE, 0.5)
+
+
+def test_nothing_is_left_in_the_context(noise):
+    with SliceRenderer(noise) as renderer:
+        renderer.render(matrix(noise, "left"), SIZE)
+        renderer.render(matrix(noise, "left"), (20, 30))
+        assert renderer._gl.live["framebuffer"] == 1
+    assert not any(renderer._gl.live.values())
