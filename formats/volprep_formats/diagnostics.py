@@ -585,11 +585,6 @@ CATALOGUE: dict[str, Diagnostic] = {
         "normals of code {coded} need textures of format {needed}; profile {profile} has {known}",
         "Choose another normals.code, or leave normals.magnitude out.",
     ),
-    "VP3051": Diagnostic(
-        ExitStatus.SCENE,
-        "normals are 3D textures, and profile {profile} has none",
-        "Leave [normals] and render.lighting out, or choose a profile with 3D textures.",
-    ),
     "VP3060": Diagnostic(
         ExitStatus.SCENE,
         "stacks of slices and the rest of the scene do not go together: {problem}",

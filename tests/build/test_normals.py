@@ -12,6 +12,8 @@ from volprep import slabs
 from volprep.build import build
 from volprep.normals.codes import decoded
 from volprep.normals.gradient import gradients
+from volprep.render.camera import standard_views
+from volprep.render.renderer import Renderer
 from volprep.request import load_request
 from volprep.scene import NormalSettings
 from volprep.validation.run import validate
@@ -83,9 +85,83 @@ def test_there_is_no_true_picture_of_a_lit_package(lit, tmp_path):
         validate(lit, tmp_path / "report", Silent())
 
 
-def test_a_profile_without_3d_textures_has_no_normals(tmp_path):
-    with pytest.raises(VolprepError, match="VP3051 normals are 3D textures, and profile gles2-2048 has none"):
-        built(tmp_path, "[normals]", "gles2-2048")
+def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
+    package = Package.open(built(tmp_path, '[render]\nlighting = "headlight"\n', "gles2-2048"))
+    manifest = package.manifest
+    assert check(package.path) == []
+    held = [texture for texture in manifest.textures if texture.role == "normals"]
+    assert [texture.level for texture in held] == [level.index for level in manifest.levels]
+    assert len(held) > 1
+    for texture, level in zip(held, manifest.levels, strict=True):
+        depth, height, width = level.grid.shape_zyx
+        assert (texture.mosaic.slices, *texture.mosaic.tile_shape_yx) == (depth, height, width)
+        assert (texture.gl.target, texture.gl.format, texture.mosaic.components) == ("TEXTURE_2D", "RGB", 3)
+    assert set(item(package, "normals").files) == {texture.file for texture in held}
+    assert "as a mosaic of" in item(package, "normals").reason
+    for level in manifest.levels:
+        with Renderer(package, level=level.index) as renderer:
+            view = standard_views(manifest.grid)["anterior"].box_from_clip(manifest.grid, 1.0)
+            assert renderer.render(view, (32, 32)).max() > 0
+
+
+def test_normals_take_memory_of_mosaics(tmp_path):
+    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    (tmp_path / "small.toml").write_text(text.replace("67_108_864", "60_000"), encoding="utf-8")
+    plain = Package.open(built(tmp_path, "", "small.toml")).manifest
+    lit = built(tmp_path, '[render]\nlighting = "headlight"\n', "small.toml")
+    # Of the 28 kB of level 0 three times more do not fit; its half does.
+    assert (plain.levels[0].index, Package.open(lit).manifest.levels[0].index) == (0, 1)
+    assert check(lit) == []
+
+
+def test_normals_take_texture_units_of_mosaics(tmp_path):
+    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    (tmp_path / "few.toml").write_text(text.replace("units = 8", "units = 2"), encoding="utf-8")
+    built(tmp_path, "", "few.toml")
+    with pytest.raises(VolprepError, match=r"VP3022 .* its normals: the volume and its table take the 2 texture units"):
+        built(tmp_path, "[normals]\n", "few.toml")
+
+
+def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
+    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    (tmp_path / "few.toml").write_text(text.replace("units = 8", "units = 3"), encoding="utf-8")
+    tables = '[skip]\nkind = "distance"\n'
+    plain = Package.open(built(tmp_path, tables, "few.toml"))
+    assert item(plain, "skip table core").kept
+    lit = Package.open(built(tmp_path, f'[render]\nlighting = "headlight"\n{tables}', "few.toml"))
+    assert not item(lit, "skip table core").kept
+    assert "leave no texture unit" in item(lit, "skip table core").reason
+
+
+def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeypatch):
+    wanted = "[normals]\nmagnitude = true\n"
+    (tmp_path / "again").mkdir()
+    whole = Package.open(built(tmp_path, wanted, "gles2-2048"))
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
+    again = Package.open(built(tmp_path / "again", wanted, "gles2-2048"))
+    held = [texture for texture in whole.manifest.textures if texture.role == "normals"]
+    assert len(held) > 1
+    for texture in held:
+        assert whole.read_bytes(texture.file) == again.read_bytes(texture.file)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("but has a mosaic with a gutter, or of other components", lambda m: m["mosaic"].update(gutter=1)),
+        ("its mosaic holds 8 slices", lambda m: m["mosaic"].update(slices=8)),
+        ("reads normals in another form than raycast_mosaic", lambda m: m.pop("mosaic")),
+        ("needs the parts 0 to 1, once each", lambda m: m["mosaic"].update(textures=2)),
+        ("does not sample each part of its normals once", lambda m: m["mosaic"].update(textures=2)),
+    ],
+)
+def test_a_mosaic_of_normals_that_contradicts_itself_is_found(tmp_path, name, change):
+    package = built(tmp_path, '[render]\nlighting = "headlight"\n', "gles2-2048")
+    manifest = json.loads((package / "manifest.json").read_text(encoding="utf-8"))
+    change(texture_of(manifest, "normals"))
+    (package / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    found = [finding.summary for finding in check(package) if finding.code == "VP4011"]
+    assert any(name in summary for summary in found), found
 
 
 def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
@@ -194,7 +270,7 @@ CHANGES = {
     "not among the levels": lambda m: texture_of(m, "normals").update(level=9),
     "two textures hold the normals": lambda m: texture_of(m, "normals", 1).update(level=0),
     "has lighting none, and normals": lambda m: m["programs"][0].pop("lighting"),
-    "has a transfer function or a mosaic": lambda m: texture_of(m, "normals").update(transfer="shell"),
+    "has a transfer function": lambda m: texture_of(m, "normals").update(transfer="shell"),
 }
 
 

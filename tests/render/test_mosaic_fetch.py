@@ -7,7 +7,7 @@ import pytest
 from fetch import trilinear
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from mosaic_probe import fetch_text, mosaic_probe
+from mosaic_probe import fetch_text, mosaic_probe, planes, tolerance
 
 from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.render.egl import Context
@@ -44,24 +44,6 @@ def surface():
     """One context for all examples: making one takes longer than drawing."""
     with drawing((SIZE, SIZE)) as made:
         yield made
-
-
-def tolerance(layout, driver):
-    """Largest error of a stored value that float32 positions and the driver's filter explain; see test_fetch.py."""
-    rounding = 3 * 8 * max(*layout.texture_shape_yx, layout.slices) * 2.0**-24
-    return rounding if "llvmpipe" in driver.renderer else rounding + 2 * 2.0**-9
-
-
-def planes(extent_xyz, rng):
-    """Corner, right and up of planes: two through the inside, all six faces, and the diagonal."""
-    for _ in range(2):
-        corner, right, up = rng.random((3, 3)) * extent_xyz
-        yield corner, right - corner, up - corner
-    for axis in range(3):
-        first, second = np.delete(np.diag(extent_xyz), axis, axis=0)
-        yield np.zeros(3), first, second
-        yield np.eye(3)[axis] * extent_xyz, first, second
-    yield np.zeros(3), extent_xyz * [1, 1, 0], extent_xyz * [0, 0, 1]
 
 
 def truth(volume, positions):

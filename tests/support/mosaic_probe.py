@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from volprep.mosaic import pack_mosaic
 from volprep.render.compose import compose
+from volprep.render.egl import Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.render.techniques import raycast_mosaic
 from volprep_formats.package.manifest import GlFormat, MosaicLayout, Texture
@@ -24,6 +25,24 @@ def fetch_text(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float])
     composed = compose(sampling.parts["sampling"], sampling.dialect, sampling.parts, sampling.constants)
     head, _, rest = composed.partition("\n")
     return f"{head}\nprecision highp float;\nvarying vec4 v_near;\n{rest}"
+
+
+def tolerance(layout: MosaicLayout, driver: Driver) -> float:
+    """Largest error of a stored value that float32 positions and the driver's filter explain (test_fetch.py)."""
+    rounding = 3 * 8 * max(*layout.texture_shape_yx, layout.slices) * 2.0**-24
+    return rounding if "llvmpipe" in driver.renderer else rounding + 2 * 2.0**-9
+
+
+def planes(extent_xyz: Array, rng: np.random.Generator) -> Iterator[tuple[Array, Array, Array]]:
+    """Corner, right and up of planes: two through the inside, all six faces, and the diagonal."""
+    for _ in range(2):
+        corner, right, up = rng.random((3, 3)) * extent_xyz
+        yield corner, right - corner, up - corner
+    for axis in range(3):
+        first, second = np.delete(np.diag(extent_xyz), axis, axis=0)
+        yield np.zeros(3), first, second
+        yield np.eye(3)[axis] * extent_xyz, first, second
+    yield np.zeros(3), extent_xyz * [1, 1, 0], extent_xyz * [0, 0, 1]
 
 
 class MosaicProbe:

@@ -103,7 +103,8 @@ def tiny_package(
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
     skipping = () if skip is None else (skip_stage.STAGE,)
     lit = tuple(program.model_copy(update={"lighting": lighting}) for program in plan.programs)
-    plan = plan.model_copy(update={"normals": plan_normals(normals, profile, plan.levels, Beside(1, 0)), "programs": lit})
+    planned = plan_normals(normals, profile, plan.levels, Beside(1, 0))
+    plan = plan.model_copy(update={"normals": planned, "programs": lit})
     vectors = () if normals is None else (normals_stage.STAGE,)
     if proxy is not None:
         plan = plan.model_copy(update={"proxy": _proxy_plan(plan, proxy)})

@@ -20,7 +20,7 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
 
-_Named = TypeVar("_Named", BlockRangesPlan, NormalTexturePlan)
+_Parts = TypeVar("_Parts", VolumePlan, NormalTexturePlan)
 _OF_ALL = frozenset(("preview", "empty border", "early ray termination"))
 
 
@@ -66,7 +66,7 @@ def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]]) -> Crop
 
 def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
     """Give the plan of a channel names of its own for what does not belong to a transfer function."""
-    volumes = tuple(_volume(volume, channel) for volume in plan.volumes)
+    volumes = tuple(_parts_of_channel(volume, channel) for volume in plan.volumes)
     changes: dict[str, object] = {"channel": channel, "volumes": volumes, "stages": stages}
     before: list[str] = [file for volume in plan.volumes for file in volume.files]
     after: list[str] = [file for volume in volumes for file in volume.files]
@@ -76,10 +76,10 @@ def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
         before += [each.file for each in plan.skip.ranges]
         after += [each.file for each in ranges]
     if plan.normals is not None:
-        textures = tuple(_of_channel(each, channel) for each in plan.normals.textures)
+        textures = tuple(_parts_of_channel(each, channel) for each in plan.normals.textures)
         changes["normals"] = plan.normals.model_copy(update={"textures": textures})
-        before += [each.file for each in plan.normals.textures]
-        after += [each.file for each in textures]
+        before += [file for each in plan.normals.textures for file in each.files]
+        after += [file for each in textures for file in each.files]
     files = dict(zip(before, after, strict=True))
     changes["items"] = tuple(
         item.model_copy(update={"files": tuple(files.get(path, path) for path in item.files)}) for item in plan.items
@@ -87,13 +87,13 @@ def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
     return plan.model_copy(update=changes)
 
 
-def _volume(volume: VolumePlan, channel: str) -> VolumePlan:
-    names = tuple(f"{name}-{channel}" for name in volume.names)
-    files = tuple(_file(file, channel) for file in volume.files)
-    return volume.model_copy(update={"names": names, "files": files})
+def _parts_of_channel(textures: _Parts, channel: str) -> _Parts:
+    names = tuple(f"{name}-{channel}" for name in textures.names)
+    files = tuple(_file(file, channel) for file in textures.files)
+    return textures.model_copy(update={"names": names, "files": files})
 
 
-def _of_channel(texture: _Named, channel: str) -> _Named:
+def _of_channel(texture: BlockRangesPlan, channel: str) -> BlockRangesPlan:
     return texture.model_copy(update={"name": f"{texture.name}-{channel}", "file": _file(texture.file, channel)})
 
 

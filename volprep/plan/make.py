@@ -62,8 +62,8 @@ def make_plan(
     """Decide everything that the stages need to know; for one of several channels, with what they have in common.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 and
-    VP3051 for normals that it cannot hold, VP3060 for slices with what needs shaders, or without need.
+    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 for
+    normals that it cannot hold, VP3060 for slices with what needs shaders, or without need.
     """
     if profile.api == API:
         return plan_of_slices(scene, profile, info, measured)
@@ -78,18 +78,19 @@ def make_plan(
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
     wanted = wanted_normals(scene)
+    with_normals = [beside_level(beside, level, wanted, profile) for level in candidates]
     fits = [
-        fit_level(level, bits, profile, beside_level(beside, level, wanted, profile), scene.mosaic)
-        for level in candidates
+        others if isinstance(others, Misfit) else fit_level(level, bits, profile, others, scene.mosaic)
+        for level, others in zip(candidates, with_normals, strict=True)
     ]
     levels, volumes = _kept(candidates, fits, profile)
-    normals = plan_normals(wanted, profile, volumes)
+    normals = plan_normals(wanted, profile, levels, beside)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
     step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
     step_mm = common.step_mm or step_mm if common else step_mm
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
-    found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured)
+    found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals)
     skip = plan_skip(scene.skip, functions, found)
     programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
     proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None

@@ -8,6 +8,7 @@ from volprep.plan.room import FOUR_CHANNELS, ONE_CHANNEL, Beside, Misfit, first_
 from volprep.scene import MosaicSettings
 from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
 MOST_TEXTURES = 8
 """Textures that one mosaic may take: the units that OpenGL ES 2.0 guarantees."""
@@ -36,6 +37,21 @@ def as_mosaic(
     return misfit
 
 
+def as_compressed_mosaic(
+    level: LevelPlan, texel: CompressedFormat, profile: DeviceProfile, beside: Beside, gutter: int
+) -> VolumePlan | Misfit:
+    """Lay a level out as a compressed mosaic whose tiles begin with blocks of their own, or say why it cannot be one."""
+    block = BLOCKS[texel]
+    textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
+    packing = Packing(4 if block.channels == 4 else 1, "interleaved", gutter, block.size)
+    room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
+    layout = fit_mosaic(level.shape_zyx, packing, room)
+    if layout is None:
+        return no_room(level, packing, room)
+    volume = _plan(level, texel, layout)
+    return too_large(volume, profile, beside) or volume
+
+
 def fetches(volume: VolumePlan) -> float:
     """Texture fetches of a sample, on average, times the textures among which each has to choose.
 
@@ -59,7 +75,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
     layout = fit_mosaic(level.shape_zyx, packing, room)
     if layout is None:
-        return _no_room(level, packing, room)
+        return no_room(level, packing, room)
     volume = _plan(level, texel, layout)
     return too_large(volume, profile, beside) or volume
 
@@ -98,7 +114,13 @@ def describe_mosaic(layout: MosaicLayout, profile: DeviceProfile, wanted: Mosaic
         yield PlanItem(name="overlapping slices", kept=overlaps, reason=reason)
 
 
-def _no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:
+def part_names(name: str, textures: int) -> tuple[str, ...]:
+    """Name the textures of a mosaic: the name itself if there is one."""
+    return (name,) if textures == 1 else tuple(f"{name}-{part}" for part in range(textures))
+
+
+def no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:
+    """Say why a level fits no mosaic of this room."""
     depth, height, width = level.shape_zyx
     most = most_slices((height, width), packing, room)
     where = "a mosaic" if room.textures == 1 else f"a mosaic in {room.textures} textures"
@@ -109,8 +131,7 @@ def _no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:
 
 
 def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout) -> VolumePlan:
-    name = f"mosaic-{level.index}"
-    names = (name,) if layout.textures == 1 else tuple(f"{name}-{part}" for part in range(layout.textures))
+    names = part_names(f"mosaic-{level.index}", layout.textures)
     return VolumePlan(
         level=level.index,
         names=names,

@@ -1,14 +1,21 @@
-"""Normals: which textures hold them, in which format, and how much room they take beside the volume."""
+"""Normals: which textures hold them, in which format, and how much room they take beside the volume.
+
+Without 3D textures they are mosaics of one slice in a texel, with the components side by side: what was filtered across
+an edge of a tile would be a wrong normal, so that positions are clamped as in mosaics of values, without gutters.
+"""
 
 import math
 from collections.abc import Iterator
 
-from volprep.plan.records import LevelPlan, NormalsPlan, NormalTexturePlan, VolumePlan
-from volprep.plan.room import Beside, first_of
-from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.normals.codes import DIRECTION_BYTES
+from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
+from volprep.plan.records import LevelPlan, NormalsPlan, NormalTexturePlan
+from volprep.plan.room import Beside, Misfit, first_of
+from volprep.render.gl_formats import size_bytes
 from volprep.scene import NormalSettings, Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.manifest import MosaicLayout, PlanItem
 from volprep_formats.package.normals import NormalCode
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
@@ -34,9 +41,7 @@ def wanted_normals(scene: Scene) -> NormalSettings | None:
 
 
 def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
-    """Format of a texel. Raises VP3050 where the profile has none, VP3051 where it has no 3D textures."""
-    if profile.max_3d_texture_size == 0:
-        raise VolprepError("VP3051", profile=profile.name)
+    """Format of a texel. Raises VP3050 where the profile has none."""
     formats = _FORMATS[settings.code][settings.magnitude]
     texel = first_of(formats, profile)
     if texel is None:
@@ -50,21 +55,59 @@ def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFo
     return texel
 
 
-def beside_level(beside: Beside, level: LevelPlan, settings: NormalSettings | None, profile: DeviceProfile) -> Beside:
-    """Add the normals of a level to what is sampled beside its volume."""
+def beside_level(
+    beside: Beside, level: LevelPlan, settings: NormalSettings | None, profile: DeviceProfile
+) -> Beside | Misfit:
+    """Add the normals of a level to what is sampled beside its volume, or say why they do not fit."""
     if settings is None:
         return beside
-    size = math.prod(level.shape_zyx) * BYTES_PER_TEXEL[normal_format(settings, profile)]
-    return Beside(units=beside.units + 1, bytes=beside.bytes + size)
+    fit = _fitted(level, settings, profile, beside)
+    if isinstance(fit, Misfit):
+        return Misfit(f"its normals: {fit.reason}")
+    size = _size_bytes(fit, normal_format(settings, profile))
+    return Beside(units=beside.units + len(fit.files), bytes=beside.bytes + size)
+
+
+def _fitted(
+    level: LevelPlan, settings: NormalSettings, profile: DeviceProfile, beside: Beside
+) -> NormalTexturePlan | Misfit:
+    """Lay out the normals of a level as a 3D texture, or as a mosaic that leaves the volume a texture unit."""
+    name = f"normals-{level.index}"
+    if profile.max_3d_texture_size:
+        return _texture(level, (name,), None)
+    units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
+    if units < 1:
+        return Misfit(f"the volume and its table take the {profile.texture_units} texture units")
+    room = Room(profile.max_texture_size, units, profile.npot, profile.square)
+    packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
+    layout = fit_mosaic(level.shape_zyx, packing, room)
+    if layout is None:
+        return no_room(level, packing, room)
+    return _texture(level, part_names(name, layout.textures), layout)
+
+
+def _texture(level: LevelPlan, names: tuple[str, ...], layout: MosaicLayout | None) -> NormalTexturePlan:
+    return NormalTexturePlan(
+        level=level.index,
+        names=names,
+        files=tuple(f"textures/{name}.ktx2" for name in names),
+        shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
+        mosaic=layout,
+    )
+
+
+def _size_bytes(texture: NormalTexturePlan, texel: TextureFormat) -> int:
+    return size_bytes(texel, texture.shape_zyx) * len(texture.files)
 
 
 def plan_normals(
-    settings: NormalSettings | None, profile: DeviceProfile, volumes: tuple[VolumePlan, ...]
+    settings: NormalSettings | None, profile: DeviceProfile, levels: tuple[LevelPlan, ...], beside: Beside
 ) -> NormalsPlan | None:
-    """Decide the textures: one for each level that the package holds."""
+    """Decide the textures of each level that the package holds, of which `beside_level` has found that they fit."""
     if settings is None:
         return None
     texel = normal_format(settings, profile)
+    fits = [_fitted(level, settings, profile, beside) for level in levels]
     return NormalsPlan(
         kernel=settings.kernel,
         code=settings.code,
@@ -72,15 +115,7 @@ def plan_normals(
         magnitude=settings.magnitude,
         format=texel,
         filter="linear" if settings.code in {"biased8", "snorm8"} else "nearest",
-        textures=tuple(
-            NormalTexturePlan(
-                level=volume.level,
-                name=f"normals-{volume.level}",
-                file=f"textures/normals-{volume.level}.ktx2",
-                shape_zyx=volume.shape_zyx,
-            )
-            for volume in volumes
-        ),
+        textures=tuple(fit for fit in fits if isinstance(fit, NormalTexturePlan)),
     )
 
 
@@ -98,14 +133,16 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
     use = "no shader reads them: the scene wants them as data"
     if scene.render.lighting != "none":
         use = f"for lighting by a {scene.render.lighting}"
+    layout = normals.textures[0].mosaic
+    form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"
     axes = "the volume's axes, as shaders have positions" if normals.space == "box" else "the patient's axes"
     yield PlanItem(
         name="normals",
         kept=True,
         reason=f"{use}; {normals.kernel} differences ({_WHY[normals.kernel]}), code {normals.code} as "
-        f"{normals.format}, along {axes}",
-        files=tuple(texture.file for texture in normals.textures),
-        size_bytes=voxels * BYTES_PER_TEXEL[normals.format],
+        f"{normals.format}{form}, along {axes}",
+        files=tuple(file for texture in normals.textures for file in texture.files),
+        size_bytes=sum(_size_bytes(texture, normals.format) for texture in normals.textures),
     )
     yield PlanItem(
         name="lengths of gradients",

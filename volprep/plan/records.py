@@ -175,16 +175,18 @@ class SkipPlan(Record):
 
 
 class NormalTexturePlan(Record):
-    """The normals of one level."""
+    """The normals of one level: its texture, or the textures of its mosaic."""
 
     level: int
     """Level."""
-    name: str
-    """Name of the texture."""
-    file: PackagePath
-    """Its KTX 2 file."""
+    names: tuple[str, ...]
+    """Name of each texture: one, unless a mosaic takes several."""
+    files: tuple[PackagePath, ...]
+    """The KTX 2 file of each."""
     shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width in texels."""
+    """Depth, height and width of each in texels; depth is 1 for a mosaic."""
+    mosaic: MosaicLayout | None
+    """Layout of the slices where they are a mosaic; none where they are a 3D texture."""
 
 
 class NormalsPlan(Record):

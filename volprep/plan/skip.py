@@ -12,9 +12,18 @@ import numpy as np
 
 from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.plan.levels import by
-from volprep.plan.records import BlockRangesPlan, CropPlan, LevelPlan, QuantizePlan, SkipPlan, SkipTablePlan, VolumePlan
+from volprep.plan.records import (
+    BlockRangesPlan,
+    CropPlan,
+    LevelPlan,
+    NormalsPlan,
+    QuantizePlan,
+    SkipPlan,
+    SkipTablePlan,
+    VolumePlan,
+)
 from volprep.plan.room import ONE_CHANNEL, first_of, texture_bytes
-from volprep.render.gl_formats import BYTES_PER_TEXEL
+from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
 from volprep.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
 from volprep.skip.ranges import BlockRanges, Triple, blocks_along
@@ -58,6 +67,8 @@ class Found:
     """Their textures."""
     measured: Measured
     """What was measured."""
+    normals: NormalsPlan | None = None
+    """Their normals."""
 
 
 def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
@@ -138,12 +149,21 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
         size = math.prod(shape)
         if _layout(shape, profile) is None:
             return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
+        units, beside_bytes = _normals_of(level, found.normals)
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
-        if texture_bytes(volume) + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
+        if texture_bytes(volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
             return f"beside level {level.index} there is no room for a table of {size} bytes"
-        if len(volume.files) + 2 > profile.texture_units:
-            return f"{len(volume.files)} textures of level {level.index} leave no texture unit for it"
+        if len(volume.files) + units + 2 > profile.texture_units:
+            return f"{len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
     return None
+
+
+def _normals_of(level: LevelPlan, normals: NormalsPlan | None) -> tuple[int, int]:
+    """Texture units and bytes that the normals of a level take."""
+    if normals is None:
+        return 0, 0
+    texture = next(each for each in normals.textures if each.level == level.index)
+    return len(texture.files), len(texture.files) * size_bytes(normals.format, texture.shape_zyx)
 
 
 def describe_skip(

@@ -4,15 +4,17 @@ Coarse normals are made from the fine gradients, not from coarse values: their m
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep.mosaic import pack_mosaic
 from volprep.normals.codes import DIRECTION_BYTES, LARGEST_LENGTH
 from volprep.normals.gradient import direction_matrix, length_scale
-from volprep.plan import NormalsPlan, NormalTexturePlan, Plan
+from volprep.plan import LevelPlan, NormalsPlan, NormalTexturePlan, Plan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
@@ -37,7 +39,8 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
     encoder = _Encoder(plan, normals, source, progress)
     for texture in normals.textures:
-        draft.write(texture.file, "texture", encoder.file(texture))
+        for part, path in enumerate(texture.files):
+            draft.write(path, "texture", encoder.file(texture, part))
     meaning = Normals(
         kernel=normals.kernel,
         code=normals.code,
@@ -46,16 +49,19 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     )
     textures = tuple(
         Texture(
-            name=texture.name,
+            name=name,
             role="normals",
-            file=texture.file,
+            file=path,
+            part=part,
             shape_zyx=texture.shape_zyx,
-            gl=gl_format(normals.format, "TEXTURE_3D", plan.profile.api),
+            gl=gl_format(normals.format, "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D", plan.profile.api),
             level=texture.level,
+            mosaic=texture.mosaic,
             filter=normals.filter,
             normals=meaning,
         )
         for texture in normals.textures
+        for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True))
     )
     return {"textures": with_textures(draft.manifest, textures)}
 
@@ -75,38 +81,58 @@ class _Encoder:
         self.largest_gradient = self._longest * length_scale(plan.grid, normals.kernel, physical_per_code)
         """Longest gradient of level 0, in physical units per millimetre: none of a coarser level is longer."""
 
-    def file(self, texture: NormalTexturePlan) -> Iterator[bytes | memoryview]:
-        """Give the KTX 2 file of a level in pieces."""
-        yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 3)
-        factors = self._plan.level(texture.level).factors_zyx
-        for slab, halo in self._slabs(factors[0]):
-            yield bytes_of(self._codes(slab, halo, factors))
+    def file(self, texture: NormalTexturePlan, part: int) -> Iterator[bytes | memoryview]:
+        """Give a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
+        level = self._plan.level(texture.level)
+        if texture.mosaic is None:
+            yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 3)
+            factor = level.factors_zyx[0]
+            depth, slice_bytes = self._source.shape_zyx[0], self._source.slice_bytes
+            for z0, z1 in slab_ranges(depth, slice_bytes, multiple=factor):
+                yield bytes_of(self._codes(level, z0 // factor, -(-z1 // factor)))
+            return
+        yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 2)
+        for strip in pack_mosaic(partial(self._codes, level), texture.mosaic, part):
+            yield bytes_of(strip)
 
-    def _codes(self, slab: NDArray[Any], halo: tuple[bool, bool], factors: tuple[int, int, int]) -> NDArray[np.uint8]:
+    def _codes(self, level: LevelPlan, z0: int, z1: int) -> NDArray[np.uint8]:
+        """Encode slices z0 to z1 - 1 of a level as [z, y, x, byte]."""
+        _, height, width = level.shape_zyx
+        channels = DIRECTION_BYTES[self._normals.code] + self._normals.magnitude
+        codes = np.empty((z1 - z0, height, width, channels), np.uint8)
+        factor = level.factors_zyx[0]
+        begin, end = z0 * factor, min(z1 * factor, self._source.shape_zyx[0])
+        for first, last in slab_ranges(end - begin, self._source.slice_bytes, multiple=factor):
+            slab, halo = self._slab(begin + first, begin + last)
+            self._encode(slab, halo, level.factors_zyx, codes[first // factor : -(-last // factor)])
+        return codes
+
+    def _encode(
+        self,
+        slab: NDArray[Any],
+        halo: tuple[bool, bool],
+        factors: tuple[int, int, int],
+        codes: NDArray[np.uint8],
+    ) -> None:
         normals = self._normals
-        inner = (slab.shape[0] - sum(halo), *slab.shape[1:])
-        shape = tuple(-(-n // factor) for n, factor in zip(inner, factors, strict=True))
-        codes = np.empty((*shape, DIRECTION_BYTES[normals.code] + normals.magnitude), np.uint8)
         # A volume of one value has no length to scale by, and every code of a length is 0.
         per_length = LARGEST_LENGTH[normals.code] / (self._longest or 1.0) if normals.magnitude else 0.0
         if factors == (1, 1, 1):
             _native.normals(slab, normals.kernel, halo, self._matrix, normals.code, per_length, codes)
         else:
             _native.coarse_normals(slab, normals.kernel, halo, factors, self._matrix, normals.code, per_length, codes)
-        return codes
 
     def _longest_vector(self) -> float:
-        return max(
-            _native.largest_gradient(slab, self._normals.kernel, halo, self._matrix) for slab, halo in self._slabs(1)
-        )
+        ranges = slab_ranges(self._source.shape_zyx[0], self._source.slice_bytes)
+        slabs = (self._slab(z0, z1) for z0, z1 in ranges)
+        return max(_native.largest_gradient(slab, self._normals.kernel, halo, self._matrix) for slab, halo in slabs)
 
-    def _slabs(self, multiple: int) -> Iterator[tuple[NDArray[Any], tuple[bool, bool]]]:
-        """Slabs of whole blocks with their neighbours' next slices, and which of these there are."""
-        depth = self._source.shape_zyx[0]
-        for z0, z1 in slab_ranges(depth, self._source.slice_bytes, multiple=multiple):
-            halo = (z0 > 0, z1 < depth)
-            yield self._source.read_slab(z0 - halo[0], z1 + halo[1]), halo
-            self._progress.advance(z1 - z0)
+    def _slab(self, z0: int, z1: int) -> tuple[NDArray[Any], tuple[bool, bool]]:
+        """Slices of level 0 with their neighbours' next slices, and which of these there are."""
+        halo = (z0 > 0, z1 < self._source.shape_zyx[0])
+        slab = self._source.read_slab(z0 - halo[0], z1 + halo[1])
+        self._progress.advance(z1 - z0)
+        return slab, halo
 
 
 STAGE = Stage(name="normals", reads=("quantize",), settings=_settings, run=_run)

@@ -74,7 +74,7 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     if plan.slices is not None:
         shapes |= {each.file: (1, *each.shape_yx) for stack in plan.slices.stacks for each in stack.textures}
     if plan.normals is not None:
-        shapes |= {texture.file: texture.shape_zyx for texture in plan.normals.textures}
+        shapes |= {path: texture.shape_zyx for texture in plan.normals.textures for path in texture.files}
     return shapes
 
 

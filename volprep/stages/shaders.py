@@ -88,7 +88,7 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
     skips = whole_levels and any(each.transfer == program.transfer for each in _skip_tables(plan))
     additions = Additions(
         skipping_of(manifest, program.transfer, program.levels[0], program.classification) if skips else None,
-        _lighting(draft, program),
+        _lighting(draft, plan, program),
         Entry((x, y, z), min(plan.grid.spacing_mm_zyx)) if program.vertex == PROXY_VERTEX else None,
     )
     return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
@@ -98,10 +98,12 @@ def _skip_tables(plan: Plan) -> tuple[SkipTablePlan, ...]:
     return () if plan.skip is None else plan.skip.tables
 
 
-def _lighting(draft: Draft, program: ProgramPlan) -> Lighting | None:
-    if program.lighting == "none":
+def _lighting(draft: Draft, plan: Plan, program: ProgramPlan) -> Lighting | None:
+    if program.lighting == "none" or plan.normals is None:
         return None
-    return headlight(next(each for each in draft.manifest.textures if each.role == "normals"))
+    # The program of 3D textures draws all levels: the code of normals, which its text holds, is the same for all.
+    planned = next(each for each in plan.normals.textures if each.level == program.levels[0])
+    return headlight(next(each for each in draft.manifest.textures if each.name == planned.names[0]))
 
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:

@@ -124,7 +124,8 @@ def ray_caster(
         samplers=(
             *sampling.samplers,
             *classification.samplers,
-            *(each.sampler for each in (skipping, lighting) if each),
+            *((skipping.sampler,) if skipping else ()),
+            *(lighting.samplers if lighting else ()),
         ),
         step_mm_min=step_mm_min,
     )
