@@ -22,6 +22,8 @@ from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
+from .bench_proxy import contests as proxy_contests
+from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
@@ -38,7 +40,7 @@ def main() -> None:
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
     outcomes = []
-    for contest in chain(contests(), mosaic_contests(), skip_contests(), transfer_contests()):
+    for contest in chain(contests(), mosaic_contests(), skip_contests(), proxy_contests(), transfer_contests()):
         console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
         outcomes.append(hold(contest))
     machine = {
@@ -66,6 +68,8 @@ def main() -> None:
         console.print(table)
     skipping = measure_skip(console)
     console.print(skip_rows_table(skipping))
+    meshes = measure_proxy(console)
+    console.print(proxy_rows_table(meshes))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -74,6 +78,7 @@ def main() -> None:
         "import": [asdict(row) for row in imports],
         "decode": [asdict(row) for row in decodes],
         "skipping": [asdict(row) for row in skipping],
+        "proxy": [asdict(row) for row in meshes],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
         "pyramid": [asdict(row) for row in pyramid],
