@@ -108,6 +108,22 @@ def test_a_linear_filter_is_that_of_the_twin_bit_by_bit_on_any_number_of_threads
         assert same_values(level, expected), name
 
 
+def test_the_ringing_of_an_edge_is_limited_by_voxels_far_from_the_cell():
+    # Beside the edge the sums leave the range of the voxels at the centre of the support, on which the kernel looks
+    # first, and that of the whole support is what counts.
+    z, y, x = np.indices((26, 31, 33))
+    for dtype in VOXEL_TYPES:
+        src = np.where(x + y // 2 + z // 3 < 27, 60, 160).astype(dtype)
+        taps = [weights("lanczos3", 2)] * 3
+        level = level_of(src, (2, 2, 2))
+        _native.linear_reduce(src, level, (2, 2, 2), *taps, clamp=True)
+        assert same_bytes(level, linear_twin(src, (2, 2, 2), taps, clamp=True))
+        free = linear_twin(src, (2, 2, 2), taps, clamp=False)
+        assert free.min() < level.min() == 60
+        centre = np.clip(free, *block_range(src, (2, 2, 2), (2, 2, 4)))
+        assert (centre != level).any()
+
+
 @given(volumes(), factors, st.sampled_from([0.0, 0.3, 5.0, 1e4]))
 def test_the_feature_preserving_filter_is_that_of_the_twin_on_any_number_of_threads(src, factors, noise):
     src = finite(src)
@@ -219,11 +235,10 @@ def test_the_largest_values_and_weights_lose_nothing():
         src = np.random.default_rng(0).choice(np.array([low, high], dtype), (9, 11, 13))
         for factors in [(2, 2, 2), (4, 2, 4)]:
             level = level_of(src, factors)
-            _native.linear_reduce(src, level, factors, taps, taps, taps)
-            assert same_bytes(level, linear_twin(src, factors, [taps] * 3, clamp=False))
-            narrow = np.array([-36, 100, 100, -36], np.int32)
-            _native.linear_reduce(src, level, factors, narrow, narrow, narrow)
-            assert same_bytes(level, linear_twin(src, factors, [narrow] * 3, clamp=False))
+            # Sums for wide weights, for narrow ones, and for those that come closest to their limit.
+            for each in (taps, np.array([-36, 100, 100, -36], np.int32), weights("lanczos3", 2)):
+                _native.linear_reduce(src, level, factors, each, each, each)
+                assert same_bytes(level, linear_twin(src, factors, [each] * 3, clamp=False))
 
 
 @given(volumes(types=integers))

@@ -31,16 +31,14 @@ VOLPREP_CLONES void gate_row(const typename Sums::ZYX* sums, const separable::Me
 
 template <typename T, typename Sums>
 struct Blend {
-    static constexpr bool ranged = true;
+    static constexpr auto range = separable::Range::cell;
     separable::Mean<Sums> mean;
     Gate gate;
 
     Blend(const Taps3& taps, const Gate& given) noexcept : mean(taps), gate(given) {}
-    static constexpr separable::Window window(const Taps& taps) noexcept {
-        return {taps.reach(), taps.reach() + taps.factor};
-    }
-    void row(const typename Sums::ZYX* sums, const T* low, const T* high, int64_t cells, T* dst) const noexcept {
+    bool row(const typename Sums::ZYX* sums, const T* low, const T* high, int64_t cells, T* dst) const noexcept {
         gate_row<T, Sums>(sums, mean, gate, low, high, cells, dst);
+        return true;
     }
 };
 
@@ -54,7 +52,7 @@ void feature_reduce(const T* src, Shape3 shape, const SlabPlace& place, const Ta
 
 template <typename T>
 int64_t feature_reduce_scratch(Shape3 shape, const Taps3& taps, int threads) noexcept {
-    return threads * separable::scratch_bytes<T>(shape, taps, true);
+    return threads * separable::scratch_bytes<T>(shape, taps, separable::Range::cell);
 }
 
 #define VOLPREP_INSTANCE(T)                                                                                  \

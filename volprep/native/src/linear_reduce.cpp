@@ -45,34 +45,41 @@ VOLPREP_CLONES void round_row(const Sum* sums, const Mean mean, int64_t cells, T
     }
 }
 
+// Whether nothing had to be limited.
 template <typename T, typename Sum, typename Mean>
-VOLPREP_CLONES void clamp_row(const Sum* sums, const Mean mean, const T* low, const T* high, int64_t cells,
+VOLPREP_CLONES bool clamp_row(const Sum* sums, const Mean mean, const T* low, const T* high, int64_t cells,
                               T* __restrict dst) noexcept {
+    int outside = 0;
     for (int64_t i = 0; i < cells; ++i) {
-        dst[i] = voxel<T, Sum>(mean(sums[i]), low[i], high[i]);
+        const auto value = mean(sums[i]);
+        const Sum lowest = low[i];
+        const Sum highest = high[i];
+        outside |= static_cast<int>(value < lowest) | static_cast<int>(highest < value);
+        dst[i] = voxel<T, Sum>(value, lowest, highest);
     }
+    return outside == 0;
 }
 
 template <typename T, typename Sums>
 struct Round {
-    static constexpr bool ranged = false;
+    static constexpr auto range = separable::Range::none;
     MeanOf<Sums> mean;
 
     explicit Round(const Taps3& taps) noexcept : mean(mean_of<Sums>(taps)) {}
-    void row(const typename Sums::ZYX* sums, const T*, const T*, int64_t cells, T* dst) const noexcept {
+    bool row(const typename Sums::ZYX* sums, const T*, const T*, int64_t cells, T* dst) const noexcept {
         round_row(sums, mean, cells, dst);
+        return true;
     }
 };
 
 template <typename T, typename Sums>
 struct Clamp {
-    static constexpr bool ranged = true;
+    static constexpr auto range = separable::Range::clamps;
     MeanOf<Sums> mean;
 
     explicit Clamp(const Taps3& taps) noexcept : mean(mean_of<Sums>(taps)) {}
-    static constexpr separable::Window window(const Taps& taps) noexcept { return {0, taps.count}; }
-    void row(const typename Sums::ZYX* sums, const T* low, const T* high, int64_t cells, T* dst) const noexcept {
-        clamp_row(sums, mean, low, high, cells, dst);
+    bool row(const typename Sums::ZYX* sums, const T* low, const T* high, int64_t cells, T* dst) const noexcept {
+        return clamp_row(sums, mean, low, high, cells, dst);
     }
 };
 
@@ -90,7 +97,8 @@ void linear_reduce(const T* src, Shape3 shape, const SlabPlace& place, const Tap
 
 template <typename T>
 int64_t linear_reduce_scratch(Shape3 shape, const Taps3& taps, bool clamp, int threads) noexcept {
-    return threads * separable::scratch_bytes<T>(shape, taps, clamp);
+    using separable::Range;
+    return threads * separable::scratch_bytes<T>(shape, taps, clamp ? Range::clamps : Range::none);
 }
 
 #define VOLPREP_INSTANCE(T)                                                                                      \

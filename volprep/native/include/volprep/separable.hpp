@@ -1,7 +1,8 @@
 // The passes that separable filters share: z, then y, then x, fused row by row, so that no intermediate volume exists.
 // One row of sums along z is made for each row of voxels and kept, with as many rows before it as the filter is high,
-// in a ring that stays in the cache; the sums along y are made of the ring, and those along x of a row that is first
-// dealt into one plane for each phase, so that every loop reads neighbours and vectorises.
+// in a ring that stays in the cache; the sums along y are made of the ring, and those along x of a row that is dealt
+// into one plane for each phase, so that every loop reads neighbours and vectorises. Integers are dealt while they are
+// summed along z where two voxels become one along x: that costs nothing, as they have to be widened there anyway.
 #pragma once
 
 #include <omp.h>
@@ -30,7 +31,10 @@ struct Sizes {
     int64_t dealt;       // cells of a plane
     int64_t planes;      // elements of all planes together
     int64_t margin;      // elements before a row, for the repeated edge
-    int64_t padded_row;  // a row with its margins
+    int64_t padded_row;  // a row with its margins, or two planes with theirs
+    int64_t lead;        // cells before a plane of a row that is dealt early, and after it
+    int64_t plane;       // cells of such a plane
+    int64_t ring_row;    // of a row in the ring
 
     constexpr Sizes(Shape3 shape, const Taps3& taps) noexcept
         : width(shape.x),
@@ -39,48 +43,68 @@ struct Sizes {
           dealt(cells + taps.x.count / taps.x.factor + 1),
           planes(dealt * taps.x.factor),
           margin(std::max<int64_t>(taps.x.reach(), 0)),
-          padded_row(margin + planes + std::max<int64_t>(-taps.x.reach(), 0)) {}
+          padded_row(margin + planes + std::max<int64_t>(-taps.x.reach(), 0)),
+          lead((margin + 1) / 2),
+          plane(cells + 2 * lead),
+          ring_row(std::max(width, 2 * plane)) {
+        padded_row = std::max(padded_row, 2 * plane);
+    }
 };
 
 constexpr int64_t aligned(int64_t bytes) noexcept { return (bytes + 63) / 64 * 64; }
 
-// The part of a filter's support over which `Finish` wants the range.
+// What `Finish` wants to know of the least and the greatest voxel: nothing, those of the cell, or whether its result
+// lies between those of the filter's support.
+enum class Range { none, cell, clamps };
+
+// A part of a filter's support: weights [begin, end).
 struct Window {
     int64_t begin;
     int64_t end;
+
+    constexpr int64_t size() const noexcept { return end - begin; }
 };
+
+constexpr Window cell(const Taps& taps) noexcept { return {taps.reach(), taps.reach() + taps.factor}; }
+// At most `most` voxels at the centre.
+constexpr Window centre(const Taps& taps, int64_t most) noexcept {
+    const int64_t left_out = std::max<int64_t>((taps.count - most + 1) / 2, 0);
+    return {left_out, taps.count - left_out};
+}
+constexpr Window whole(const Taps& taps) noexcept { return {0, taps.count}; }
 
 // Where one thread keeps its rows: parts of the scratch memory, one after the other.
 template <typename T, typename Sums>
 struct Rows {
-    typename Sums::Z* sums_z;   // ring
-    T* low_z;                   // ring
-    T* high_z;                  // ring
-    typename Sums::ZY* sums_y;  // padded row
-    T* low_y;                   // padded row
-    T* high_y;                  // padded row
-    typename Sums::ZY* dealt;   // planes
-    T* low_dealt;               // planes
-    T* high_dealt;              // planes
-    typename Sums::ZYX* sums;   // row of the level
-    T* low;                     // row of the level
-    T* high;                    // row of the level
+    typename Sums::Kept* sums_z;  // ring
+    T* low_z;                     // ring
+    T* high_z;                    // ring
+    typename Sums::ZY* sums_y;    // padded row
+    T* low_y;                     // padded row
+    T* high_y;                    // padded row
+    typename Sums::ZY* dealt;     // planes
+    T* low_dealt;                 // planes
+    T* high_dealt;                // planes
+    typename Sums::ZYX* sums;     // row of the level
+    T* low;                       // row of the level
+    T* high;                      // row of the level
 
     // With no memory given it only measures: returns the bytes that are needed.
-    int64_t lay_out(const Sizes& sizes, bool ranged, std::byte* memory) noexcept {
+    int64_t lay_out(const Sizes& sizes, Range range, std::byte* memory) noexcept {
         int64_t used = 0;
         const auto take = [&]<typename Element>(Element*& part, int64_t elements) {
             part = memory == nullptr ? nullptr : static_cast<Element*>(static_cast<void*>(memory + used));
             used += aligned(elements * static_cast<int64_t>(sizeof(Element)));
         };
-        take(sums_z, sizes.ring * sizes.width);
+        take(sums_z, sizes.ring * sizes.ring_row);
         take(sums_y, sizes.padded_row);
         take(dealt, sizes.planes);
         take(sums, sizes.cells);
-        const int64_t ranges = ranged ? 1 : 0;
+        const int64_t rings = range == Range::clamps ? 1 : 0;
         for (T** part : {&low_z, &high_z}) {
-            take(*part, ranges * sizes.ring * sizes.width);
+            take(*part, rings * sizes.ring * sizes.ring_row);
         }
+        const int64_t ranges = range == Range::none ? 0 : 1;
         for (T** part : {&low_y, &high_y}) {
             take(*part, ranges * sizes.padded_row);
         }
@@ -96,8 +120,8 @@ struct Rows {
 
 // Bytes of scratch memory for each thread: the wide sums need the most.
 template <typename T>
-int64_t scratch_bytes(Shape3 shape, const Taps3& taps, bool ranged) noexcept {
-    return Rows<T, WideSums<T>>{}.lay_out(Sizes(shape, taps), ranged, nullptr);
+int64_t scratch_bytes(Shape3 shape, const Taps3& taps, Range range) noexcept {
+    return Rows<T, WideSums<T>>{}.lay_out(Sizes(shape, taps), range, nullptr);
 }
 
 // What one thread does: rows of one slice of the level, from top to bottom.
@@ -106,8 +130,14 @@ class Worker {
   public:
     Worker(const T* src, Shape3 shape, const SlabPlace& place, const Taps3& taps, const Finish& finish,
            std::byte* scratch) noexcept
-        : src_(src), shape_(shape), place_(place), taps_(taps), sizes_(shape, taps), finish_(finish) {
-        rows_.lay_out(sizes_, Finish::ranged, scratch);
+        : src_(src),
+          shape_(shape),
+          place_(place),
+          taps_(taps),
+          sizes_(shape, taps),
+          finish_(finish),
+          early_(deals_early<T>(taps.z, taps.x)) {
+        rows_.lay_out(sizes_, Finish::range, scratch);
         for (int64_t k = 0; k < taps.z.count; ++k) {
             start_ -= Sums::bias * taps.z.weights[k];
         }
@@ -116,63 +146,149 @@ class Worker {
     // Rows [begin, end) of slice z of the level; `dst` is where its row `begin` goes.
     void run(int64_t z, int64_t begin, int64_t end, T* dst) noexcept {
         int64_t made = 0;
+        ranged_ = 0;
         for (int64_t y = begin; y < end; ++y) {
-            const int64_t first = taps_.y.first(y);
-            const auto inside = [&](int64_t row) { return std::clamp<int64_t>(row, 0, shape_.y - 1); };
-            for (made = std::max(made, inside(first)); made <= inside(first + taps_.y.count - 1); ++made) {
-                along_z(z, made);
+            const auto [first, last] = rows_of(y);
+            for (made = std::max(made, first); made <= last; ++made) {
+                weigh_z(z, made);
             }
-            along_y([&](int64_t k) { return inside(first + k) % sizes_.ring * sizes_.width; });
-            along_x();
-            finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst);
+            weigh_y(y);
+            weigh_x();
+            if constexpr (Finish::range == Range::clamps) {
+                clamp(z, y, dst);
+            } else {
+                if constexpr (Finish::range == Range::cell) {
+                    range_near(z, y, cell(taps_.z), cell(taps_.y), cell(taps_.x));
+                }
+                finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst);
+            }
             dst += sizes_.cells;
         }
     }
 
   private:
-    void along_z(int64_t z, int64_t y) noexcept {
-        const int64_t first = taps_.z.first(z);
-        const auto row = [&](int64_t k) {
-            const int64_t slice = std::clamp<int64_t>(first + k, 0, place_.depth - 1) - place_.src_z;
-            return src_ + (slice * shape_.y + y) * shape_.x;
+    // What lies in the range of a few voxels lies in that of all: only where it does not, that of all is made.
+    void clamp(int64_t z, int64_t y, T* dst) noexcept {
+        const auto finish = [&] { return finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst); };
+        if (hopeful_) {
+            range_near(z, y, centre(taps_.z, 2), centre(taps_.y, 2), centre(taps_.x, 4));
+            hopeful_ = finish();
+            if (hopeful_) {
+                return;
+            }
+        }
+        const auto [first, last] = rows_of(y);
+        for (ranged_ = std::max(ranged_, first); ranged_ <= last; ++ranged_) {
+            range_z(z, ranged_);
+        }
+        range_whole(y);
+        hopeful_ = finish();
+    }
+
+    int64_t inside_y(int64_t y) const noexcept { return std::clamp<int64_t>(y, 0, shape_.y - 1); }
+    int64_t slot(int64_t y) const noexcept { return inside_y(y) % sizes_.ring * sizes_.ring_row; }
+
+    struct FirstLast {
+        int64_t first;
+        int64_t last;
+    };
+    // Rows of voxels that row y of the level is made of.
+    FirstLast rows_of(int64_t y) const noexcept {
+        const int64_t first = taps_.y.first(y);
+        return {inside_y(first), inside_y(first + taps_.y.count - 1)};
+    }
+
+    // Row y of the slice to which weight k belongs.
+    const T* row_of(int64_t z, int64_t k, int64_t y) const noexcept {
+        const int64_t slice = std::clamp<int64_t>(taps_.z.first(z) + k, 0, place_.depth - 1) - place_.src_z;
+        return src_ + (slice * shape_.y + y) * shape_.x;
+    }
+
+    void weigh_z(int64_t z, int64_t y) noexcept {
+        using Z = typename Sums::Z;
+        using Kept = typename Sums::Kept;
+        const auto row = [&](int64_t k) { return row_of(z, k, y); };
+        Kept* const sums = rows_.sums_z + slot(y);
+        if constexpr (std::is_integral_v<T>) {
+            if (early_) {
+                Kept* const even = sums + sizes_.lead;
+                Kept* const odd = even + sizes_.plane;
+                const int64_t last = shape_.x - 1;
+                weigh_and_deal<T, Z>(taps_.z, row, static_cast<Z>(start_), shape_.x / 2, even, odd);
+                if (last % 2 == 0) {  // has no neighbour: it is repeated
+                    const auto only = [&](int64_t k) { return row(k) + last; };
+                    weigh<T, Kept>(taps_.z, only, static_cast<Kept>(start_), 1, even + last / 2);
+                    odd[last / 2] = even[last / 2];
+                }
+                return;
+            }
+        }
+        weigh<T, Kept>(taps_.z, row, static_cast<Kept>(start_), sizes_.width, sums);
+    }
+
+    void weigh_y(int64_t y) noexcept {
+        const int64_t first = taps_.y.first(y);
+        weigh<typename Sums::Kept, typename Sums::ZY, typename Sums::ZPair>(
+            taps_.y, [&](int64_t k) { return rows_.sums_z + slot(first + k); }, 0,
+            early_ ? 2 * sizes_.plane : sizes_.width, rows_.sums_y + (early_ ? 0 : sizes_.margin));
+    }
+
+    void weigh_x() noexcept {
+        using ZY = typename Sums::ZY;
+        const auto along_x = [&](const auto& row) {
+            weigh<ZY, typename Sums::ZYX, typename Sums::ZYPair>(taps_.x, row, 0, sizes_.cells, rows_.sums);
         };
-        const int64_t slot = y % sizes_.ring * sizes_.width;
-        weigh<T, typename Sums::Z>(taps_.z, row, static_cast<typename Sums::Z>(start_), sizes_.width,
-                                   rows_.sums_z + slot);
-        if constexpr (Finish::ranged) {
-            const Window window = Finish::window(taps_.z);
-            find_range(window.begin, window.end, row, row, sizes_.width, rows_.low_z + slot, rows_.high_z + slot);
+        if (!early_) {
+            spread(rows_.sums_y, rows_.dealt);
+            along_x([&](int64_t k) { return rows_.dealt + phase(k); });
+            return;
         }
+        ZY* const even = rows_.sums_y + sizes_.lead;
+        ZY* const odd = even + sizes_.plane;
+        for (ZY* const plane : {even, odd}) {
+            std::fill_n(plane - sizes_.lead, sizes_.lead, even[0]);
+            std::fill_n(plane + sizes_.cells, sizes_.lead, odd[sizes_.cells - 1]);
+        }
+        along_x([&](int64_t k) {
+            const int64_t x = k + 2 * sizes_.lead - taps_.x.reach();
+            return rows_.sums_y + x % 2 * sizes_.plane + x / 2;
+        });
     }
 
-    template <typename Slot>
-    void along_y(const Slot& slot) noexcept {
-        const int64_t margin = sizes_.margin;
-        weigh<typename Sums::Z, typename Sums::ZY, typename Sums::ZPair>(
-            taps_.y, [&](int64_t k) { return rows_.sums_z + slot(k); }, 0, sizes_.width, rows_.sums_y + margin);
-        if constexpr (Finish::ranged) {
-            const Window window = Finish::window(taps_.y);
-            find_range(
-                window.begin, window.end, [&](int64_t k) { return rows_.low_z + slot(k); },
-                [&](int64_t k) { return rows_.high_z + slot(k); }, sizes_.width, rows_.low_y + margin,
-                rows_.high_y + margin);
-        }
+    // The range of few rows: there is nothing that the next row of the level could use again.
+    void range_near(int64_t z, int64_t y, Window along_z, Window along_y, Window along_x) noexcept {
+        const auto row = [&](int64_t k) {
+            const int64_t y_k = taps_.y.first(y) + along_y.begin + k % along_y.size();
+            return row_of(z, along_z.begin + k / along_y.size(), inside_y(y_k));
+        };
+        find_range(0, along_z.size() * along_y.size(), row, row, sizes_.width, rows_.low_y + sizes_.margin,
+                   rows_.high_y + sizes_.margin);
+        range_x(along_x);
     }
 
-    void along_x() noexcept {
-        const auto phase = [&](int64_t k) { return k % taps_.x.factor * sizes_.dealt + k / taps_.x.factor; };
-        spread(rows_.sums_y, rows_.dealt);
-        weigh<typename Sums::ZY, typename Sums::ZYX>(
-            taps_.x, [&](int64_t k) { return rows_.dealt + phase(k); }, 0, sizes_.cells, rows_.sums);
-        if constexpr (Finish::ranged) {
-            const Window window = Finish::window(taps_.x);
-            spread(rows_.low_y, rows_.low_dealt);
-            spread(rows_.high_y, rows_.high_dealt);
-            find_range(
-                window.begin, window.end, [&](int64_t k) { return rows_.low_dealt + phase(k); },
-                [&](int64_t k) { return rows_.high_dealt + phase(k); }, sizes_.cells, rows_.low, rows_.high);
-        }
+    void range_z(int64_t z, int64_t y) noexcept {
+        const auto row = [&](int64_t k) { return row_of(z, k, y); };
+        find_range(0, taps_.z.count, row, row, sizes_.width, rows_.low_z + slot(y), rows_.high_z + slot(y));
     }
+
+    void range_whole(int64_t y) noexcept {
+        const int64_t first = taps_.y.first(y);
+        find_range(
+            0, taps_.y.count, [&](int64_t k) { return rows_.low_z + slot(first + k); },
+            [&](int64_t k) { return rows_.high_z + slot(first + k); }, sizes_.width, rows_.low_y + sizes_.margin,
+            rows_.high_y + sizes_.margin);
+        range_x(whole(taps_.x));
+    }
+
+    void range_x(Window along_x) noexcept {
+        spread(rows_.low_y, rows_.low_dealt);
+        spread(rows_.high_y, rows_.high_dealt);
+        find_range(
+            along_x.begin, along_x.end, [&](int64_t k) { return rows_.low_dealt + phase(k); },
+            [&](int64_t k) { return rows_.high_dealt + phase(k); }, sizes_.cells, rows_.low, rows_.high);
+    }
+
+    int64_t phase(int64_t k) const noexcept { return k % taps_.x.factor * sizes_.dealt + k / taps_.x.factor; }
 
     // Repeats the edges of a padded row, and deals it into planes that begin with the filter's first voxel.
     template <typename Element>
@@ -189,8 +305,11 @@ class Worker {
     Taps3 taps_;
     Sizes sizes_;
     Finish finish_;
+    bool early_;  // sums are dealt as they are made along z
     Rows<T, Sums> rows_;
-    int32_t start_ = 0;  // of the sums along z: takes the bias off every voxel
+    int64_t ranged_ = 0;   // rows whose range along z has been made
+    bool hopeful_ = true;  // that few voxels will do
+    int32_t start_ = 0;    // of the sums along z: takes the bias off every voxel
 };
 
 // Makes slices place.dst_z to place.dst_z + slices - 1 of the level. `scratch`: scratch_bytes for each thread.
@@ -200,7 +319,7 @@ void reduce_with(const T* src, Shape3 shape, const SlabPlace& place, const Taps3
     const int64_t rows = (shape.y + taps.y.factor - 1) / taps.y.factor;
     const int64_t cells = (shape.x + taps.x.factor - 1) / taps.x.factor;
     const int64_t strips = (rows + task_rows - 1) / task_rows;
-    const int64_t bytes = scratch_bytes<T>(shape, taps, Finish::ranged);
+    const int64_t bytes = scratch_bytes<T>(shape, taps, Finish::range);
 #pragma omp parallel num_threads(threads)
     {
         Worker<T, Sums, Finish> worker(src, shape, place, taps, finish, scratch + omp_get_thread_num() * bytes);

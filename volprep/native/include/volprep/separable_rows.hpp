@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 #include "volprep/clones.hpp"
@@ -31,8 +34,10 @@ struct NarrowSums;
 template <>
 struct NarrowSums<uint8_t> {
     using Z = int16_t;
+    using Kept = int32_t;   // they wait as these: pairs of 16 bits cost more to widen than rows of 32 to read
     using ZPair = int32_t;  // two of them together
     using ZY = int32_t;
+    using ZYPair = int32_t;
     using ZYX = int32_t;
     static constexpr int32_t bias = 128;
     static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.all_at_most(200); }  // 255 · 200³ < 2^31
@@ -40,11 +45,14 @@ struct NarrowSums<uint8_t> {
 template <>
 struct NarrowSums<uint16_t> {
     using Z = int32_t;
+    using Kept = int32_t;
     using ZPair = int32_t;
     using ZY = int32_t;
+    using ZYPair = int32_t;
     using ZYX = double;
     static constexpr int32_t bias = 32768;
-    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.all_at_most(200); }  // 32768 · 200² < 2^31
+    // 2 · 32768 · 181² < 2^31
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.all_at_most(181); }
 };
 template <>
 struct NarrowSums<int16_t> : NarrowSums<uint16_t> {
@@ -54,6 +62,7 @@ struct NarrowSums<int16_t> : NarrowSums<uint16_t> {
 // Of bytes with weights that sum up to 128 along z: pairs of voxels from -128 to 127 still fit int16, and are
 // multiplied as such.
 struct PairSums : NarrowSums<uint8_t> {
+    using Kept = int16_t;
     using ZPair = int16_t;
     static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.z <= 128 && NarrowSums::fits(sizes); }
 };
@@ -61,8 +70,10 @@ struct PairSums : NarrowSums<uint8_t> {
 // Of bytes with small weights, such as 1-3-3-1 along two axes.
 struct ShortSums {
     using Z = int16_t;
+    using Kept = int16_t;
     using ZPair = int32_t;
     using ZY = int16_t;
+    using ZYPair = int16_t;
     using ZYX = int32_t;
     static constexpr int32_t bias = 128;
     // 255 · 255 · 200 < 2^24: float holds all sums.
@@ -73,8 +84,10 @@ struct ShortSums {
 template <typename T>
 struct WideSums {
     using Z = std::conditional_t<std::is_integral_v<T>, int32_t, double>;
+    using Kept = Z;
     using ZPair = double;
     using ZY = double;
+    using ZYPair = double;
     using ZYX = double;
     static constexpr int32_t bias = 0;
 };
@@ -150,6 +163,83 @@ void weigh(const Taps& taps, const Row& row, Out start, int64_t length, Out* sum
         add_pairs<In, Out, Pair, false>(row(k), mirrored(k), row(k + 1), mirrored(k + 1), weight(k), weight(k + 1),
                                         start, length, sums);
     }
+}
+
+// Two neighbours as one word: splitting a vector of them takes fewer instructions than widening one.
+template <typename T>
+struct Neighbours;
+template <>
+struct Neighbours<uint8_t> {
+    using Word = uint16_t;
+    static int32_t low(Word word) noexcept { return word & 0xff; }
+    static int32_t high(Word word) noexcept { return word >> 8; }
+};
+template <>
+struct Neighbours<uint16_t> {
+    using Word = uint32_t;
+    static int32_t low(Word word) noexcept { return static_cast<int32_t>(word & 0xffff); }
+    static int32_t high(Word word) noexcept { return static_cast<int32_t>(word >> 16); }
+};
+template <>
+struct Neighbours<int16_t> {
+    using Word = int32_t;
+    static int32_t low(Word word) noexcept { return static_cast<int32_t>(static_cast<uint32_t>(word) << 16) >> 16; }
+    static int32_t high(Word word) noexcept { return word >> 16; }
+};
+static_assert(std::endian::native == std::endian::little, "the first of two neighbours is the low half of a word");
+
+// Pairs of rows that share a weight.
+template <typename T, size_t COUNT>
+struct Pairs {
+    std::array<const T*, COUNT> one;
+    std::array<const T*, COUNT> other;
+    std::array<int32_t, COUNT> weights;
+};
+inline constexpr int64_t most_pairs = 5;
+
+// even[i], odd[i] = start + the weighted sums of the voxels at 2 i and at 2 i + 1.
+template <typename T, typename Sum, typename Kept, size_t COUNT>
+VOLPREP_CLONES void weigh_and_deal(const Pairs<T, COUNT> pairs, Sum start, int64_t cells, Kept* __restrict even,
+                                   Kept* __restrict odd) noexcept {
+    using Both = Neighbours<T>;
+    for (int64_t i = 0; i < cells; ++i) {
+        int32_t low = start;
+        int32_t high = start;
+        for (size_t k = 0; k < COUNT; ++k) {
+            typename Both::Word one;
+            typename Both::Word other;
+            std::memcpy(&one, pairs.one[k] + 2 * i, sizeof one);
+            std::memcpy(&other, pairs.other[k] + 2 * i, sizeof other);
+            const auto weight = static_cast<Sum>(pairs.weights[k]);
+            low += weight * static_cast<Sum>(Both::low(one) + Both::low(other));
+            high += weight * static_cast<Sum>(Both::high(one) + Both::high(other));
+        }
+        even[i] = static_cast<Sum>(low);
+        odd[i] = static_cast<Sum>(high);
+    }
+}
+
+// Whether sums can be dealt as they are made: into two planes, of a few pairs of rows.
+template <typename T>
+bool deals_early(const Taps& along, const Taps& x) noexcept {
+    return std::is_integral_v<T> && x.factor == 2 && along.count >= 2 && along.count / 2 <= most_pairs;
+}
+
+template <typename T, typename Sum, typename Kept, size_t COUNT = most_pairs, typename Row>
+void weigh_and_deal(const Taps& taps, const Row& row, Sum start, int64_t cells, Kept* even, Kept* odd) noexcept {
+    if (taps.count / 2 < static_cast<int64_t>(COUNT)) {
+        if constexpr (COUNT > 1) {
+            weigh_and_deal<T, Sum, Kept, COUNT - 1>(taps, row, start, cells, even, odd);
+        }
+        return;
+    }
+    Pairs<T, COUNT> pairs;
+    for (size_t k = 0; k < COUNT; ++k) {
+        pairs.one[k] = row(static_cast<int64_t>(k));
+        pairs.other[k] = row(taps.count - 1 - static_cast<int64_t>(k));
+        pairs.weights[k] = taps.weights[k];
+    }
+    weigh_and_deal<T, Sum, Kept, COUNT>(pairs, start, cells, even, odd);
 }
 
 // By value, not std::min: references to array elements keep the compiler from vectorising.
