@@ -13,8 +13,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from volprep_formats.diagnostics import CATALOGUE
 from volprep_formats import meshes
+from volprep_formats.diagnostics import CATALOGUE
 from volprep_formats.package import check, manifest, manifest_json, reader
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
 from volprep_formats.package.reader import Package
