@@ -94,9 +94,7 @@ def _split(positions: NDArray[np.int32], triangles: NDArray[np.int32], most_vert
         first.sort()
         stop = len(triangles) if len(first) <= most_vertices else int(first[most_vertices]) // 3
         used, local = np.unique(triangles[:stop], return_inverse=True)
-        yield Primitive(
-            np.ascontiguousarray(positions[used], np.float32), local.reshape(-1, 3).astype(np.uint16)
-        )
+        yield Primitive(np.ascontiguousarray(positions[used], np.float32), local.reshape(-1, 3).astype(np.uint16))
         triangles = triangles[stop:]
 
 

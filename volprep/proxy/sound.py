@@ -1,4 +1,4 @@
-"""Whether a proxy mesh is what it must be: closed, turned outwards, and around every occupied block. In whole numbers."""
+"""Whether a proxy mesh is what it must be: closed, turned outwards, around every occupied block; in whole numbers."""
 
 from collections.abc import Iterator
 

@@ -107,12 +107,11 @@ def _near_plane_cuts(
 
 def _found(package: Package, plain: Program, level: int) -> tuple[Proxy, ProxyMeshFile, Program]:
     proxy = package.manifest.proxy
-    for mesh in proxy.meshes if proxy else ():
-        for program in proxy.programs if proxy else ():
-            wanted = (plain.transfer, level)
-            if proxy and (mesh.transfer, mesh.level) == wanted == (program.transfer, mesh.level):
-                if level in program.levels:
-                    return proxy, mesh, program
+    if proxy is not None:
+        meshes = [mesh for mesh in proxy.meshes if (mesh.transfer, mesh.level) == (plain.transfer, level)]
+        programs = [each for each in proxy.programs if each.transfer == plain.transfer and level in each.levels]
+        if meshes and programs:
+            return proxy, meshes[0], programs[0]
     fields = {"level": level, "transfer": plain.transfer, "known": "no mesh for them"}
     raise VolprepError("VP5018", package=package.path, **fields)
 

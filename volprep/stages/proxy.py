@@ -11,11 +11,10 @@ from volprep.proxy.files import mesh_file
 from volprep.proxy.mesh import UNITS, block_planes, proxy_mesh
 from volprep.proxy.sound import problems_of
 from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
-from volprep.skip.ranges import BlockRanges, block_ranges
+from volprep.skip.on_gpu import ranges_on_gpu
+from volprep.skip.ranges import BlockRanges
 from volprep.skip.visible import visible_extinction
 from volprep.stages import Changes, Stage
-from volprep.texels import texel_reader
-from volprep.work import codes_of_level
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Proxy, ProxyMeshFile
@@ -39,8 +38,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     for wanted in proxy.meshes:
         level = plan.level(wanted.level)
         if wanted.level not in ranges:
-            read = texel_reader(codes_of_level(draft, plan, wanted.level))
-            ranges[wanted.level] = block_ranges(read, level.shape_zyx, proxy.block)
+            ranges[wanted.level] = ranges_on_gpu(draft, plan, level, proxy.block)
         meshes.append(_mesh(draft, plan, proxy, wanted, ranges[wanted.level]))
         progress.advance()
     return {"proxy": Proxy(epsilon=proxy.epsilon, meshes=tuple(meshes), depth=DEPTH)}
@@ -71,4 +69,4 @@ def _mesh(draft: Draft, plan: Plan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ran
     return record.model_copy(update={"file": wanted.file, "draco": draco, **counts})
 
 
-STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
+STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer", "mosaic"), settings=_settings, run=_run)

@@ -58,5 +58,3 @@ def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, in
 
 def _read(program: Program) -> tuple[object, ...]:
     return program.transfer, program.samplers, program.classification, program.lighting
-
-

@@ -1,0 +1,128 @@
+"""Packages with proxy geometry: built, checked, drawn, and made by the verb."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from phantom_scene import write_phantom_scene
+
+from volprep.build import build
+from volprep.drafts import import_draft, run_verb
+from volprep.pipeline import plan_draft, run_stages
+from volprep.render.camera import standard_views
+from volprep.render.proxy_renderer import ProxyRenderer
+from volprep.render.renderer import Renderer
+from volprep.request import load_request
+from volprep.scene import changed_proxy
+from volprep.validation.counted import samples_per_pixel
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.meshes import read_glb
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+PROFILES = ["gles3", "gles2-2048"]
+PROXY = "\n[proxy]\nblock = 3\n"
+
+
+def scene_with(folder, profile, text):
+    path = write_phantom_scene(folder, profile)
+    whole = path.read_text().replace("[pyramid]", f"{text}\n[quantize]\nbits = 8\n\n[pyramid]")
+    path.write_text(f'crop = "none"\n{whole}')
+    return path
+
+
+def built(folder, profile, text):
+    target = folder / "phantom.volpkg"
+    build(load_request(scene_with(folder, profile, text)), target, Silent())
+    return Package.open(target)
+
+
+@pytest.fixture(scope="module", params=PROFILES)
+def package(request, tmp_path_factory):
+    """A phantom whose transfer functions have meshes."""
+    return built(tmp_path_factory.mktemp("proxy"), request.param, PROXY)
+
+
+def test_the_package_is_sound_and_each_file_belongs_to_one_item(package):
+    assert check(package.path) == []
+    kept = {item.name: item for item in package.manifest.plan if item.kept}
+    meshes = [mesh.file for mesh in package.manifest.proxy.meshes]
+    assert meshes
+    assert set(meshes) <= {path for name, item in kept.items() if "proxy" in name for path in item.files}
+
+
+def test_every_level_is_drawn_as_without_with_fewer_samples(package):
+    grid = package.manifest.grid
+    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    for program in package.manifest.proxy.programs:
+        for level in program.levels:
+            both, taken = [], []
+            for kind in (Renderer, ProxyRenderer):
+                with kind(package, level=level, transfer=program.transfer) as renderer:
+                    both.append(renderer.render(camera, (48, 48)))
+                    own = renderer.program
+                taken.append(samples_per_pixel(package, own, level, camera, (48, 48), kind)[0].sum())
+            assert np.abs(both[0] - both[1]).max() <= 1 / 255
+            assert taken[1] < taken[0]
+
+
+def test_the_same_scene_gives_the_same_bytes(package, tmp_path):
+    again = built(tmp_path, package.manifest.profile.name, PROXY)
+    assert [record.sha256 for record in again.manifest.files] == [record.sha256 for record in package.manifest.files]
+
+
+def test_a_damaged_mesh_is_found(package):
+    mesh = package.manifest.proxy.meshes[0]
+    data = bytearray(package.read_bytes(mesh.file))
+    assert sum(len(part.triangles) for part in read_glb(bytes(data), "mesh").primitives) == mesh.triangles
+    data[-1] ^= 0xFF
+    with pytest.raises(VolprepError, match="VP4039"):
+        read_glb(bytes(data), "mesh")
+
+
+def test_a_manifest_that_contradicts_itself_about_meshes_is_found(package, tmp_path):
+    for number, change in enumerate(
+        (
+            {"level": 7},
+            {"transfer": "nobody"},
+            {"triangles": 3},
+            {"box_from_mesh_mm_xyz": [1.0, 1.0, 1.0]},
+            {"draco": True},
+        )
+    ):
+        broken = tmp_path / f"{number}.volpkg"
+        shutil.copytree(package.path, broken)
+        manifest = json.loads((broken / "manifest.json").read_text())
+        manifest["proxy"]["meshes"][0] |= change
+        (broken / "manifest.json").write_text(json.dumps(manifest))
+        assert any(finding.code == "VP4011" for finding in check(broken)), change
+
+
+def test_without_the_table_nothing_of_it_is_in_the_package(tmp_path):
+    package = built(tmp_path, "gles3", "")
+    assert package.manifest.proxy is None
+    assert not [record for record in package.manifest.files if record.role == "mesh" or "proxy" in record.path]
+    assert not [item for item in package.manifest.plan if "proxy" in item.name]
+
+
+def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
+    package = built(tmp_path, "gles3", '\n[proxy]\nform = "box"\nblock = 64\n')
+    items = [item for item in package.manifest.plan if "proxy" in item.name]
+    for item in items:
+        if not item.kept:
+            assert "of the samples" in item.reason
+    assert check(package.path) == []
+
+
+def test_the_verb_makes_the_meshes_anew(tmp_path):
+    request = load_request(scene_with(tmp_path, "gles3", PROXY))
+    imported = import_draft(request, tmp_path / "draft", Silent())
+    plan = plan_draft(imported.draft, request.scene, request.profile, imported.measured)
+    stages = [stage for stage in plan.stages if stage not in {"shaders", "seal"}]
+    run_stages(imported.draft, plan.model_copy(update={"stages": tuple(stages)}), request.scene, Silent())
+    draft = run_verb(tmp_path / "draft", "proxy", lambda scene: changed_proxy(scene, "blocks", 4), Silent())
+    assert {(mesh.form, mesh.block) for mesh in draft.manifest.proxy.meshes} == {("blocks", 4)}
+    with pytest.raises(VolprepError, match="VP3003"):
+        changed_proxy(request.scene, "ball", None)
