@@ -45,6 +45,20 @@ class MosaicSettings(Record):
     """Texels around each tile that repeat its edge. With 0 the shader clamps positions, and no texel is lost."""
 
 
+Compression = Literal["eac", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8"]
+
+
+class TextureSettings(Record):
+    """How textures of levels are stored."""
+
+    compression: Literal["none", "auto"] | Compression = "none"
+    """Whether levels are compressed. They are mosaics then, also where the profile has 3D textures, because devices
+    compress no 3D textures: a sample takes two fetches instead of one, and half the memory or less. "eac" takes 4 bits
+    for a voxel, "etc2" 2 for four slices together, "astc-4x4" to "astc-8x8" 8 to 2. A form that changes pictures by
+    more than half of the tolerance is left out. "auto" takes the smallest that does not. "none" is the default because
+    a device that has the memory draws 3D textures faster and exactly."""
+
+
 class NormalSettings(Record):
     """Directions of gradients, for shaders that light what they draw."""
 
@@ -173,6 +187,8 @@ class Scene(Record):
     """Level 0 in sub-volumes, too; none if absent."""
     mosaic: MosaicSettings = MosaicSettings()
     """How slices are put into 2D textures, for devices without 3D textures."""
+    textures: TextureSettings = TextureSettings()
+    """How textures of levels are stored."""
     skip: SkipSettings = SkipSettings()
     """Empty-space skipping."""
     proxy: ProxySettings | None = None

@@ -23,6 +23,8 @@ Ranges = NDArray[np.float64]
 
 MEASURED_BLOCK = 16
 """Cells along an edge of the blocks that are measured: 8 bytes for 4096 voxels."""
+_PATCHES, _PATCH_VOXELS = 3, 24
+"""Patches along y and along x, and voxels along their edges: whole blocks of 4, 6 and 8. 5184 voxels of each slice."""
 _PROBES = 32
 """Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
 
@@ -41,6 +43,8 @@ class Measured:
     """For each axis the smallest and largest physical value of each plane across it."""
     blocks: BlockRanges
     """Physical values in blocks of MEASURED_BLOCK cells."""
+    patches: NDArray[np.float32]
+    """Physical values of up to nine patches of up to 24×24 voxels through all slices, [patch, z, y, x]."""
 
 
 class Gauge:
@@ -80,6 +84,7 @@ class Gauge:
             columns=self._sampler.columns() * self._info.slope + self._info.intercept,
             ranges_zyx=ranges_zyx,
             blocks=self._sampler.blocks(self._info.slope, self._info.intercept),
+            patches=self._sampler.patches(self._info.slope, self._info.intercept),
         )
 
 
@@ -126,6 +131,7 @@ def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolum
         columns=sampler.columns() * slope + intercept,
         ranges_zyx=sampler.ranges_zyx(slope, intercept),
         blocks=sampler.blocks(slope, intercept),
+        patches=sampler.patches(slope, intercept),
     )
 
 
@@ -160,6 +166,7 @@ class _Sampler:
 
     def __init__(self) -> None:
         self._columns: list[NDArray[np.generic]] = []
+        self._patches: list[NDArray[np.generic]] = []
         self._z: list[_Ends] = []
         self._y: _Ends | None = None
         self._x: _Ends | None = None
@@ -168,6 +175,7 @@ class _Sampler:
     def add(self, slab: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Take the next slab; say of each slice whether all its voxels are finite numbers."""
         self._columns.append(_sample(slab))
+        self._patches.append(_patches(slab))
         self._blocks.add(slab)
         depth, height, width = slab.shape
         rows, columns = _Ends.empty((depth, height), slab.dtype), _Ends.empty((depth, width), slab.dtype)
@@ -182,6 +190,10 @@ class _Sampler:
     def columns(self) -> NDArray[np.float64]:
         return np.concatenate(self._columns).astype(np.float64)
 
+    def patches(self, slope: float, intercept: float) -> NDArray[np.float32]:
+        stored = np.concatenate(self._patches, axis=1)
+        return (stored * np.float32(slope) + np.float32(intercept)).astype(np.float32)
+
     def blocks(self, slope: float, intercept: float) -> BlockRanges:
         return self._blocks.physical(slope, intercept)
 
@@ -195,6 +207,19 @@ class _Sampler:
 def _sample(slab: NDArray[np.generic]) -> NDArray[np.generic]:
     rows, columns = (_spread(length) for length in slab.shape[1:])
     return slab[:, rows][:, :, columns].reshape(len(slab), -1)
+
+
+def _patches(slab: NDArray[np.generic]) -> NDArray[np.generic]:
+    rows, columns = (_patch_ranges(length) for length in slab.shape[1:])
+    return np.stack([slab[:, y, x] for y in rows for x in columns])
+
+
+def _patch_ranges(length: int) -> list[slice]:
+    """Up to _PATCHES ranges of equal length, in the middles of equal parts of `length`."""
+    size = min(length, _PATCH_VOXELS)
+    count = min(_PATCHES, length // size)
+    starts = [(2 * part + 1) * length // (2 * count) - (size + 1) // 2 for part in range(count)]
+    return [slice(start, start + size) for start in starts]
 
 
 def _spread(length: int) -> NDArray[np.intp]:

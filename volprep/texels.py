@@ -6,6 +6,7 @@ than 8 bits.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,13 @@ from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume
 from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
+from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.mosaic import slice_of_mosaic
 
 Texels = NDArray[np.generic]
 
@@ -55,6 +60,39 @@ def classified_reader(
     return read
 
 
+def encode_strip(strip: Texels, file_format: ktx2.Ktx2Format) -> Texels:
+    """Compress the next rows of a texture [y, x, channel], whole blocks of them, where its format is compressed."""
+    for compressed in BLOCKS:
+        if compressed == file_format:
+            from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - for those who compress
+
+            return encode_blocks(np.asarray(strip, np.uint8), compressed)
+    return strip
+
+
+def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDArray[np.float32]] | None:
+    """Give a function that reads slices z0 to z1 - 1 of a compressed level as the GPU decodes them, normalised.
+
+    None for a level that is not compressed: the GPU has the texels as they are.
+    """
+    layout = volume.mosaic
+    compressed = next((name for name in BLOCKS if name == volume.format), None)
+    if layout is None or compressed is None:
+        return None
+    from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - for those who compress
+
+    @lru_cache(maxsize=1)
+    def part(index: int) -> NDArray[np.float32]:
+        file = volume.files[index]
+        blocks = np.asarray(ktx2.decode(draft.read_bytes(file), file).data[0], np.uint8)
+        return decode_blocks(blocks, compressed, layout.texture_shape_yx, layout.channels)
+
+    def read(z0: int, z1: int) -> NDArray[np.float32]:
+        return np.stack([slice_of_mosaic(part, layout, slice_) for slice_ in range(z0, z1)])
+
+    return read
+
+
 def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:
     """Give the manifest's entry of a level's texture, or of one part of its mosaic."""
     return Texture(
@@ -68,4 +106,14 @@ def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Tex
         part=part,
         transfer=volume.transfer,
         reference_mm=volume.reference_mm,
+        encoder=_encoder(volume),
     )
+
+
+def _encoder(volume: VolumePlan) -> str | None:
+    compressed = next((name for name in BLOCKS if name == volume.format), None)
+    if compressed is None:
+        return None
+    from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - for those who compress
+
+    return encoder_of(compressed)

@@ -590,6 +590,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "stacks of slices and the rest of the scene do not go together: {problem}",
         "Take a profile of OpenGL ES 1.1 for slices, and another one for what needs shaders.",
     ),
+    "VP3070": Diagnostic(
+        ExitStatus.SCENE,
+        "textures.compression {wanted} needs textures of format {format}; profile {profile} has {known}",
+        "Choose another textures.compression, or a profile that has the format.",
+    ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(

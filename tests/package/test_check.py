@@ -265,7 +265,18 @@ def test_a_grid_that_is_a_part_of_the_sources_is_none(sealed: Path) -> None:
     assert found(sealed) == []
 
 
+EAC = {"target": "TEXTURE_2D", "internal_format": "COMPRESSED_R11_EAC"}
+
 MOSAIC_CONTRADICTIONS: dict[str, Change] = {
+    "texture volume-0 is compressed without an encoder or a mosaic, or names an encoder": set_to(
+        "textures", 0, "gl", to=EAC
+    ),
+    "texture volume-0: its tiles are 7×9 texels apart, so that blocks of COMPRESSED_R11_EAC mix two": set_to(
+        "textures", 0, "gl", to=EAC
+    ),
+    "texture lookup-bone is compressed without an encoder or a mosaic, or names an encoder without being": set_to(
+        "textures", 1, "encoder", to="etcpak 1"
+    ),
     "texture volume-0: its mosaic holds 4 slices of (7, 9), its level (5, 7, 9)": set_to(
         "textures", 0, "mosaic", "slices", to=4
     ),

@@ -17,6 +17,7 @@ from volprep.plan.values import SHARE, ValueChoice
 from volprep.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceInfo
+from volprep_formats.textures.block_formats import BLOCKS
 
 PREVIEW = "preview.png"
 """File of the preview picture."""
@@ -165,10 +166,18 @@ def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
         yield PlanItem(
             name="3D texture",
             kept=False,
-            reason=f"profile {plan.profile.name} has none",
+            reason=_why_flat(plan),
             size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
         )
+        if finest.format in BLOCKS:
+            return
         yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic)
+
+
+def _why_flat(plan: Plan) -> str:
+    if plan.profile.max_3d_texture_size:
+        return "levels are compressed, and most devices have no compressed 3D textures"
+    return f"profile {plan.profile.name} has none"
 
 
 def _shaders(plan: Plan) -> PlanItem:

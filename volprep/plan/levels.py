@@ -3,7 +3,7 @@
 import math
 from typing import Literal
 
-from volprep.plan.mosaics import as_mosaic
+from volprep.plan.mosaics import as_compressed_mosaic, as_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import ONE_CHANNEL, Beside, Misfit, first_of, too_large
 from volprep.pyramid.reduce import LABEL_FILTERS
@@ -12,6 +12,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.block_formats import CompressedFormat
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
@@ -63,10 +64,17 @@ def _halved(
     return z, y, x
 
 
-def fit_level(
-    level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, wanted: MosaicSettings
+def fit_level(  # noqa: PLR0917 - the level, the device class, and what is wanted
+    level: LevelPlan,
+    bits: int,
+    profile: DeviceProfile,
+    beside: Beside,
+    wanted: MosaicSettings,
+    compression: CompressedFormat | None = None,
 ) -> VolumePlan | Misfit:
     """Lay a level out as the device class can hold it, beside other textures, or say why not."""
+    if compression is not None:
+        return as_compressed_mosaic(level, compression, profile, beside, wanted.gutter)
     if not profile.max_3d_texture_size:
         return as_mosaic(level, bits, profile, beside, wanted)
     volume = _as_texture3d(level, bits, profile)

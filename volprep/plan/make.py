@@ -11,6 +11,7 @@ from volprep.plan.classification import (
     require_classification,
     tables_bytes,
 )
+from volprep.plan.compression import choose_compression
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
@@ -63,7 +64,8 @@ def make_plan(
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 for
-    normals that it cannot hold, VP3060 for slices with what needs shaders, or without need.
+    normals that it cannot hold, VP3060 for slices with what needs shaders, or without need, VP3070 for a
+    compressed format that the profile does not have.
     """
     if profile.api == API:
         return plan_of_slices(scene, profile, info, measured)
@@ -73,24 +75,27 @@ def make_plan(
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
-    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, filter_of(scene))
+    compression = choose_compression(scene, profile, info, measured, functions, values)
+    # Devices compress no 3D textures, so that compressed levels, and what is sampled beside them, are mosaics.
+    layouts = profile if compression.format is None else profile.model_copy(update={"max_3d_texture_size": 0})
+    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
     wanted = wanted_normals(scene)
-    with_normals = [beside_level(beside, level, wanted, profile) for level in candidates]
+    with_normals = [beside_level(beside, level, wanted, layouts) for level in candidates]
     fits = [
-        others if isinstance(others, Misfit) else fit_level(level, bits, profile, others, scene.mosaic)
+        others if isinstance(others, Misfit) else fit_level(level, bits, layouts, others, scene.mosaic, compression.format)
         for level, others in zip(candidates, with_normals, strict=True)
     ]
     levels, volumes = _kept(candidates, fits, profile)
-    normals = plan_normals(wanted, profile, levels, beside)
+    normals = plan_normals(wanted, layouts, levels, beside)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
     step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
     step_mm = common.step_mm or step_mm if common else step_mm
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
-    found = Found(profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals)
+    found = Found(layouts, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals)
     skip = plan_skip(scene.skip, functions, found)
     programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
     proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
@@ -127,7 +132,7 @@ def make_plan(
     skipping = describe_skip(skip, functions, scene.skip, found)
     meshes = describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()
     return plan.model_copy(
-        update={"items": (*describe(plan, grounds), *skipping, *meshes, *normal_items(normals, scene, levels))}
+        update={"items": (*describe(plan, grounds), *compression.items, *skipping, *meshes, *normal_items(normals, scene, levels))}
     )
 
 

@@ -40,7 +40,7 @@ def as_mosaic(
 def as_compressed_mosaic(
     level: LevelPlan, texel: CompressedFormat, profile: DeviceProfile, beside: Beside, gutter: int
 ) -> VolumePlan | Misfit:
-    """Lay a level out as a compressed mosaic whose tiles begin with blocks of their own, or say why it cannot be one."""
+    """Lay a level out as a compressed mosaic, whose tiles begin with blocks of their own, or say why it cannot be."""
     block = BLOCKS[texel]
     textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
     packing = Packing(4 if block.channels == 4 else 1, "interleaved", gutter, block.size)

@@ -83,7 +83,7 @@ def choose_values(
         return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
 
     trials = [best_window(bits) for bits in _possible_bits(settings, profile)]
-    error, codes = next((trial for trial in trials if _within(trial[0], scene.tolerance)), trials[-1])
+    error, codes = next((trial for trial in trials if within_share(trial[0], scene.tolerance)), trials[-1])
     narrow_error = trials[0][0] if codes is not trials[0][1] else None
     entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
@@ -136,7 +136,8 @@ def _windows(
     return [settings.window]
 
 
-def _within(error: PictureError, tolerance: Tolerance) -> bool:
+def within_share(error: PictureError, tolerance: Tolerance) -> bool:
+    """Say whether an error is within the part of the tolerance that one decision may take."""
     return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
 
 

@@ -59,6 +59,14 @@ def block_ranges(read: ReadTexels, shape_zyx: Triple, block: int) -> BlockRanges
     return BlockRanges(low, high, block)
 
 
+def enclosed(ranges: BlockRanges, slack: float) -> BlockRanges:
+    """Give normalised ranges as 8-bit codes that enclose them with `slack` on both sides."""
+    low = np.floor((ranges.low.astype(np.float64) - slack) * 255)
+    high = np.ceil((ranges.high.astype(np.float64) + slack) * 255)
+    least, most = (np.clip(ends, 0, 255).astype(np.uint8) for ends in (low, high))
+    return BlockRanges(least, most, ranges.block)
+
+
 def blocks_along(voxels: int, block: int) -> int:
     """Number of blocks along an axis of so many voxels."""
     return _native.block_minmax_shape((voxels, 1, 1), block)[0]

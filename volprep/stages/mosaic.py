@@ -7,7 +7,7 @@ from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import KTX2_FORMAT
 from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import texel_reader, volume_texture
+from volprep.texels import encode_strip, texel_reader, volume_texture
 from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
 from volprep_formats.progress import Progress
@@ -32,9 +32,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 
 
 def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> Iterator[bytes | memoryview]:
-    yield ktx2.header(KTX2_FORMAT[volume.format], volume.shape_zyx, 2)
+    file_format = KTX2_FORMAT[volume.format]
+    yield ktx2.header(file_format, volume.shape_zyx, 2)
     for strip in strips:
-        yield bytes_of(strip)
+        yield bytes_of(encode_strip(strip, file_format))
         progress.advance()
 
 

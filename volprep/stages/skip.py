@@ -14,13 +14,12 @@ from volprep.mosaic import pack_mosaic
 from volprep.plan import BlockRangesPlan, LevelPlan, Plan, SkipTablePlan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
-from volprep.skip.ranges import BlockRanges, block_ranges
+from volprep.skip.on_gpu import ranges_on_gpu
+from volprep.skip.ranges import BlockRanges
 from volprep.skip.tables import skip_table
 from volprep.skip.visible import visible_extinction
 from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import texel_reader
-from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
@@ -68,8 +67,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _measured(draft: Draft, plan: Plan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]) -> BlockRanges:
     """Ranges of the blocks of a level; transfer functions share them."""
     if block not in measured:
-        read = texel_reader(codes_of_level(draft, plan, level.index))
-        measured[block] = block_ranges(read, level.shape_zyx, block)
+        measured[block] = ranges_on_gpu(draft, plan, level, block)
     return measured[block]
 
 
@@ -123,4 +121,4 @@ def _write(draft: Draft, plan: Plan, wanted: SkipTablePlan | BlockRangesPlan, te
     )
 
 
-STAGE = Stage(name="skip", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
+STAGE = Stage(name="skip", reads=("quantize", "pyramid", "transfer", "mosaic"), settings=_settings, run=_run)

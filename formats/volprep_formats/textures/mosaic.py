@@ -1,6 +1,6 @@
 """Where the slices of a level lie in the 2D textures that hold them side by side: the addresses of SPEC section 7."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,19 @@ def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
     else:
         held = [tile * mosaic.channels + channel for channel in range(mosaic.channels)]
     return tuple(slice_ if slice_ < mosaic.slices else None for slice_ in held)
+
+
+def slice_of_mosaic(
+    part: Callable[[int], NDArray[np.float32]], mosaic: MosaicLayout, slice_: int
+) -> NDArray[np.float32]:
+    """Take one slice [y, x] out of an interleaved mosaic; `part` gives texels [H, W] or [H, W, channels]."""
+    tile, channel = divmod(slice_, mosaic.channels)
+    index, inside = divmod(tile, mosaic.tiles_x * mosaic.tiles_y)
+    row, column = divmod(inside, mosaic.tiles_x)
+    height, width = mosaic.tile_shape_yx
+    top, left = row * mosaic.pitch_yx[0] + mosaic.gutter, column * mosaic.pitch_yx[1] + mosaic.gutter
+    texels = part(index)[top : top + height, left : left + width]
+    return texels if texels.ndim == 2 else texels[..., channel]
 
 
 def slices_of_mosaic(parts: Sequence[NDArray[np.generic]], mosaic: MosaicLayout) -> NDArray[np.generic]:

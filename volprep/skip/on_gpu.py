@@ -1,0 +1,19 @@
+"""What the blocks of a level hold as the GPU reads them: of a compressed level what its blocks are decoded to."""
+
+from volprep.plan import LevelPlan, Plan
+from volprep.skip.ranges import BlockRanges, block_ranges, enclosed
+from volprep.texels import texel_reader, texels_on_gpu
+from volprep.work import codes_of_level
+from volprep_formats.package.draft import Draft
+
+_ROUNDING = 1 / 255
+"""GPUs may decode ASTC to 8 bits, rounded either way, and EAC to 11 bits or to 16 made of them."""
+
+
+def ranges_on_gpu(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> BlockRanges:
+    """Measure the blocks of a level of `block` cells along an edge; a compressed level must have its textures."""
+    volume = next(each for each in plan.volumes if each.level == level.index)
+    decoded = texels_on_gpu(draft, volume)
+    if decoded is not None:
+        return enclosed(block_ranges(decoded, level.shape_zyx, block), _ROUNDING)
+    return block_ranges(texel_reader(codes_of_level(draft, plan, level.index)), level.shape_zyx, block)
