@@ -27,7 +27,7 @@ def pyramid(
             help="Filter that makes each level from level 0. Replaces the scene's pyramid.filter. Smooth: box, "
             "binomial, gaussian, lanczos3, bilinear. Keeping what is thin: feature-preserving, maximum, minimum. "
             "Against outliers: median. For labels: mode, mode-foreground (where label 0 does not count), nearest. "
-            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). Or auto: what comes nearest.",
+            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). Or auto: the nearest.",
             metavar="NAME",
         ),
     ] = None,

@@ -173,7 +173,9 @@ def test_plan_names_the_files_that_build_makes(place, in_process) -> None:
     named = {path for item in json.loads(stdout)["items"] for path in item.get("files", [])}
     package = place / "good.volpkg"
     made = {path.relative_to(package).as_posix() for path in package.rglob("*") if path.is_file()}
-    assert named == made - {"manifest.json"}
+    # Whether a level gains by a lookup table of its own is found out when it is made.
+    own = {path for path in made if re.fullmatch(r"textures/transfer-.*-level\d+\.ktx2", path)}
+    assert named == made - {"manifest.json"} - own
 
 
 def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> None:

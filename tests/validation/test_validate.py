@@ -83,9 +83,12 @@ def test_the_data_are_valid_by_the_schema(report, folder) -> None:
 
 
 def test_every_picture_is_there_and_none_without_a_name(report, folder) -> None:
-    named = {name for program in report.programs for view in program.views for _, name in view.pictures}
+    views = {name for program in report.programs for view in program.views for _, name in view.pictures}
+    levels = [compared.picture for program in report.programs for compared in program.levels]
+    named = views | set(levels)
     assert {f"pictures/{path.name}" for path in (folder / "pictures").iterdir()} == named
-    assert len(named) == 2 * 9 * 5
+    assert len(views) == 2 * 9 * 5
+    assert len(set(levels)) == len(levels) > 0
     page = (folder / "index.html").read_text(encoding="utf-8")
     for name in named:
         assert f'src="{name}"' in page
@@ -269,7 +272,9 @@ def test_a_scene_tells_the_scan_and_the_size_of_the_pictures(package, tmp_path) 
 def test_a_moved_scan_is_read_as_the_origin_says(package, tmp_path) -> None:
     phantom().tofile(tmp_path / "moved.raw")
     found = find_scan(package, tmp_path / "moved.raw")
-    np.testing.assert_array_equal(read_scan(Package.open(package).manifest, found.spec_of(""), Silent()).stored, phantom())
+    np.testing.assert_array_equal(
+        read_scan(Package.open(package).manifest, found.spec_of(""), Silent()).stored, phantom()
+    )
 
 
 def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of_it(report, folder) -> None:
