@@ -3,8 +3,10 @@
 All run in turn in one contest, on all threads: what counts is a filter's rate as a part of the box filter's.
 """
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import tinybrain
@@ -13,8 +15,9 @@ from rich.console import Console
 from rich.table import Table
 from scipy import ndimage
 
-from volprep import _native
+from volprep.pyramid.noise import noise_of
 from volprep.pyramid.reduce import reduced
+from volprep.slabs import RawVolume
 from volprep_formats.package.manifest import LevelFilter
 
 from .contest import best_ms
@@ -63,10 +66,11 @@ def measure_pyramid(console: Console) -> list[FilterRow]:
         volume = scan[:: np.dtype(dtype).itemsize].astype(dtype)
         console.print(f"measuring filters of the pyramid, {volume.dtype}", style="dim")
         runs: dict[str, Run] = {name: _run(volume, name) for name in FILTERS}
-        if dtype != np.float32:
-            runs["noise, once for all levels"] = _noise(volume)
         peers = _peers(volume) if dtype == np.uint8 else {}
-        rows += _rows(volume, runs, peers)
+        with tempfile.TemporaryDirectory() as folder:
+            if dtype != np.float32:
+                runs |= _with_noise(volume, Path(folder))
+            rows += _rows(volume, runs, peers)
     labels = np.zeros(SHAPE, np.uint8)
     labels[40:150, 90:400, 100:300] = 3
     labels[60:, 200:, 250:] = 7
@@ -96,9 +100,15 @@ def _run(volume: NDArray[np.generic], name: LevelFilter) -> Run:
     return lambda: reduced(volume, FACTORS, name, NOISE)
 
 
-def _noise(volume: NDArray[np.generic]) -> Run:
-    histogram = np.zeros(6 * ((1 << 8 * volume.itemsize) - 1) + 1, np.uint64)
-    return lambda: _native.laplacian_histogram(volume, histogram)
+def _with_noise(volume: NDArray[np.generic], folder: Path) -> dict[str, Run]:
+    """The noise that the filter asks for, which is read from the working data, and both together."""
+    path = folder / "volume.raw"
+    volume.tofile(path)
+    source = RawVolume(path, volume.shape, volume.dtype)
+    return {
+        "noise, once for all levels": lambda: noise_of(source),
+        "feature-preserving and noise": lambda: reduced(volume, FACTORS, "feature-preserving", noise_of(source)),
+    }
 
 
 def _rows(volume: NDArray[np.generic], runs: dict[str, Run], peers: dict[str, Peer]) -> list[FilterRow]:

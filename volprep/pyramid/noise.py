@@ -2,6 +2,10 @@
 
 The Laplacian of what a scan shows is small almost everywhere; what remains is noise, with a standard deviation that is
 the noise's times the root of the sum of the squared weights. The median of its size is not moved by edges.
+
+Large volumes are sampled, or this would take longer than the filter that asks for it: some slices, evenly spaced, with
+all their voxels. Of the Laplacians of n voxels of noise alone the median is off by a standard deviation of 1.35 / √n
+(1.17 if they were independent): 0.1 % for the two million that are sampled at least.
 """
 
 import math
@@ -10,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep import _native, slabs
 from volprep.slabs import RawVolume, slab_ranges
 
 _DEVIATION_FROM_MEDIAN = 1.4826
@@ -19,6 +23,10 @@ _ROUNDING = 1 / math.sqrt(12)
 """Standard deviation of what rounding to a code adds."""
 _STENCIL = 3
 """Voxels that a second difference needs."""
+_SAMPLED_VOXELS = 1 << 21
+"""Voxels that are sampled at least."""
+_SAMPLED_SLICES = 16
+"""Slices that are sampled at least: the noise of a scan changes along it."""
 
 
 def noise_of(volume: RawVolume) -> float:
@@ -29,7 +37,11 @@ def noise_of(volume: RawVolume) -> float:
     """
     axes = sum(length >= _STENCIL for length in volume.shape_zyx)
     histogram = np.zeros(_bins(volume.dtype), np.uint64)
-    if axes:
+    sampled = _sampled(volume)
+    if sampled:
+        for slices in _triples(volume, sampled):
+            _native.laplacian_histogram(slices, histogram, _STENCIL)
+    elif axes:
         for slab in _overlapping(volume):
             _native.laplacian_histogram(slab, histogram)
     # Two neighbours of weight 1 along each axis, and the voxel itself, which balances them.
@@ -39,6 +51,23 @@ def noise_of(volume: RawVolume) -> float:
 
 def _bins(dtype: np.dtype[np.generic]) -> int:
     return 6 * ((1 << 8 * dtype.itemsize) - 1) + 1
+
+
+def _sampled(volume: RawVolume) -> list[int]:
+    """Give the slices to sample, spread evenly; none where they and their neighbours are most of the volume."""
+    depth, height, width = volume.shape_zyx
+    inner = depth - 2
+    count = max(_SAMPLED_SLICES, math.ceil(_SAMPLED_VOXELS / (height * width)))
+    if count * _STENCIL > inner:
+        return []
+    return [1 + (2 * k + 1) * inner // (2 * count) for k in range(count)]
+
+
+def _triples(volume: RawVolume, middles: list[int]) -> Iterator[NDArray[np.generic]]:
+    """Slices and their neighbours, one group of three after the other, as many at a time as a slab may have."""
+    together = max(1, slabs.SLAB_BYTES // (_STENCIL * volume.slice_bytes))
+    for first in range(0, len(middles), together):
+        yield np.concatenate([volume.read_slab(z - 1, z + 2) for z in middles[first : first + together]])
 
 
 def _overlapping(volume: RawVolume) -> Iterator[NDArray[np.generic]]:

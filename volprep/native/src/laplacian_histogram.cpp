@@ -43,13 +43,14 @@ constexpr int64_t margin(int64_t length) noexcept { return length >= 3 ? 1 : 0; 
 }  // namespace
 
 template <typename T>
-void laplacian_histogram(const T* src, Shape3 shape, uint64_t* histogram, uint32_t* lanes, int32_t* rows,
+void laplacian_histogram(const T* src, Shape3 shape, int64_t step, uint64_t* histogram, uint32_t* lanes, int32_t* rows,
                          int threads) noexcept {
     constexpr int64_t bins = laplacian_bins<T> + 1;
     const int64_t margin_z = margin(shape.z);
     const int64_t margin_y = margin(shape.y);
     const int64_t margin_x = margin(shape.x);
     const int64_t inner_y = shape.y - 2 * margin_y;
+    const int64_t slices = (shape.z - 2 * margin_z + step - 1) / step;
     const int64_t inner_x = shape.x - 2 * margin_x;
     const auto neighbours = [](const T* voxel, int64_t step) { return Neighbours<T>{voxel - step, voxel + step}; };
 #pragma omp parallel num_threads(threads)
@@ -57,8 +58,8 @@ void laplacian_histogram(const T* src, Shape3 shape, uint64_t* histogram, uint32
         uint32_t* const own_lanes = lanes + omp_get_thread_num() * tally_lanes * bins;
         auto* const row = static_cast<Laplacian<T>*>(static_cast<void*>(rows + omp_get_thread_num() * shape.x));
 #pragma omp for schedule(static)
-        for (int64_t index = 0; index < (shape.z - 2 * margin_z) * inner_y; ++index) {
-            const int64_t z = margin_z + index / inner_y;
+        for (int64_t index = 0; index < slices * inner_y; ++index) {
+            const int64_t z = margin_z + index / inner_y * step;
             const int64_t y = margin_y + index % inner_y;
             const T* const voxel = src + (z * shape.y + y) * shape.x + margin_x;
             laplacian_row(voxel, neighbours(voxel, margin_z * shape.slice()), neighbours(voxel, margin_y * shape.x),
@@ -72,8 +73,8 @@ void laplacian_histogram(const T* src, Shape3 shape, uint64_t* histogram, uint32
     }
 }
 
-template void laplacian_histogram(const uint8_t*, Shape3, uint64_t*, uint32_t*, int32_t*, int) noexcept;
-template void laplacian_histogram(const int16_t*, Shape3, uint64_t*, uint32_t*, int32_t*, int) noexcept;
-template void laplacian_histogram(const uint16_t*, Shape3, uint64_t*, uint32_t*, int32_t*, int) noexcept;
+template void laplacian_histogram(const uint8_t*, Shape3, int64_t, uint64_t*, uint32_t*, int32_t*, int) noexcept;
+template void laplacian_histogram(const int16_t*, Shape3, int64_t, uint64_t*, uint32_t*, int32_t*, int) noexcept;
+template void laplacian_histogram(const uint16_t*, Shape3, int64_t, uint64_t*, uint32_t*, int32_t*, int) noexcept;
 
 }  // namespace volprep
