@@ -218,8 +218,8 @@ class TestNoise:
 
     def test_of_a_large_volume_slices_all_along_it_are_sampled(self, tmp_path, monkeypatch):
         rng = np.random.default_rng(2)
-        # Weaker noise at one end than at the other: no part of the volume has the median of the whole. And a ramp: slices
-        # that are no neighbours differ more than by noise.
+        # Weaker noise at one end than at the other: no part of the volume has the median of the whole. And a ramp:
+        # slices that are no neighbours differ more than by noise.
         sigma, ramp = (np.linspace(*ends, 64)[:, None, None] for ends in [(4, 12), (100, 63100)])
         volume = (ramp + sigma * rng.standard_normal((64, 360, 380), np.float32)).round().astype(np.uint16)
         source = raw(tmp_path, volume)
