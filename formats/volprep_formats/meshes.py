@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
+from pydantic.alias_generators import to_camel
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record, problems
@@ -84,7 +85,7 @@ def read_glb(data: bytes, name: str) -> GlbMesh:
     except ValidationError as error:
         _fail(name, problems(error))
     primitives = tuple(_read(gltf, each, binary, name) for each in gltf.meshes[0].primitives)
-    return GlbMesh(primitives, gltf.nodes[0].scale, bool(gltf.extensionsRequired))
+    return GlbMesh(primitives, gltf.nodes[0].scale, bool(gltf.extensions_required))
 
 
 def _split(positions: NDArray[np.int32], triangles: NDArray[np.int32], most_vertices: int) -> Iterator[Primitive]:
@@ -194,6 +195,8 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 class _Part(Record):
     """A part of the file. Only what `write_glb` writes is taken."""
 
+    model_config = ConfigDict(alias_generator=to_camel)
+
 
 class _Asset(_Part):
     version: Literal["2.0"]
@@ -211,16 +214,16 @@ class _Node(_Part):
 
 
 class _Attributes(_Part):
-    POSITION: Index
+    position: Annotated[Index, Field(alias="POSITION")]
 
 
 class _Compressed(_Part):
-    bufferView: Index
+    buffer_view: Index
     attributes: _Attributes
 
 
 class _Extensions(_Part):
-    KHR_draco_mesh_compression: _Compressed
+    draco: Annotated[_Compressed, Field(alias=_DRACO)]
 
 
 class _Primitive(_Part):
@@ -235,23 +238,23 @@ class _Mesh(_Part):
 
 
 class _Accessor(_Part):
-    componentType: Literal[5126, 5123]
+    component_type: Literal[5126, 5123]
     count: Annotated[int, Field(ge=1, lt=2**31)]
     type: Literal["VEC3", "SCALAR"]
-    bufferView: Index | None = None
+    buffer_view: Index | None = None
     min: tuple[Number, Number, Number] | None = None
     max: tuple[Number, Number, Number] | None = None
 
 
 class _View(_Part):
     buffer: Literal[0]
-    byteOffset: Size
-    byteLength: Size
+    byte_offset: Size
+    byte_length: Size
     target: Literal[34962, 34963] | None = None
 
 
 class _Buffer(_Part):
-    byteLength: Size
+    byte_length: Size
 
 
 class _Gltf(_Part):
@@ -261,10 +264,10 @@ class _Gltf(_Part):
     nodes: tuple[_Node]
     meshes: tuple[_Mesh]
     accessors: tuple[_Accessor, ...]
-    bufferViews: tuple[_View, ...]
+    buffer_views: tuple[_View, ...]
     buffers: tuple[_Buffer]
-    extensionsUsed: tuple[Literal["KHR_draco_mesh_compression"], ...] = ()
-    extensionsRequired: tuple[Literal["KHR_draco_mesh_compression"], ...] = ()
+    extensions_used: tuple[Literal["KHR_draco_mesh_compression"], ...] = ()
+    extensions_required: tuple[Literal["KHR_draco_mesh_compression"], ...] = ()
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, memoryview]:
@@ -280,19 +283,19 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, memoryview]:
 
 
 def _read(gltf: _Gltf, primitive: _Primitive, binary: memoryview, name: str) -> Primitive:
-    if gltf.buffers[0].byteLength != len(binary):
+    if gltf.buffers[0].byte_length != len(binary):
         _fail(name, "its buffer has another size")
-    vertices = _at(gltf.accessors, primitive.attributes.POSITION, name)
+    vertices = _at(gltf.accessors, primitive.attributes.position, name)
     corners = _at(gltf.accessors, primitive.indices, name)
-    kinds = (vertices.componentType, vertices.type, corners.componentType, corners.type)
+    kinds = (vertices.component_type, vertices.type, corners.component_type, corners.type)
     if kinds != (_FLOAT, "VEC3", _SHORT, "SCALAR") or corners.count % 3 or vertices.count > MOST_VERTICES:
         _fail(name, "positions are not float32, or indices not three of 16 bits for each triangle")
     if primitive.extensions is None:
-        positions = np.frombuffer(_bytes(gltf, vertices.bufferView, binary, 12 * vertices.count, name), "<f4")
-        indices = np.frombuffer(_bytes(gltf, corners.bufferView, binary, 2 * corners.count, name), "<u2")
+        positions = np.frombuffer(_bytes(gltf, vertices.buffer_view, binary, 12 * vertices.count, name), "<f4")
+        indices = np.frombuffer(_bytes(gltf, corners.buffer_view, binary, 2 * corners.count, name), "<u2")
         found = Primitive(positions.reshape(-1, 3), indices.reshape(-1, 3))
     else:
-        packed = _bytes(gltf, primitive.extensions.KHR_draco_mesh_compression.bufferView, binary, None, name)
+        packed = _bytes(gltf, primitive.extensions.draco.buffer_view, binary, None, name)
         found = decode_draco(bytes(packed), name)
     if (len(found.positions_xyz), found.triangles.size) != (vertices.count, corners.count):
         _fail(name, "what is compressed has another size")
@@ -305,8 +308,8 @@ def _read(gltf: _Gltf, primitive: _Primitive, binary: memoryview, name: str) -> 
 
 
 def _bytes(gltf: _Gltf, view: int | None, binary: memoryview, size: int | None, name: str) -> memoryview:
-    record = _at(gltf.bufferViews, -1 if view is None else view, name)
-    begin, length = record.byteOffset, record.byteLength
+    record = _at(gltf.buffer_views, -1 if view is None else view, name)
+    begin, length = record.byte_offset, record.byte_length
     if begin % 4 or begin + length > len(binary) or size not in {None, length}:
         _fail(name, "a part of its buffer lies outside, or has another size")
     return binary[begin : begin + length]

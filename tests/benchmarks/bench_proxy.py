@@ -236,7 +236,7 @@ def _draw(package: Package, kind: type[Renderer]) -> _Drawn:
                 renderer.render(camera, (SIZE, SIZE))
             times.append((time.process_time() - start) * 1000 / len(cameras))
     taken = sum(
-        samples_per_pixel(package, program, level.index, camera, (SIZE, SIZE), kind)[0].sum() for camera in cameras
+        samples_per_pixel(package, program, level.index, camera, (SIZE, SIZE), kind=kind)[0].sum() for camera in cameras
     )
     return _Drawn(pictures, float(taken), min(times))
 

@@ -63,7 +63,7 @@ def test_every_level_is_drawn_as_without_with_fewer_samples(package):
                 with kind(package, level=level, transfer=program.transfer) as renderer:
                     both.append(renderer.render(camera, (48, 48)))
                     own = renderer.program
-                taken.append(samples_per_pixel(package, own, level, camera, (48, 48), kind)[0].sum())
+                taken.append(samples_per_pixel(package, own, level, camera, (48, 48), kind=kind)[0].sum())
             assert np.abs(both[0] - both[1]).max() <= 1 / 255
             assert taken[1] < taken[0]
 

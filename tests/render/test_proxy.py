@@ -93,7 +93,7 @@ def test_rays_take_fewer_samples_and_fewest_with_a_skip_table(tmp_path, profile)
             (package.manifest.programs[0], Renderer),
             (package.manifest.proxy.programs[0], ProxyRenderer),
         ):
-            taken[name, kind] = samples_per_pixel(package, program, 0, camera, (48, 48), kind)[0].sum()
+            taken[name, kind] = samples_per_pixel(package, program, 0, camera, (48, 48), kind=kind)[0].sum()
         check_same(*pictures(package, ("anterior-left", "superior")))
     assert taken["plain", ProxyRenderer] < 0.8 * taken["plain", Renderer]
     assert taken["skipping", ProxyRenderer] <= taken["skipping", Renderer] < taken["plain", ProxyRenderer]

@@ -77,7 +77,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
         for forth in (enclosed, np.flip(enclosed, axis)):
             first = np.where(forth.any(axis=axis), forth.argmax(axis=axis), forth.shape[axis])
             shares.append(float(first.mean()) / forth.shape[axis])
-    return sum(shares) / len(shares)
+    return math.fsum(shares) / len(shares)
 
 
 def describe_proxy(
@@ -86,7 +86,7 @@ def describe_proxy(
     """Give an item for each transfer function. Seal adds the meshes, of which some may be empty."""
     if plan is None:
         return
-    common = (VERTEX, DEPTH)
+    common: tuple[str, ...] = (VERTEX, DEPTH)
     for function, share in zip(functions, plan.shares, strict=True):
         files = tuple(program.fragment for program in plan.programs if program.transfer == function.name)
         reason = _why_not(wanted, function.name, share)

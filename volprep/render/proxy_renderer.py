@@ -89,8 +89,8 @@ class ProxyRenderer(Renderer):
 
 def clip_from_box_of(box_from_clip: NDArray[np.float64]) -> NDArray[np.float64]:
     """Invert the camera's matrix, with the sign for which w is positive in front of the eye."""
-    inverse: NDArray[np.float64] = np.linalg.inv(box_from_clip)
-    return inverse * np.sign(box_from_clip[3, 3])
+    inverse: NDArray[np.float64] = np.asarray(np.linalg.inv(box_from_clip), np.float64)
+    return -inverse if box_from_clip[3, 3] < 0 else inverse
 
 
 def _near_plane_cuts(

@@ -34,11 +34,13 @@ def samples_per_pixel(
     level: int,
     box_from_clip: NDArray[np.float64],
     shape_hw: tuple[int, int],
+    *,
     kind: type[Renderer] = Renderer,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Samples taken, and entries of the skip table read, for each pixel [H, W]. Raises what `Renderer` raises.
 
-    `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a float32 target.
+    `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a
+    float32 target.
     """
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:

@@ -1,0 +1,31 @@
+"""Occupied blocks of level 0 from an OpenVDB tree, without its voxels: for sources that are mostly background.
+
+A package's own meshes come from its codes, which its build has made anyway; this is for programs that want the mesh of
+a .vdb file and no package. Codes rise with values, so that the code of a block's least value is its least code: both
+ways give the same blocks.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep import _native
+from volprep.plan import CropPlan, QuantizePlan
+from volprep.skip.ranges import BlockRanges
+from volprep.texels import texels_of
+from volprep_formats.readers.vdb import VdbSource
+
+
+def ranges_of_tree(source: VdbSource, crop: CropPlan, quantize: QuantizePlan, block: int) -> BlockRanges:
+    """Give the ranges of blocks of level 0, as `block_ranges` measures them on texels. Raises what the source does."""
+    z, y, x = (stop - start for start, stop in zip(crop.start_zyx, crop.stop_zyx, strict=True))
+    ends = source.block_ranges(crop.start_zyx, (z, y, x), block)
+    low, high = (_texels(each, quantize) for each in ends)
+    return BlockRanges(low, high, block)
+
+
+def _texels(values: NDArray[np.float32], quantize: QuantizePlan) -> NDArray[np.generic]:
+    codes = np.empty(values.shape, np.uint8 if quantize.bits == 8 else np.uint16)
+    histogram = np.zeros(2**quantize.bits, np.uint64)
+    _native.quantize(np.ascontiguousarray(values), 1.0, 0.0, *quantize.window, codes, histogram)
+    texels = texels_of(codes)
+    return texels.astype(np.float32) if texels.dtype == np.float16 else texels
