@@ -27,6 +27,7 @@ from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
+from .bench_slices import measure_slices, slices_table
 from .bench_transfer import contests as transfer_contests
 from .contest import Row, hold
 
@@ -70,6 +71,8 @@ def main() -> None:
     console.print(skip_rows_table(skipping))
     meshes = measure_proxy(console)
     console.print(proxy_rows_table(meshes))
+    slices = measure_slices(console)
+    console.print(slices_table(slices))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -79,6 +82,7 @@ def main() -> None:
         "decode": [asdict(row) for row in decodes],
         "skipping": [asdict(row) for row in skipping],
         "proxy": [asdict(row) for row in meshes],
+        "slices": [asdict(row) for row in slices],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
         "pyramid": [asdict(row) for row in pyramid],

@@ -18,7 +18,7 @@ from volprep_formats.diagnostics import CATALOGUE
 from volprep_formats.package import check, manifest, manifest_json, reader
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
 from volprep_formats.package.reader import Package
-from volprep_formats.textures import ktx2
+from volprep_formats.textures import ktx2, paletted
 
 ROOT = Path(__file__).parents[2]
 SPEC = (ROOT / "formats" / "SPEC.md").read_text(encoding="utf-8")
@@ -61,7 +61,9 @@ def test_every_link_in_the_text_has_its_heading() -> None:
 def test_every_code_that_a_check_can_give_is_in_the_table() -> None:
     told = set(re.findall(r"^\| (VP4\d{3}) \|", SPEC, re.MULTILINE))
     files = inspect.getmodule(manifest_json.open_inside)
-    sources = "".join(inspect.getsource(module) for module in (check, manifest_json, reader, ktx2, meshes, files))
+    sources = "".join(
+        inspect.getsource(module) for module in (check, manifest_json, reader, ktx2, paletted, meshes, files)
+    )
     # VP4014 is for callers that ask for a file the manifest does not name, VP4020 for writers.
     assert told == set(re.findall(r"VP4\d{3}", sources)) - {"VP4014", "VP4020"}
     assert told <= set(CATALOGUE)
