@@ -1,14 +1,17 @@
-"""A level as one grey picture to look at: its slices side by side, as a mosaic of one channel has them."""
+"""A level as one picture to look at: its slices side by side, as a mosaic of one slice in a texel has them."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
+from volprep.normals.codes import decoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.normals import NormalCode
 from volprep_formats.package.reader import Package
 from volprep_formats.png import write_png
 
@@ -21,7 +24,7 @@ class Montage:
     """A picture of slices."""
 
     pixels: NDArray[np.uint8]
-    """[H, W, 1], row 0 on top: the largest stored value is white."""
+    """[H, W, 1], row 0 on top: the largest stored value is white. [H, W, 3] for normals: -1 is 0, 1 is 255."""
     level: int
     """Level that it shows."""
     shown: int
@@ -32,20 +35,23 @@ class Montage:
     """Slices in a row."""
 
 
-def write_montage(package: Package, level: int | None, path: Path) -> Montage:
-    """Write the montage of a level, the finest if None, to a PNG file.
+def write_montage(package: Package, level: int | None, path: Path, *, normals: bool = False) -> Montage:
+    """Write the montage of a level, the finest if None, or of its normals, to a PNG file.
 
-    Raises VP1250 if no texture holds the level, VP5021 if the file cannot be written.
+    Raises VP1250 if no texture holds that, VP5021 if the file cannot be written.
     """
     if path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
-    held = sorted(
-        {each.level for each in package.manifest.textures if each.role == "volume" and each.level is not None}
-    )
+    role: Literal["volume", "normals"] = "normals" if normals else "volume"
+    textures = [each for each in package.manifest.textures if each.role == role]
+    held = sorted({each.level for each in textures if each.level is not None})
     if not held or level not in {None, *held}:
-        raise VolprepError("VP1250", path=package.path, level=level, found=", ".join(map(str, held)) or "none")
+        wanted = f"{'' if level is None else level} with normals".strip() if normals else level
+        raise VolprepError("VP1250", path=package.path, level=wanted, found=", ".join(map(str, held)) or "none")
     chosen = held[0] if level is None else level
-    made = montage(level_texels(package, chosen), chosen)
+    texels = level_texels(package, chosen, role=role)
+    meaning = textures[0].normals
+    made = montage(texels if meaning is None else _colours(texels, meaning.code), chosen)
     try:
         write_png(path, made.pixels)
     except OSError as error:
@@ -56,12 +62,13 @@ def write_montage(package: Package, level: int | None, path: Path) -> Montage:
 def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST) -> Montage:
     """Lay slices [z, y, x] side by side, as many as have room, evenly spaced; of wide ones only every so many voxels.
 
-    `voxels` are uint8, or normalised floating point from 0 to 1.
+    `voxels` are uint8, or normalised floating point from 0 to 1; or colours [z, y, x, 3].
     """
-    thin = -(-max(voxels.shape[1:]) // largest)
+    packing = Packing(components=3 if voxels.ndim == 4 else 1)
+    thin = -(-max(voxels.shape[1:3]) // largest)
     slices = voxels[:, ::thin, ::thin]
     every = 1
-    while (layout := fit_mosaic(_shape(slices[::every]), Packing(), Room(largest))) is None:
+    while (layout := fit_mosaic(_shape(slices[::every]), packing, Room(largest))) is None:
         every += 1
     shown = slices[::every]
     if shown.dtype.kind == "f":
@@ -71,5 +78,11 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
 
 
 def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:
-    z, y, x = voxels.shape
+    z, y, x = voxels.shape[:3]
     return z, y, x
+
+
+def _colours(texels: NDArray[np.generic], code: NormalCode) -> NDArray[np.uint8]:
+    """Red, green and blue for x, y and z; a middle grey where there is no normal."""
+    vectors = decoded(np.ascontiguousarray(texels).view(np.uint8), code)
+    return np.rint((vectors + 1) * 127.5).astype(np.uint8)

@@ -18,10 +18,18 @@ Picture = Annotated[
     typer.Option(help="Write the slices of a level side by side to this PNG file, to look at.", metavar="PICTURE"),
 ]
 Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.")]
+Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture: x, y and z as colours.")]
 Rows = list[tuple[str, ...]]
 
 
-def inspect(package: PackageFolder, *, picture: Picture = None, level: Level = None, as_json: Json = False) -> None:
+def inspect(
+    package: PackageFolder,
+    *,
+    picture: Picture = None,
+    level: Level = None,
+    normals: Normals = False,
+    as_json: Json = False,
+) -> None:
     """Say what is in a package: levels, textures, transfer functions, programs, plan, files.
 
     Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
@@ -31,7 +39,7 @@ def inspect(package: PackageFolder, *, picture: Picture = None, level: Level = N
 
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
-        _picture(opened, level, picture)
+        _picture(opened, level, picture, normals=normals)
         return
     manifest = opened.manifest
     if as_json:
@@ -47,10 +55,10 @@ def inspect(package: PackageFolder, *, picture: Picture = None, level: Level = N
             print()
 
 
-def _picture(package: "Package", level: int | None, path: Path) -> None:
+def _picture(package: "Package", level: int | None, path: Path, *, normals: bool) -> None:
     from volprep.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
 
-    made = write_montage(package, level, path)
+    made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape
     every = "" if made.every == 1 else f", one of {made.every}"
     print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")

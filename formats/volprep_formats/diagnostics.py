@@ -828,8 +828,9 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP6014": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: its shaders light the volume ({lighting}), and there is no true picture with light to compare with",
-        "Build the package without render.lighting to validate it; nothing else of it changes.",
+        "{path}: its shaders light the volume ({lighting}), and there is no true picture with light to compare with: "
+        "the gradient of a trilinear field jumps between voxels, and every kernel smooths it in another way",
+        "Build the scene with render.lighting none, and validate that: its codes and tables are made in the same way.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,

@@ -151,9 +151,13 @@ class TestWhatItDraws:
         report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
         assert report.verdict.passed
 
-    def test_each_channel_is_lit_by_its_own_normals(self, tmp_path) -> None:
+    @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+    def test_each_channel_is_lit_by_its_own_normals(self, tmp_path, profile) -> None:
         scene = edited(tmp_path, "[render]", '[render]\nlighting = "headlight"')
+        scene.write_text(scene.read_text().replace('"gles3"', f'"{profile}"'))
         manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        assert manifest.profile.name == profile
+        assert check(tmp_path / "a.volpkg") == []
         normals = {(texture.channel, texture.level) for texture in manifest.textures if texture.role == "normals"}
         assert normals == {(c.name, level.index) for c in manifest.channels for level in c.levels}
         assert all("normals" in {each.role for each in program.samplers} for program in manifest.programs)

@@ -4,12 +4,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO
 import pytest
 from phantom_scene import write_phantom_scene
 from tiny_packages import function, tiny_package
 
 from volprep import slabs
 from volprep.build import build
+from volprep.montage import write_montage
 from volprep.normals.codes import decoded
 from volprep.normals.gradient import gradients
 from volprep.render.camera import standard_views
@@ -20,6 +22,7 @@ from volprep.validation.run import validate
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
@@ -190,6 +193,20 @@ def test_the_same_bytes_come_out_however_slabs_are_cut(tmp_path, lit, monkeypatc
     whole = Package.open(lit)
     for texture in whole.manifest.textures:
         assert whole.read_bytes(texture.file) == Package.open(again).read_bytes(texture.file)
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+@pytest.mark.parametrize("code", ["biased8", "oct12"])
+def test_normals_can_be_looked_at(tmp_path, profile, code):
+    package = Package.open(built(tmp_path, f'[normals]\ncode = "{code}"\n', profile))
+    write_montage(package, 0, tmp_path / "n.png", normals=True)
+    colours = OpenImageIO.ImageInput.open(str(tmp_path / "n.png")).read_image("uint8")
+    height, width = package.manifest.levels[0].grid.shape_zyx[1:]
+    vectors = decoded(level_texels(package, 0, role="normals").view(np.uint8), code)
+    # The first slice is at the top left.
+    np.testing.assert_allclose(colours[:height, :width] / 127.5 - 1, vectors[0], rtol=0, atol=0.5 / 127.5 + 1e-9)
+    with pytest.raises(VolprepError, match=r"VP1250 .* holds no level 9 with normals; there are: 0, "):
+        write_montage(package, 9, tmp_path / "n.png", normals=True)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 1), (1, 7, 5), (9, 1, 1), (1, 1, 12)], ids=str)

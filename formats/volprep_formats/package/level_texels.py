@@ -1,5 +1,7 @@
 """The voxels of a level as its texture holds them, or the textures of its mosaic."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,12 +12,15 @@ from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 
-def level_texels(package: Package, level: int, channel: str | None = None) -> NDArray[np.generic]:
+def level_texels(
+    package: Package, level: int, channel: str | None = None, role: Literal["volume", "normals"] = "volume"
+) -> NDArray[np.generic]:
     """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels the first unless named.
 
-    Compressed ones come as normalised float32. Raises what `Package.read_bytes` and the texture reader raise.
+    Or its normals, as [z, y, x, byte]. Compressed values come as normalised float32. Raises what `Package.read_bytes`
+    and the texture reader raise.
     """
-    volumes = [each for each in package.manifest.textures if each.role == "volume" and each.level == level]
+    volumes = [each for each in package.manifest.textures if each.role == role and each.level == level]
     wanted = volumes[0].channel if channel is None else channel
     textures = sorted((each for each in volumes if each.channel == wanted), key=lambda texture: texture.part)
     mosaic = textures[0].mosaic
