@@ -1,6 +1,7 @@
 // Codes of a run of vectors: shared by the normals of level 0 and those of coarser levels.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -47,14 +48,18 @@ uint32_t octahedral_code(Vector v) noexcept {
     return sum > 0.0F ? word : 0;
 }
 
+// Voxels whose words are made before they are packed: few enough that the CPU divides for the next ones while it still
+// stores these (512 at a time: 6 to 15 % slower).
+inline constexpr int64_t chunk_length = 64;
+
 // Words of codes, the first byte lowest.
 template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
-VOLPREP_CLONES void encode_words(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor,
-                                 int64_t count, uint32_t* __restrict words) noexcept {
+VOLPREP_CLONES void encode_words(const S* sums_x, const S* sums_y, const S* sums_z, const GradientMatrix& matrix,
+                                 float magnitude_factor, int64_t count, uint32_t* __restrict words) noexcept {
     constexpr bool cartesian = CODE == NormalCode::biased8 || CODE == NormalCode::snorm8;
     constexpr float largest = CODE == NormalCode::snorm8 ? 127.0F : 255.0F;
     for (int64_t x = 0; x < count; ++x) {
-        const Vector v = transformed<ROTATES>(matrix, sums.x[x], sums.y[x], sums.z[x]);
+        const Vector v = transformed<ROTATES>(matrix, sums_x[x], sums_y[x], sums_z[x]);
         const float squared = v.x * v.x + v.y * v.y + v.z * v.z;
         uint32_t word;
         if constexpr (cartesian) {
@@ -97,9 +102,14 @@ using Encoder = void (*)(const Sums<S>&, const GradientMatrix&, float, int64_t, 
 template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
 void encode(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor, int64_t count,
             uint8_t* dst) noexcept {
-    uint32_t words[tile_length];
-    encode_words<S, CODE, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, words);
-    pack_words<static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE}>(words, count, dst);
+    constexpr int bytes = static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE};
+    uint32_t words[chunk_length];
+    for (int64_t x = 0; x < count; x += chunk_length) {
+        const int64_t length = std::min(chunk_length, count - x);
+        encode_words<S, CODE, ROTATES, MAGNITUDE>(sums.x + x, sums.y + x, sums.z + x, matrix, magnitude_factor, length,
+                                                  words);
+        pack_words<bytes>(words, length, dst + bytes * x);
+    }
 }
 
 template <typename S, NormalCode CODE>
