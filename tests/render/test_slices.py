@@ -1,14 +1,17 @@
 """Slices drawn by OpenGL ES 1.1: pictures with closed forms, a slow twin, and all directions."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from slice_packages import expected_picture, missing_es11, slice_package, stack_of
 
+import volprep.profiles
 from volprep.render.camera import standard_views, view_from
 from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer, _back_to_front
+from volprep.validation.rays import chords_mm
 from volprep_formats.diagnostics import VolprepError
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
@@ -63,6 +66,19 @@ def test_a_picture_is_what_compositing_slices_in_double_precision_gives(noise, v
     assert clear.mean() > 0.8
     assert (expected[..., 3] > 0.3).mean() > 0.05
     assert (np.abs(picture - expected) <= bound + 1e-6)[clear].all()
+
+
+@pytest.mark.parametrize("view", ["anterior-left", "posterior-left"])
+def test_dense_slices_seen_at_an_angle_are_not_brighter_than_their_colour(tmp_path, view):
+    points = (
+        "{ value = 0.0, colour = [0.5, 0.5, 0.5], extinction_per_mm = 1.5 }, "
+        "{ value = 255.0, colour = [0.5, 0.5, 0.5], extinction_per_mm = 1.5 }"
+    )
+    package = slice_package(tmp_path, np.full((9, 9, 9), 200), points=points)
+    colour = package.manifest.transfer_functions[0].points[0].colour[0]
+    with SliceRenderer(package) as renderer:
+        picture = renderer.render(matrix(package, view), SIZE)
+    np.testing.assert_allclose(picture[30, 30], (colour, colour, colour, 1.0), atol=3 / 255)
 
 
 def test_the_bound_of_a_picture_is_a_few_codes(noise):
@@ -175,6 +191,24 @@ def test_the_stack_that_faces_the_viewer_is_drawn(noise):
     with SliceRenderer(noise) as renderer:
         found = {view: renderer.facing(matrix(noise, view))[0] for view in SIX}
     assert found == dict(zip(SIX, "xxyyzz", strict=True))
+
+
+def test_a_coarse_level_ends_where_the_volume_ends(tmp_path):
+    """21 voxels of level 0 are 11 of level 1, of which the last one is half outside."""
+    device = Path(volprep.profiles.__file__).with_name("gles1.toml").read_text(encoding="utf-8")
+    (tmp_path / "small.toml").write_text(device.replace("16_777_216", "18_000"), encoding="utf-8")
+    codes = np.full((21, 17, 19), 120)
+    package = slice_package(tmp_path, codes, profile="small.toml", extra="[pyramid]\ncoarsest_longest_axis = 8")
+    (level,) = package.manifest.levels
+    beyond = np.multiply(level.grid.shape_zyx, level.grid.spacing_mm_zyx) - level.grid.extent_mm_zyx
+    assert level.index > 0
+    assert (beyond > 0).any()
+    size = (128, 128)
+    for view in SIX:
+        box_from_clip = matrix(package, view)
+        with SliceRenderer(package) as renderer:
+            seen = renderer.render(box_from_clip, size)[..., 3] > 0
+        np.testing.assert_array_equal(seen, chords_mm(box_from_clip, size, level.grid) > 0)
 
 
 def test_what_slices_cannot_do_is_said(noise):

@@ -62,11 +62,12 @@ def slice_package(
     slices: str = "",
     projection: str = "orthographic",
     profile: str = "gles1",
+    extra: str = "",
 ) -> Package:
     """Build the package of codes [z, y, x]."""
     folder.mkdir(parents=True, exist_ok=True)
     codes.astype(np.uint8).tofile(folder / "tiny.raw")
-    table = f"[slices]\n{slices}" if slices else ""
+    table = f"{extra}\n[slices]\n{slices}" if slices else extra
     text = SCENE.format(
         profile=profile,
         shape=list(codes.shape),
@@ -117,6 +118,8 @@ def expected_picture(
     along = (box_from_clip @ [0.0, 0.0, 2.0, 0.0])[:3]
     place = "xyz".index(axis)
     brightness = np.linalg.norm(along) / abs(along[place]) if lengthened else 1.0
+    largest = max(each.slices.largest_opacity for each in package.manifest.textures if each.slices.axis == axis)
+    brightness = min(brightness, 1 / largest, 2.0)
     grid = package.manifest.levels[0].grid
     spacing, extent = np.array(grid.spacing_mm_zyx[::-1]), np.array(grid.extent_mm_zyx[::-1])
     stack = stack_of(package, axis).astype(np.float64) / 255

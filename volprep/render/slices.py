@@ -6,8 +6,8 @@ the outermost half voxel repeats the edge, so that slices whose tiles abut do no
 
 Texels have the opacity of a path as long as the distance of slices. A ray at an angle to the axis has a path that is
 1 / cos longer, and the opacity that belongs to it is 1 - (1 - opacity)^(1 / cos). The fixed-function pipeline can only
-multiply: by 1 / cos, which is that for faint texels, at most √3 with three stacks of cubic voxels. Texture combiners
-multiply by up to 2, and 1 / cos is cut there.
+multiply: by 1 / cos, which is that for faint texels, at most √3 with three stacks of cubic voxels. It is cut where the
+most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
 """
 
 import statistics
@@ -55,6 +55,8 @@ class _Part:
     """Corners of all patches of all slices, [slice · 16, 3], box millimetres."""
     coordinates: NDArray[np.float32]
     """Their texture coordinates, [slice · 16, 2]."""
+    largest_opacity: float
+    """No texel is more opaque."""
 
     def triangles(self, order: NDArray[np.intp]) -> NDArray[np.uint16]:
         """Corners of the triangles of slices in this order."""
@@ -167,7 +169,8 @@ class SliceRenderer:
     def _draw(self, box_from_clip: Array, shape_hw: tuple[int, int]) -> int:
         axis, cosine = self.facing(box_from_clip)
         target = self._target_of(shape_hw)
-        brightness = min(1 / max(cosine, 1e-6), _MOST_BRIGHTNESS) if self._lengthen else 1.0
+        most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
+        brightness = min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
         self._gl.begin(target, shape_hw, clip_from_box, brightness)
         parts = self._parts[axis]
@@ -231,5 +234,9 @@ def _part(handle: int, texture: Texture, layout: SliceLayout, grid: Grid) -> _Pa
         positions[..., across] = corners.reshape(shape)
         coordinates[..., place] = (firsts[place][:, None, None] + inside.reshape(shape)) / size
     return _Part(
-        handle, centres, positions.reshape(-1, 3).astype(np.float32), coordinates.reshape(-1, 2).astype(np.float32)
+        handle,
+        centres,
+        positions.reshape(-1, 3).astype(np.float32),
+        coordinates.reshape(-1, 2).astype(np.float32),
+        layout.largest_opacity,
     )

@@ -42,7 +42,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             else:
                 palette = best_palette(colours, slices.palette_entries, weights)
                 draft.write(texture.file, "texture", paletted.encode(palette.colours, palette.indices[atlas]))
-            textures.append(_record(plan, slices, stack, texture, part))
+            # Where nothing can be seen, any bound will do.
+            largest = float(colours[:, 3].max()) / 255 or 1.0
+            layout = texture.layout.model_copy(update={"largest_opacity": largest})
+            textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
             progress.advance()
     # Of an earlier run, perhaps with other stacks, nothing stays.
     kept = tuple(each for each in draft.manifest.textures if each.role != "slices")

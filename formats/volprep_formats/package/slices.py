@@ -28,3 +28,5 @@ class SliceLayout(Record):
     """Number of slices in this texture."""
     tiles_x: Count
     """Tiles in a row: slice `first` + i lies in column i mod tiles_x of row i div tiles_x."""
+    largest_opacity: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    """No texel of the stack is more opaque."""
