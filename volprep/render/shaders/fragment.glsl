@@ -5,8 +5,8 @@
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives
 //: `medium`, colour and extinction of the segment whose middle is i; termination may leave the block. Where empty
 //: space is skipped: skipping gives the table, skip_start begins, loop opens two blocks, loop_end closes the outer one.
-//: At proxy geometry: ray_ends also gives where the ray meets it, ray_of_pixel makes v_near and v_far, entry_start finds
-//: the first sample.
+//: At proxy geometry: ray_ends also gives where the ray meets it, ray_of_pixel makes v_near and v_far, entry_start
+//: finds the first sample.
 //: Where there is light: lighting gives the normals, light_start begins, light changes the colour of `medium`.
 //#part dialect
 //#part ray_ends
