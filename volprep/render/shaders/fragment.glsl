@@ -1,5 +1,6 @@
 //: Fragment shader of all ray casters, both dialects, highp throughout.
-//: In: ray_ends gives v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to 1.
+//: In: ray_ends gives v_near and v_far, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light,
+//: 0 to 1.
 //: Slots: dialect; sampling gives position(millimetres) and stored_value(position); classification gives
 //: classify(stored value) = (linear colour, extinction per millimetre), or the same for the two ends of a segment; box
 //: gives clip_to_box; first stands before the loop; loop opens a block with i = 0.5, 1.5, ... below count; medium gives

@@ -13,7 +13,7 @@ invariant gl_Position;
 
 void main() {
   vec3 at = a_position * u_box_from_mesh;
-  // A voxel outwards where the mesh ends with the volume, so that no pixel is lost at its border; rays are clipped there.
+  // A voxel outwards where the mesh ends with the volume, so that no pixel of its border is lost; rays are clipped.
   vec3 half_unit = 0.5 * u_box_from_mesh;
   v_entry = at + (step(BOX_MM - half_unit, at) - step(at, half_unit)) * 4.0 * u_box_from_mesh;
   gl_Position = u_clip_from_box * vec4(v_entry, 1.0);
