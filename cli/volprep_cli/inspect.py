@@ -9,7 +9,7 @@ import typer
 from volprep_cli.console import Json, bytes_text, print_json, print_table
 
 if TYPE_CHECKING:
-    from volprep_formats.package.manifest import Channel, Manifest, Texture
+    from volprep_formats.package.manifest import Channel, GlFormat, Manifest, Texture
     from volprep_formats.package.reader import Package
 
 PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
@@ -96,7 +96,7 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
                 texture.name,
                 _holds(texture),
                 _times(texture.shape_zyx),
-                f"{texture.gl.target} {texture.gl.internal_format}/{texture.gl.format}/{texture.gl.type}",
+                _gl_format(texture.gl),
                 bytes_text(sizes.get(texture.file, 0)),
                 texture.file,
             )
@@ -195,6 +195,10 @@ def _holds(texture: "Texture") -> str:
         scale = "" if texture.max_extinction_per_mm is None else f", extinction up to {texture.max_extinction_per_mm:g}"
         return f"transfer {texture.transfer}{scale}"
     level = f"level {texture.level}" if texture.channel is None else f"{texture.channel}, level {texture.level}"
+    if texture.slices is not None:
+        layout = texture.slices
+        last = layout.first + layout.slices - 1
+        return f"{level}, slices {layout.first} to {last} across {layout.axis}, {texture.transfer}"
     if texture.mosaic is None:
         return level
     mosaic = texture.mosaic
@@ -207,3 +211,8 @@ def _holds(texture: "Texture") -> str:
 
 def _times(numbers: tuple[float, ...]) -> str:
     return "×".join(f"{number:.6g}" for number in numbers)
+
+
+def _gl_format(gl: "GlFormat") -> str:
+    words = (gl.internal_format, gl.format, gl.type)
+    return f"{gl.target} {'/'.join(word for word in words if word)}"
