@@ -85,7 +85,9 @@ def make_plan(
     wanted = wanted_normals(scene)
     with_normals = [beside_level(beside, level, wanted, layouts) for level in candidates]
     fits = [
-        others if isinstance(others, Misfit) else fit_level(level, bits, layouts, others, scene.mosaic, compression.format)
+        others
+        if isinstance(others, Misfit)
+        else fit_level(level, bits, layouts, others, scene.mosaic, compression.format)
         for level, others in zip(candidates, with_normals, strict=True)
     ]
     levels, volumes = _kept(candidates, fits, profile)
@@ -132,7 +134,15 @@ def make_plan(
     skipping = describe_skip(skip, functions, scene.skip, found)
     meshes = describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()
     return plan.model_copy(
-        update={"items": (*describe(plan, grounds), *compression.items, *skipping, *meshes, *normal_items(normals, scene, levels))}
+        update={
+            "items": (
+                *describe(plan, grounds),
+                *compression.items,
+                *skipping,
+                *meshes,
+                *normal_items(normals, scene, levels),
+            )
+        }
     )
 
 
@@ -179,7 +189,7 @@ def _program(
     )
 
 
-def _stages(
+def _stages(  # noqa: PLR0917 - what needs a stage
     levels: tuple[LevelPlan, ...],
     volumes: tuple[VolumePlan, ...],
     subvolumes: SubvolumesPlan | None,
@@ -193,7 +203,19 @@ def _stages(
     skipping = ("skip",) if skip.tables or skip.ranges else ()
     meshes = ("proxy",) if proxy is not None and proxy.meshes else ()
     vectors = ("normals",) if normals is not None else ()
-    return ("import", "quantize", *pyramid, "transfer", *vectors, layout, *skipping, *meshes, *pieces, "shaders", "seal")
+    return (
+        "import",
+        "quantize",
+        *pyramid,
+        "transfer",
+        *vectors,
+        layout,
+        *skipping,
+        *meshes,
+        *pieces,
+        "shaders",
+        "seal",
+    )
 
 
 def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:
