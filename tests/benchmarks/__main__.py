@@ -14,6 +14,7 @@ from rich.table import Table
 
 from volprep import _native
 
+from .bench_compressed import compressed_table, measure_compressed
 from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
@@ -60,6 +61,8 @@ def main() -> None:
     console.print(_decode_table(decodes))
     fetches = measure_fetch(console)
     console.print(fetch_table(fetches))
+    compressed = measure_compressed(console)
+    console.print(compressed_table(compressed))
     pyramid = measure_pyramid(console)
     console.print(pyramid_table(pyramid))
     levels = measure_levels(console)
@@ -85,6 +88,7 @@ def main() -> None:
         "slices": [asdict(row) for row in slices],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
+        "compressed": [asdict(row) for row in compressed],
         "pyramid": [asdict(row) for row in pyramid],
         "levels": [asdict(row) for row in levels],
         "normals": asdict(normals),

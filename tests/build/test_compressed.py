@@ -39,6 +39,8 @@ def scene_with(folder: Path, wish: str) -> Path:
     path = write_phantom_scene(folder, "gles3-astc")
     source().tofile(folder / "phantom.raw")
     text = path.read_text().replace("[pyramid]", f"{SKIP}\n[quantize]\nbits = 8\n\n[pyramid]")
+    # A ramp: over a jump any error of a voxel is the whole jump, and no form is taken.
+    text = text.replace("value = 700.0", "value = 400.0", 1)
     path.write_text(f'crop = "none"\n{text}\n[textures]\ncompression = "{wish}"\n')
     return path
 
@@ -100,7 +102,6 @@ def test_the_driver_draws_what_is_decoded(packages: dict[str, Package], wish: st
 @pytest.mark.parametrize("wish", WISHES[1:])
 def test_ranges_of_blocks_enclose_what_is_decoded(packages: dict[str, Package], wish: str) -> None:
     package = packages[wish]
-    assert package.manifest.skipping.tables
     texels = level_texels(package, 0)
     (record,) = (each for each in package.manifest.skipping.ranges if each.level == 0)
     texture = next(each for each in package.manifest.textures if each.name == record.texture)
