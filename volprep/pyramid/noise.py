@@ -25,7 +25,7 @@ _STENCIL = 3
 """Voxels that a second difference needs."""
 _SAMPLED_VOXELS = 1 << 21
 """Voxels that are sampled at least."""
-_SAMPLED_SLICES = 16
+_SAMPLED_SLICES = 8
 """Slices that are sampled at least: the noise of a scan changes along it."""
 
 
@@ -67,7 +67,11 @@ def _triples(volume: RawVolume, middles: list[int]) -> Iterator[NDArray[np.gener
     """Slices and their neighbours, one group of three after the other, as many at a time as a slab may have."""
     together = max(1, slabs.SLAB_BYTES // (_STENCIL * volume.slice_bytes))
     for first in range(0, len(middles), together):
-        yield np.concatenate([volume.read_slab(z - 1, z + 2) for z in middles[first : first + together]])
+        group = middles[first : first + together]
+        slices = np.empty((_STENCIL * len(group), *volume.shape_zyx[1:]), volume.dtype)
+        for k, z in enumerate(group):
+            slices[_STENCIL * k : _STENCIL * (k + 1)] = volume.read_slab(z - 1, z + 2)
+        yield slices
 
 
 def _overlapping(volume: RawVolume) -> Iterator[NDArray[np.generic]]:
