@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from volprep.plan.classification import Tables
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import describe_functions, resolved_functions
@@ -208,11 +206,13 @@ def _colours(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: Tr
 
 
 def _oblique(plan: Plan, stack: SliceStackPlan, function: TransferFunction) -> str:
-    """Say what the longer way at an angle of 45° would add to the opacity of one slice, for the densest code."""
+    """Say what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
     texels = code_colours(function, plan.quantize.window, stack.distance_mm)
     opacity = float(texels[:, 3].max()) / 255
     longer = 1 - (1 - opacity) ** math.sqrt(2)
+    # Polygons at an angle are drawn brighter, as far as no texel passes 1.
+    drawn = min(opacity * math.sqrt(2), 1.0)
     return (
-        f"opacities are right for rays along {stack.textures[0].layout.axis}; at 45° a slice should have up to "
-        f"{np.round(longer, 3):g} and has {np.round(opacity, 3):g}"
+        f"opacities are right for rays along {stack.textures[0].layout.axis}; at 45° the densest texel should have "
+        f"{longer:.3g} and is drawn with {drawn:.3g}"
     )
