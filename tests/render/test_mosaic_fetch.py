@@ -9,9 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mosaic_probe import fetch_text, mosaic_probe, planes, tolerance
 
-from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.egl import Context
 from volprep.render.gl import Gl
+from volprep_formats.textures.mosaic import slices_of_mosaic
 
 SIZE = 48
 SPACING = (2.5, 0.7, 1.1)
@@ -86,6 +87,25 @@ def test_every_layout_gives_the_trilinear_field_up_to_the_borders_and_the_codes_
             height, width = (min(n, SIZE) for n in shape_zyx[1:])
             codes = np.rint(sampled(found, packing.components) * 255)[::-1][:height, :width]
             np.testing.assert_array_equal(codes.reshape(volume[k, :height, :width].shape), volume[k, :height, :width])
+
+
+@pytest.mark.parametrize("block", [4, 5, 6, 8])
+@pytest.mark.parametrize("gutter", [0, 1])
+@pytest.mark.parametrize("shape_zyx", [(7, 13, 9), (5, 16, 11), (1, 5, 7)])
+def test_tiles_padded_to_blocks_give_the_trilinear_field_too(surface, shape_zyx, gutter, block):
+    layout = fit_mosaic(shape_zyx, Packing(gutter=gutter, block=block), Room(256))
+    gl, target = surface
+    rng = np.random.default_rng(block)
+    volume = rng.integers(0, 256, shape_zyx, dtype=np.uint8)
+    extent_xyz = np.array(shape_zyx[::-1]) * SPACING[::-1]
+    texels = np.concatenate(list(pack_mosaic(lambda z0, z1: volume[z0:z1], layout)))[..., 0]
+    np.testing.assert_array_equal(slices_of_mosaic([texels], layout), volume)
+    with mosaic_probe(gl, target, volume, layout, SPACING) as probe:
+        for plane in planes(extent_xyz, rng):
+            positions, found = probe.plane(*plane)
+            inside = ((positions >= 0) & (positions <= extent_xyz)).all(axis=-1)
+            error = np.abs(sampled(found, 1) - truth(volume, positions)).max(axis=-1)
+            assert error[inside | (gutter == 0)].max(initial=0) <= tolerance(layout, gl.driver)
 
 
 @pytest.mark.parametrize(
