@@ -218,7 +218,6 @@ class Scene(Record):
                 raise ValueError(msg)
         return self
 
-
     @model_validator(mode="after")
     def _meshes_are_for_transfers_that_are_there(self) -> Self:
         unknown = set(self.proxy.transfers if self.proxy else ()) - {transfer.name for transfer in self.transfer}

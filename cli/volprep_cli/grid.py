@@ -20,9 +20,7 @@ def grid(
     ] = None,
     layout: Annotated[
         Literal["files", "single", "both"] | None,
-        typer.Option(
-            help="A file for each sub-volume, one to seek in, or both. Replaces the scene's grid.layout."
-        ),
+        typer.Option(help="A file for each sub-volume, one to seek in, or both. Replaces the scene's grid.layout."),
     ] = None,
 ) -> None:
     """Cut level 0 into sub-volumes that share a layer of voxels, for scans that a device cannot hold whole."""

@@ -1,4 +1,5 @@
-//: GLSL ES 1.00. In: one or several textures, 2D, CLAMP_TO_EDGE, LINEAR or NEAREST as their entry says, and LAST_SLICE of
+//: GLSL ES 1.00. In: one or several textures, 2D, CLAMP_TO_EDGE, LINEAR or NEAREST as their entry says, and
+//: LAST_SLICE of
 //: the volume's mosaic. Constants: the layout of one mosaic without gutters. Slots: normal_units declares the
 //: samplers; normal_unit leaves the number of the texture in `unit`, and the tile's in it in `tile`; normal_fetch reads
 //: the texture at `place`; normal_code gives decoded_normal(texel); normal_slices gives normal_at(position).
