@@ -144,7 +144,8 @@ def test_requests_after_a_bad_one_are_left_out() -> None:
     requests = [request(decoders.refuse, 0), *[request(decoders.squares, 1)] * 50]
     with workers() as pool, pytest.raises(VolprepError):
         pool.run(requests, lambda index, _array: taken.append(index))
-    assert len(taken) <= isolation.available_cores()
+    # The other workers go on until the one with the bad request has started, and said so.
+    assert len(taken) < 50
 
 
 def test_a_worker_at_a_request_after_a_bad_one_is_not_waited_for() -> None:

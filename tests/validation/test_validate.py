@@ -26,7 +26,8 @@ from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SCHEMA = Path(__file__).parents[2] / "formats" / "schemas" / "report.schema.json"
-SIZE = 40
+SIZE = 64
+"""Pixels along an edge: with fewer, single rays decide how the error of a picture falls."""
 
 
 class Counted:
