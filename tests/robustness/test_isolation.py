@@ -11,7 +11,6 @@ import decoders
 import numpy as np
 import pytest
 
-from volprep_formats import isolation
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request, workers
 
