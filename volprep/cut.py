@@ -16,7 +16,7 @@ from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.files import open_inside
 from volprep_formats.package.manifest import Level
 from volprep_formats.package.reader import Package
-from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, decode_grid
+from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, constant_piece, decode_grid
 from volprep_formats.record import Record
 from volprep_formats.textures.ktx2_box import Box, Ktx2Box
 
@@ -65,7 +65,7 @@ class Cut:
     """A box of level 0."""
 
     texels: NDArray[np.generic]
-    """[z, y, x], uint8 or float16, as the textures of the package hold them."""
+    """[z, y, x], uint8, uint16 or float16, as the textures of the package hold them."""
     record: CutRecord
     """What it is."""
 
@@ -87,10 +87,7 @@ def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> 
     with ExitStack() as stack:
         grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
         found = _Reading(package, stack)
-        if grid.whole is not None:
-            texels = found.whole(grid.whole, box)
-        else:
-            texels = found.pieces(grid, box, float_texels=quantization.bits == 16)
+        texels = found.pieces(grid, box) if grid.whole is None else found.whole(grid.whole, box)
     return Cut(
         texels,
         CutRecord(
@@ -124,8 +121,8 @@ class _Reading:
         file.read(box, texels)
         return texels
 
-    def pieces(self, grid: SubvolumeGrid, box: Box, *, float_texels: bool) -> NDArray[np.generic]:
-        texels: NDArray[np.generic] = np.empty(_shape(box), np.float16 if float_texels else np.uint8)
+    def pieces(self, grid: SubvolumeGrid, box: Box) -> NDArray[np.generic]:
+        texels: NDArray[np.generic] = constant_piece(0, grid.gl, _shape(box))
         spans = [_met(cuts, along) for cuts, along in zip(grid.cuts_zyx, box, strict=True)]
         _, ny, nx = grid.counts_zyx
         for k, z in spans[0]:
@@ -135,7 +132,7 @@ class _Reading:
                     part = texels[_moved((z, y, x), _corners(box)[0])]
                     if piece.file is None:
                         self.empty += 1
-                        part[...] = np.float64(piece.minimum) / 65535 if float_texels else piece.minimum
+                        part[...] = constant_piece(piece.minimum, grid.gl, (1, 1, 1))
                         continue
                     corner = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
                     self._open(piece.file).read(_moved((z, y, x), corner), part)

@@ -14,6 +14,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.png import write_png
 from volprep_formats.textures import ktx2
 
+_FORMATS: dict[str, ktx2.Ktx2Format] = {"uint8": "R8", "uint16": "R16", "float16": "R16F"}
 _MARK = (255, 96, 32)
 _GAP = 2
 """Pixels between the three sections."""
@@ -44,8 +45,7 @@ def write_cut(
         x, y, z, _ = np.linalg.inv(grid.world_from_index) @ [*center_xyz, 1.0]
         center_xyz = x, y, z
     found = cut(package, center_xyz, size)
-    texel: ktx2.Ktx2Format = "R8" if found.texels.dtype == np.uint8 else "R16F"
-    image = ktx2.Ktx2Image(texel, found.record.grid.shape_zyx, found.texels, 3)
+    image = ktx2.Ktx2Image(_FORMATS[found.texels.dtype.name], found.record.grid.shape_zyx, found.texels, 3)
     text = json.dumps(found.record.model_dump(mode="json"), indent=2, sort_keys=True)
     texture, picture, record = names
     with output_errors(folder):

@@ -62,7 +62,7 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
 def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST) -> Montage:
     """Lay slices [z, y, x] side by side, as many as have room, evenly spaced; of wide ones only every so many voxels.
 
-    `voxels` are uint8, or normalised floating point from 0 to 1; or colours [z, y, x, 3].
+    `voxels` are uint8, uint16, or normalised floating point from 0 to 1; or colours [z, y, x, 3].
     """
     packing = Packing(components=3 if voxels.ndim == 4 else 1)
     thin = -(-max(voxels.shape[1:3]) // largest)
@@ -73,6 +73,8 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
     shown = slices[::every]
     if shown.dtype.kind == "f":
         shown = np.rint(shown.astype(np.float32) * 255).astype(np.uint8)
+    if shown.dtype == np.uint16:
+        shown = np.rint(shown.astype(np.float32) / 257).astype(np.uint8)
     strips = list(pack_mosaic(lambda z0, z1: shown[z0:z1], layout))
     return Montage(np.concatenate(strips).astype(np.uint8, copy=False), level, len(shown), every, layout.tiles_x)
 

@@ -1,8 +1,8 @@
 """What a volume texture holds for a code: the normalised stored value, code / largest code.
 
-8-bit codes are texels as they are. 16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 has, only
-R16F filters linearly. A half float is at most 2^-12 off in the upper half of the range and less below: 8 times finer
-than 8 bits.
+Codes are texels as they are, of 8 bits, and of 16 where the class of devices has R16 (GL_EXT_texture_norm16). Elsewhere
+16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 itself has, only R16F filters linearly. A half
+float is at most 2^-12 off in the upper half of the range and less below: 8 times finer than 8 bits.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
-from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
@@ -28,19 +28,19 @@ from volprep_formats.textures.mosaic import slice_of_mosaic
 Texels = NDArray[np.generic]
 
 
-def texels_of(codes: NDArray[np.generic]) -> Texels:
-    """Turn codes, uint8 or uint16, into texels, uint8 or float16."""
-    if codes.dtype == np.uint8:
+def texels_of(codes: NDArray[np.generic], texel: TextureFormat) -> Texels:
+    """Turn codes, uint8 or uint16, into texels of a format: half floats where it has them, else codes as they are."""
+    if not texel.endswith("16F"):
         return codes
     normalised = codes.astype(np.float64) / np.iinfo(np.uint16).max
     return normalised.astype(np.float16)
 
 
-def texel_reader(volume: RawVolume) -> Callable[[int, int], Texels]:
-    """Give a function that reads slices z0 to z1 - 1 of `volume` as texels [z, y, x]."""
+def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int], Texels]:
+    """Give a function that reads slices z0 to z1 - 1 of `volume` as texels [z, y, x] of a format."""
 
     def read(z0: int, z1: int) -> Texels:
-        return texels_of(volume.read_slab(z0, z1))
+        return texels_of(volume.read_slab(z0, z1), texel)
 
     return read
 

@@ -125,10 +125,12 @@ def test_a_cut_reads_its_own_voxels_and_no_others(tmp_path, layout) -> None:
         assert everything.files_read + everything.empty_pieces == 3 * 5 * 6
 
 
-def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path) -> None:
-    package = built(tmp_path, "\n[quantize]\nbits = 16\n\n[grid]\nsize = 9\n")
+@pytest.mark.parametrize(("profile", "dtype"), [("gles3", np.float16), ("gles3-norm16", np.uint16)])
+def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path, profile, dtype) -> None:
+    package = built(tmp_path, "\n[quantize]\nbits = 16\n\n[grid]\nsize = 9\n", profile)
+    assert check(package.path) == []
     whole = texels(package, "textures/volume-0.ktx2")
-    assert whole.dtype == np.float16
+    assert whole.dtype == dtype
     found = cut(package, (20.0, 16.0, 10.0), 12)
     start, stop = found.record.start_zyx, found.record.stop_zyx
     np.testing.assert_array_equal(found.texels, whole[tuple(slice(a, b) for a, b in zip(start, stop, strict=True))])

@@ -75,7 +75,7 @@ def test_the_limits_in_the_text_are_those_of_the_code() -> None:
 
 
 @pytest.mark.parametrize(
-    "texture_format", ["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16F", "RGBA16F"]
+    "texture_format", ["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
 )
 def test_the_layout_of_a_texture_file_is_the_one_in_the_text(texture_format: ktx2.Ktx2Format) -> None:
     data = ktx2.header(texture_format, (1, 3, 5), 2)

@@ -17,6 +17,9 @@ from volprep_formats.source import SourceSpec
 _vdb = pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
 
 
+TEXELS = {8: "R8", 16: "R16F"}
+
+
 def check_same(path, block, *, bits=8, window=(0.0, 1.0), crop=None, grid=None):
     """Both ways, exactly, and at least one block of each kind where there are many."""
     with open_volume(SourceSpec(path=str(path), grid=grid), path, Silent()) as source:
@@ -24,10 +27,10 @@ def check_same(path, block, *, bits=8, window=(0.0, 1.0), crop=None, grid=None):
         part = CropPlan(start_zyx=(0, 0, 0), stop_zyx=shape) if crop is None else crop(shape)
         voxels = source.read_slab(0, shape[0])[tuple(map(slice, part.start_zyx, part.stop_zyx))]
         quantize = QuantizePlan(bits=bits, window=window)
-        sparse = ranges_of_tree(source, part, quantize, block)
+        sparse = ranges_of_tree(source, part, quantize, block, TEXELS[bits])
     codes = np.empty(voxels.shape, np.uint8 if bits == 8 else np.uint16)
     _native.quantize(np.ascontiguousarray(voxels), 1.0, 0.0, *window, codes, np.zeros(2**bits, np.uint64))
-    texels = texels_of(codes)
+    texels = texels_of(codes, TEXELS[bits])
     dense = block_ranges(lambda z0, z1: texels[z0:z1], texels.shape, block)
     assert np.array_equal(sparse.low, dense.low)
     assert np.array_equal(sparse.high, dense.high)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from fetch import Fetch, trilinear
-from tiny_packages import ES2, ES3, function, tiny_package
+from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
 from volprep.mosaic import Packing
 
@@ -77,6 +77,18 @@ def test_16_bit_codes_are_sampled_with_the_precision_of_half_floats(tmp_path):
             positions, found = fetch.plane(*plane)
             error = np.abs(found - trilinear(codes, SPACING, positions)).max()
             assert error <= 2.0**-12 + tolerance(package, fetch.driver)
+
+
+def test_16_bit_texels_of_a_profile_that_has_them_are_sampled_exactly(tmp_path):
+    codes = np.random.default_rng(5).integers(0, 65536, (6, 7, 5), dtype=np.uint16)
+    package = tiny_package(tmp_path / "p", codes, NOTHING, NORM16, spacing_mm_zyx=SPACING, step_mm=1.0)
+    (volume,) = [texture for texture in package.manifest.textures if texture.role == "volume"]
+    assert (volume.gl.internal_format, volume.gl.type) == ("R16_EXT", "UNSIGNED_SHORT")
+    extent_xyz = np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1])
+    with Fetch(package) as fetch:
+        for plane in planes(extent_xyz):
+            positions, found = fetch.plane(*plane)
+            assert np.abs(found - trilinear(codes, SPACING, positions)).max() <= tolerance(package, fetch.driver)
 
 
 PRINTED = """

@@ -18,8 +18,8 @@ SHAPE_HW = (48, 56)
 ASPECT = 56 / 48
 
 
-def built(folder, size: int, bits: int = 8) -> Package:
-    scene = write_phantom_scene(folder)
+def built(folder, size: int, bits: int = 8, profile: str = "gles3") -> Package:
+    scene = write_phantom_scene(folder, profile)
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', 'name = "phantom"\ncrop = "none"')
     # Rays run to their end: one that a block ends early would go on in the picture of the whole.
     tables = f"\n[render]\nopacity_cutoff = 1.0\n\n[quantize]\nbits = {bits}\n\n[grid]\nsize = {size}\n"
@@ -33,10 +33,10 @@ def point_of(package: Package, i: int, j: int, k: int, counts_zyx: tuple[int, in
     return i + nx * (j + ny * k)
 
 
-@pytest.mark.parametrize("bits", [8, 16])
-def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits) -> None:
+@pytest.mark.parametrize(("bits", "profile"), [(8, "gles3"), (16, "gles3"), (16, "gles3-norm16")])
+def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits, profile) -> None:
     # 21×34×45 voxels in pieces of 24: one along z, two along y and x.
-    package = built(tmp_path, 24, bits)
+    package = built(tmp_path, 24, bits, profile)
     grid = package.manifest.grid
     for transfer in ("shell", "core"):
         whole = Renderer(package, level=0, transfer=transfer)

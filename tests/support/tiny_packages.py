@@ -25,7 +25,7 @@ from volprep.plan import (
 )
 from volprep.plan.normals import plan_normals
 from volprep.plan.proxy import proxy_program
-from volprep.plan.room import Beside
+from volprep.plan.room import Beside, one_channel
 from volprep.plan.skip import skip_table_plan
 from volprep.profiles import load_profile
 from volprep.scene import NormalSettings, ProxySettings
@@ -56,6 +56,7 @@ ONE_CHANNEL = Packing()
 FOUR_CHANNELS = Packing(channels=4)
 ES2 = load_profile("gles2-2048", Path())
 ES3 = load_profile("gles3", Path())
+NORM16 = load_profile("gles3-norm16", Path())
 Point = tuple[float, tuple[float, float, float], float]
 
 
@@ -220,7 +221,8 @@ def _volume(
 ) -> VolumePlan:
     name = f"volume-{index}"
     if profile.max_3d_texture_size > 0:
-        texel = "R8" if codes.dtype == np.uint8 else "R16F"
+        texel = one_channel(8 * codes.dtype.itemsize, profile)
+        assert texel is not None, profile
         return VolumePlan(
             level=index, names=(name,), files=(f"{name}.ktx2",), format=texel, shape_zyx=codes.shape, mosaic=None
         )

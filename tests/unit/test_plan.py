@@ -19,6 +19,7 @@ from volprep_formats.source import SourceInfo
 
 GLES3 = load_profile("gles3", Path())
 GLES2 = load_profile("gles2-2048", Path())
+NORM16 = load_profile("gles3-norm16", Path())
 RAMP = ((100.0, 0.0), (200.0, 0.5))
 
 
@@ -80,6 +81,25 @@ class TestBitsAndWindow:
         assert decided.quantize.bits == 16
         assert decided.volumes[0].format == "R16F"
         assert "8 bits would change" in item(decided, "16-bit values").reason
+        assert "profile gles3 has no R16, and half floats move a value by" in item(decided, "16-bit values").reason
+
+    def test_a_profile_with_exact_16_bits_gets_them_without_the_error_of_half_floats(self) -> None:
+        # A ramp, which a table of any length holds exactly: what is left is the error of the texels.
+        points = [(0.0, 0.0), (65535.0, 0.2)]
+        voxels = noise((9, 40, 40), 65536, np.uint16)
+        voxels.flat[:2] = 0, 65535
+        half, exact = (plan(voxels, scene(points, quantize={"bits": 16}), each) for each in (GLES3, NORM16))
+        assert {volume.format for volume in half.volumes} == {"R16F"}
+        assert {volume.format for volume in exact.volumes} == {"R16"}
+        as_they_are = "R16 texels hold codes as they are; they change the sample of rays by nothing"
+        assert as_they_are in item(exact, "16-bit values").reason
+        assert "they change the sample of rays by RMSE" in item(half, "16-bit values").reason
+
+    def test_a_profile_with_exact_16_bits_but_no_3d_textures_has_half_floats(self) -> None:
+        formats = ("LUMINANCE8", "R8", "RGBA8", "R16", "R16F", "RGBA16F")
+        flat = NORM16.model_copy(update={"max_3d_texture_size": 0, "texture_formats": formats})
+        decided = plan(noise(high=4096, dtype=np.uint16), scene(quantize={"bits": 16}), flat)
+        assert {volume.format for volume in decided.volumes} <= {"R16F", "RGBA16F"}
 
     def test_a_profile_without_16_bits_gets_8_all_the_same(self) -> None:
         points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]

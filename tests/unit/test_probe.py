@@ -43,10 +43,17 @@ def test_codes_clamp_at_the_ends_of_the_window() -> None:
 
 
 def test_half_floats_keep_eleven_bits_of_a_16_bit_code() -> None:
-    codes = Codes(16, (0.0, 1.0))
+    codes = Codes(16, (0.0, 1.0), half_floats=True)
     values = np.linspace(0.5, 1.0, 5001)
     error = np.abs(codes.decoded(codes.texels(values)) - values).max()
     assert 2**-12 * 0.9 < error <= 2**-12 + 2**-17
+
+
+def test_other_texels_keep_all_of_a_16_bit_code() -> None:
+    codes = Codes(16, (0.0, 1.0))
+    values = np.linspace(0.5, 1.0, 5001)
+    error = np.abs(codes.decoded(codes.texels(values)) - values).max()
+    assert 0.5 / 65535 * 0.9 < error <= 0.5 / 65535 * 1.001
 
 
 def test_a_lookup_table_interpolates_between_its_entries() -> None:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.plan.probe import Codes, PictureError, difference
+from volprep.plan.probe import PictureError, difference
 from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
 from volprep.plan.values import ValueChoice
 from volprep.render.gl_formats import BYTES_PER_TEXEL
@@ -169,8 +169,7 @@ class _Rays:
 
     def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
         columns = measured.columns[:, :: max(1, measured.columns.shape[1] // _RAYS)]
-        codes = Codes(values.quantize.bits, values.quantize.window)
-        self._columns = codes.decoded(codes.texels(columns))
+        self._columns = values.codes.decoded(values.codes.texels(columns))
         self._window = values.quantize.window
         self._step = step
 

@@ -11,9 +11,9 @@ from volprep.plan.functions import describe_functions
 from volprep.plan.levels import by
 from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
-from volprep.plan.room import Misfit, texture_bytes
+from volprep.plan.room import Misfit, has_exact_16_bits, texture_bytes
 from volprep.plan.subvolumes import describe_subvolumes
-from volprep.plan.values import SHARE, ValueChoice
+from volprep.plan.values import SHARE, ValueChoice, has_bits
 from volprep.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceInfo
@@ -101,7 +101,17 @@ def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
         yield wide
         return
-    yield wide.model_copy(update={"reason": f"window {low:g} to {high:g}; {_why_wide(grounds)}; {change}; {limit}"})
+    reason = f"window {low:g} to {high:g}; {_why_wide(grounds)}; {_wide_texels(plan)}; {change}; {limit}"
+    yield wide.model_copy(update={"reason": reason})
+
+
+def _wide_texels(plan: Plan) -> str:
+    if has_exact_16_bits(plan.profile):
+        return "R16 texels hold codes as they are"
+    return (
+        f"profile {plan.profile.name} has no R16, and half floats move a value by up to 2^-12 of the window, 16 codes "
+        "in place of half a code"
+    )
 
 
 def _why_wide(grounds: Grounds) -> str:
@@ -116,7 +126,7 @@ def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
         return "labels have 8 bits"
     if grounds.scene.quantize.bits == 8:
         return "the scene asks for 8 bits"
-    if "R16F" not in plan.profile.texture_formats:
+    if not has_bits(plan.profile, 16):
         return f"profile {plan.profile.name} has no texture format for them"
     return "8 bits are enough"
 

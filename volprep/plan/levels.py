@@ -5,7 +5,7 @@ from typing import Literal
 
 from volprep.plan.mosaics import as_compressed_mosaic, as_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import ONE_CHANNEL, Beside, Misfit, first_of, too_large
+from volprep.plan.room import Beside, Misfit, one_channel, too_large
 from volprep.pyramid.reduce import LABEL_FILTERS
 from volprep.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
@@ -82,7 +82,7 @@ def fit_level(  # noqa: PLR0917 - the level, the device class, and what is wante
 
 
 def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> VolumePlan | Misfit:
-    texel = first_of(ONE_CHANNEL[bits], profile)
+    texel = one_channel(bits, profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if max(level.shape_zyx) > profile.max_3d_texture_size:

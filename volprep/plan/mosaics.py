@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import FOUR_CHANNELS, ONE_CHANNEL, Beside, Misfit, first_of, texture_bytes, too_large
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
 from volprep.scene import MosaicSettings
 from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -69,7 +69,7 @@ def fetches(volume: VolumePlan) -> float:
 def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, packing: Packing, textures: int
 ) -> VolumePlan | Misfit:
-    texel = first_of((ONE_CHANNEL if packing.channels == 1 else FOUR_CHANNELS)[bits], profile)
+    texel = one_channel(bits, profile) if packing.channels == 1 else first_of(FOUR_CHANNELS[bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
     room = Room(profile.max_texture_size, textures, profile.npot, profile.square)

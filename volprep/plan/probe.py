@@ -26,16 +26,18 @@ class Codes:
     """How values become texels."""
 
     bits: int
-    """8, or 16: a texel of 16 bits is a half float."""
+    """8 or 16."""
     window: tuple[float, float]
     """Physical values of the texels 0.0 and 1.0."""
+    half_floats: bool = False
+    """Whether codes of 16 bits become half floats."""
 
     def texels(self, values: Array) -> Array:
         """Round physical values to what the texture holds, from 0 to 1."""
         low, high = self.window
         largest = 2**self.bits - 1
         codes: Array = np.rint((np.clip(values, low, high) - low) / (high - low) * largest) / largest
-        return codes if self.bits == 8 else codes.astype(np.float16).astype(np.float64)
+        return codes.astype(np.float16).astype(np.float64) if self.bits == 16 and self.half_floats else codes
 
     def decoded(self, texels: Array) -> Array:
         """Physical values of texels."""

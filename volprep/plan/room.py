@@ -6,7 +6,7 @@ from volprep.plan.records import VolumePlan
 from volprep.render.gl_formats import size_bytes
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
-ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
+_ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
 """Formats of one code in a texel, by the bits of a code; 32 are those of a classified voxel."""
 FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
 """Formats of four channels, by the bits of a code."""
@@ -28,6 +28,16 @@ class Beside:
     """Texture units that it takes."""
     bytes: int
     """Memory that it takes."""
+
+
+def has_exact_16_bits(profile: DeviceProfile) -> bool:
+    """Say whether texels hold 16-bit codes as they are, not as half floats; four slices of a mosaic in one never do."""
+    return "R16" in profile.texture_formats and profile.max_3d_texture_size > 0
+
+
+def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
+    """Give the format of a device class for one code of so many bits, or with 32 for a classified voxel."""
+    return "R16" if bits == 16 and has_exact_16_bits(profile) else first_of(_ONE_CHANNEL[bits], profile)
 
 
 def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:

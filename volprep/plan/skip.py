@@ -22,7 +22,7 @@ from volprep.plan.records import (
     SkipTablePlan,
     VolumePlan,
 )
-from volprep.plan.room import ONE_CHANNEL, first_of, texture_bytes
+from volprep.plan.room import one_channel, texture_bytes
 from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
 from volprep.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
@@ -31,7 +31,7 @@ from volprep.statistics import MEASURED_BLOCK, Measured
 from volprep.transfer.table import Table
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import MosaicLayout, PlanItem
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -141,7 +141,7 @@ def _part(share: float) -> str:
 
 def _no_room(wanted: SkipSettings, found: Found) -> str | None:
     profile = found.profile
-    if _texel(8, profile) is None:
+    if one_channel(8, profile) is None:
         return f"profile {profile.name} has no format of one channel and 8 bits"
     kind, block = _kind_and_block(wanted, found.levels[0])
     for level, volume in zip(found.levels, found.volumes, strict=True):
@@ -210,7 +210,7 @@ def skip_table_plan(
     transfer: str, level: LevelPlan, kind: SkipKind, block: int, profile: DeviceProfile
 ) -> SkipTablePlan:
     """Lay out a table that fits the profile."""
-    texel, layout = _texel(8, profile), _layout(_table_shape(level, kind, block), profile)
+    texel, layout = one_channel(8, profile), _layout(_table_shape(level, kind, block), profile)
     assert texel is not None  # noqa: S101 - why_not has found room
     assert layout is not None  # noqa: S101 - as above
     name = f"skip-{transfer}-{level.index}"
@@ -230,7 +230,7 @@ def skip_table_plan(
 def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRangesPlan:
     _, block = _kind_and_block(wanted, found.levels[0])
     z, y, x = _blocks(level, block)
-    texel, layout = _texel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)
+    texel, layout = one_channel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)
     assert texel is not None  # noqa: S101 - the level itself has this format
     assert layout is not None  # noqa: S101 - and is larger
     name = f"ranges-{level.index}"
@@ -243,10 +243,6 @@ def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRanges
         shape_zyx=layout[0],
         mosaic=layout[1],
     )
-
-
-def _texel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
-    return first_of(ONE_CHANNEL[bits], profile)
 
 
 def _blocks(level: LevelPlan, block: int) -> Triple:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from volprep.plan.levels import by
 from volprep.plan.records import LevelPlan, ProgramPlan, SubvolumesPlan, VolumePlan
-from volprep.plan.room import ONE_CHANNEL, first_of
+from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene
 from volprep.subvolumes import cuts_along
@@ -35,7 +35,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     wanted = scene.grid
     if wanted is None:
         return None
-    texel = first_of(ONE_CHANNEL[bits], profile)
+    texel = one_channel(bits, profile)
     largest = math.prod(min(n, wanted.size) for n in grid.shape_zyx)
     if texel is None or wanted.size > profile.max_3d_texture_size:
         reason = f"3D textures hold at most {profile.max_3d_texture_size} along an axis"

@@ -5,6 +5,7 @@ from typing import Literal
 
 from volprep.plan.probe import Codes, PictureError, difference, picture
 from volprep.plan.records import QuantizePlan
+from volprep.plan.room import has_exact_16_bits
 from volprep.plan.window import Window, is_exact, windows
 from volprep.scene import QuantizeSettings, Scene
 from volprep.statistics import Measured
@@ -30,6 +31,8 @@ class ValueChoice:
 
     quantize: QuantizePlan
     """Bits and window."""
+    codes: Codes
+    """The same, with what texels make of them."""
     entries: int
     """Length of each lookup table."""
     error: PictureError
@@ -75,10 +78,11 @@ def choose_values(
     """
     settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
     bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions)
+    half_floats = not has_exact_16_bits(profile)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
     def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
-        tried = [Codes(bits, window) for window in _windows(settings, bits, info, measured, functions)]
+        tried = [Codes(bits, window, half_floats) for window in _windows(settings, bits, info, measured, functions)]
         # min keeps the first of equal ones: the widest.
         return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
 
@@ -88,6 +92,7 @@ def choose_values(
     entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
         quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
+        codes=codes,
         entries=entries,
         error=error,
         narrow_error=narrow_error,
@@ -96,7 +101,7 @@ def choose_values(
 
 
 def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeSettings:
-    """Settings under which the code of a label is the label. 16 bits are no way: a half float has only 11."""
+    """Settings under which the code of a label is the label. Half floats have only 11 bits."""
     low, high = measured.statistics.minimum, measured.statistics.maximum
     if low < 0 or high > _LARGEST_LABEL:
         raise VolprepError("VP3025", problem=f"the values of the source reach from {low:g} to {high:g}")
@@ -107,6 +112,8 @@ def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeS
 
 def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:
     """Say whether the profile has a texture format for stored values of so many bits."""
+    if bits == 16 and has_exact_16_bits(profile):
+        return True
     formats = {"LUMINANCE8", "RGBA8", "R8"} if bits == 8 else {"R16F"}
     return not formats.isdisjoint(profile.texture_formats)
 

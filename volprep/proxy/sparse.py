@@ -12,20 +12,26 @@ from volprep import _native
 from volprep.plan import CropPlan, QuantizePlan
 from volprep.skip.ranges import BlockRanges
 from volprep.texels import texels_of
+from volprep_formats.package.profile import TextureFormat
 from volprep_formats.readers.vdb import VdbSource
 
 
-def ranges_of_tree(source: VdbSource, crop: CropPlan, quantize: QuantizePlan, block: int) -> BlockRanges:
-    """Give the ranges of blocks of level 0, as `block_ranges` measures them on texels. Raises what the source does."""
+def ranges_of_tree(
+    source: VdbSource, crop: CropPlan, quantize: QuantizePlan, block: int, texel: TextureFormat
+) -> BlockRanges:
+    """Give the ranges of blocks of level 0, as `block_ranges` measures them on texels of a format.
+
+    Raises what the source does.
+    """
     z, y, x = (stop - start for start, stop in zip(crop.start_zyx, crop.stop_zyx, strict=True))
     ends = source.block_ranges(crop.start_zyx, (z, y, x), block)
-    low, high = (_texels(each, quantize) for each in ends)
+    low, high = (_texels(each, quantize, texel) for each in ends)
     return BlockRanges(low, high, block)
 
 
-def _texels(values: NDArray[np.float32], quantize: QuantizePlan) -> NDArray[np.generic]:
+def _texels(values: NDArray[np.float32], quantize: QuantizePlan, texel: TextureFormat) -> NDArray[np.generic]:
     codes = np.empty(values.shape, np.uint8 if quantize.bits == 8 else np.uint16)
     histogram = np.zeros(2**quantize.bits, np.uint64)
     _native.quantize(np.ascontiguousarray(values), 1.0, 0.0, *quantize.window, codes, histogram)
-    texels = texels_of(codes)
+    texels = texels_of(codes, texel)
     return texels.astype(np.float32) if texels.dtype == np.float16 else texels

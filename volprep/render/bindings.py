@@ -22,6 +22,7 @@ try:
     # makes a dozen calls. An error is then reported at the call that made it.
     from OpenGL import EGL, GLES1, GLES3
     from OpenGL.error import GLError
+    from OpenGL.GLES2.EXT import texture_norm16 as EXT_NORM16  # noqa: N812 - as Khronos writes it
     from OpenGL.GLES2.KHR import texture_compression_astc_ldr as KHR_ASTC  # noqa: N812 - as Khronos writes it
     from OpenGL.platform import PLATFORM
 
@@ -30,4 +31,4 @@ try:
 except (ImportError, AttributeError, OSError) as error:
     raise VolprepError("VP5001", error=error) from error
 
-__all__ = ["EGL", "GLES1", "GLES3", "KHR_ASTC", "USER_PLATFORM", "GLError"]
+__all__ = ["EGL", "EXT_NORM16", "GLES1", "GLES3", "KHR_ASTC", "USER_PLATFORM", "GLError"]

@@ -14,7 +14,7 @@ from volprep.render.inputs import Inputs, find_textures
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Level, Texture
 from volprep_formats.package.reader import Package
-from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, decode_grid
+from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, constant_piece, decode_grid
 
 _NOWHERE = 1e9
 """A voxel beyond every volume: what lies on a side without pieces is never reached."""
@@ -44,7 +44,7 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
         "high_start_voxel": [side["high_start"] for side in sides[::-1]],
         "high_size_voxels": [side["high_size"] for side in sides[::-1]],
     }
-    pieces, texels = _pieces(package, grid, place)
+    pieces, texels = _pieces(grid, place)
     tables = program.model_copy(update={"samplers": [s for s in program.samplers if s.role != "subvolume"]})
     level = Level(
         index=0,
@@ -78,12 +78,8 @@ def _ends(at: int, cuts: Cuts) -> tuple[float, float]:
     return low, high
 
 
-def _pieces(
-    package: Package, grid: SubvolumeGrid, place: list[int]
-) -> tuple[list[Texture], dict[str, NDArray[np.generic]]]:
+def _pieces(grid: SubvolumeGrid, place: list[int]) -> tuple[list[Texture], dict[str, NDArray[np.generic]]]:
     """Eight textures in the order of the samplers; a constant voxel for one that is empty or not there."""
-    quantization = package.manifest.quantization
-    largest = 1.0 if quantization is None else 2.0**quantization.bits - 1
     _, ny, nx = grid.counts_zyx
     textures = []
     texels: dict[str, NDArray[Any]] = {}
@@ -98,8 +94,7 @@ def _pieces(
             shape = (sizes[0], sizes[1], sizes[2])
         else:
             code = piece.minimum if piece is not None else 0
-            half = grid.gl.type == "HALF_FLOAT"
-            texels[name] = np.full(shape, code / largest if half else code, np.float16 if half else np.uint8)
+            texels[name] = constant_piece(code, grid.gl, shape)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
         textures.append(Texture(name=name, role="volume", file=file, shape_zyx=shape, gl=grid.gl, level=0, part=part))
     return textures, texels

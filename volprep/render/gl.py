@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.bindings import GLES3, GLError
+from volprep.render.bindings import EXT_NORM16, GLES3, GLError
 from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.egl import Context
 from volprep_formats.diagnostics import VolprepError
@@ -321,7 +321,8 @@ class Gl:
 
 
 def _constant(word: str) -> int:
-    value: int = getattr(_ASTC if word.startswith("COMPRESSED_RGBA_ASTC") else GLES3, f"GL_{word}")
+    extension = _ASTC if word.startswith("COMPRESSED_RGBA_ASTC") else EXT_NORM16 if word == "R16_EXT" else GLES3
+    value: int = getattr(extension, f"GL_{word}")
     return value
 
 

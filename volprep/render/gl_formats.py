@@ -1,4 +1,7 @@
-"""How each texture format of a profile is uploaded and filed: OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13."""
+"""How each texture format of a profile is uploaded and filed.
+
+OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13, GL_EXT_texture_norm16.
+"""
 
 import math
 from typing import Literal
@@ -18,6 +21,7 @@ BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "RG8": 2,
     "RGB8": 3,
     "RGB8_SNORM": 3,
+    "R16": 2,
     "R16F": 2,
     "RGBA8": 4,
     "RGBA8_SNORM": 4,
@@ -34,6 +38,7 @@ KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "RG8": "RG8",
     "RGB8": "RGB8",
     "RGB8_SNORM": "RGB8_SNORM",
+    "R16": "R16",
     "R16F": "R16F",
     "RGBA8": "RGBA8",
     "RGBA8_SNORM": "RGBA8_SNORM",
@@ -62,6 +67,7 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
         "RG8": ("RG8", "RG", "UNSIGNED_BYTE"),
         "RGB8_SNORM": ("RGB8_SNORM", "RGB", "BYTE"),
         "RGBA8_SNORM": ("RGBA8_SNORM", "RGBA", "BYTE"),
+        "R16": ("R16_EXT", "RED", "UNSIGNED_SHORT"),
         "R16F": ("R16F", "RED", "HALF_FLOAT"),
         "RGBA16F": ("RGBA16F", "RGBA", "HALF_FLOAT"),
     }[name]

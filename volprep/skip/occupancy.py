@@ -43,7 +43,7 @@ def occupied_blocks(
         return found
     occupied = np.empty(ranges.low.shape, np.bool_)
     for z in range(len(occupied)):
-        low, high = (ends[z].astype(np.float64) * (entries - 1) for ends in (ranges.low, ranges.high))
+        low, high = (_normalised(ends[z]) * (entries - 1) for ends in (ranges.low, ranges.high))
         occupied[z] = seen[_last(high, entries) + 1] > seen[_first(low, entries)]
     return occupied
 
@@ -61,6 +61,10 @@ def with_neighbours(occupied: Occupied) -> Occupied:
         ahead, behind = (np.take(result, np.clip(np.arange(length) + k, 0, length - 1), axis) for k in (1, -1))
         result = result | ahead | behind
     return result
+
+
+def _normalised(texels: NDArray[np.generic]) -> NDArray[np.float64]:
+    return texels.astype(np.float64) / (65535 if texels.dtype == np.uint16 else 1)
 
 
 def _first(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:

@@ -16,4 +16,4 @@ def ranges_on_gpu(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Blo
     decoded = texels_on_gpu(draft, volume)
     if decoded is not None:
         return enclosed(block_ranges(decoded, level.shape_zyx, block), _ROUNDING)
-    return block_ranges(texel_reader(codes_of_level(draft, plan, level.index)), level.shape_zyx, block)
+    return block_ranges(texel_reader(codes_of_level(draft, plan, level.index), volume.format), level.shape_zyx, block)

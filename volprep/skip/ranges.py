@@ -16,12 +16,12 @@ from volprep.slabs import slab_ranges
 
 Triple = tuple[int, int, int]
 ReadTexels = Callable[[int, int], NDArray[np.generic]]
-"""Gives slices z0 to z1 - 1 of a level as its texture holds them: uint8, or normalised float16, [z, y, x]."""
+"""Gives slices z0 to z1 - 1 of a level as its texture holds them: uint8, uint16, or normalised float16, [z, y, x]."""
 
 
 @dataclass(frozen=True)
 class BlockRanges:
-    """Least and greatest texel of each block, [z, y, x]: uint8, or float32 from half floats."""
+    """Least and greatest texel of each block, [z, y, x]: uint8, uint16, or float32 from half floats."""
 
     low: NDArray[np.generic]
     """Least."""

@@ -86,7 +86,7 @@ def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolum
     if not wanted.pieces or _is_empty(plan, wanted, low, high):
         return Subvolume(minimum=low, maximum=high)
     z, y, x = codes.shape
-    image = ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels_of(codes), 3)
+    image = ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels_of(codes, wanted.format), 3)
     draft.write(file, "subvolume", ktx2.encode(image))
     return Subvolume(minimum=low, maximum=high, file=file)
 
@@ -106,7 +106,7 @@ def _is_empty(plan: Plan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
 
 def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
     yield ktx2.header(KTX2_FORMAT[wanted.format], codes.shape_zyx, 3)
-    read = texel_reader(codes)
+    read = texel_reader(codes, wanted.format)
     for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
         yield bytes_of(read(z0, z1))
 

@@ -24,7 +24,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
     textures = []
     for volume, layout in mosaics:
-        read = texel_reader(codes_of_level(draft, plan, volume.level))
+        read = texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
         for part, path in enumerate(volume.files):
             draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
             textures.append(volume_texture(volume, part, plan.profile))

@@ -20,6 +20,7 @@ from volprep.skip.tables import skip_table
 from volprep.skip.visible import visible_extinction
 from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
+from volprep.texels import texels_of
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
@@ -94,7 +95,7 @@ def _table(
 
 def _write_ranges(draft: Draft, plan: Plan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:
     both = np.concatenate([ranges.low, ranges.high])
-    texels = both.astype(np.float16) if both.dtype == np.float32 else both
+    texels = both.astype(np.float16) if both.dtype == np.float32 else texels_of(both, wanted.format)
     return _write(draft, plan, wanted, texels)
 
 

@@ -40,7 +40,7 @@ def _file(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> I
 
 def _reader(plan: Plan, volume: VolumePlan, codes: RawVolume) -> Callable[[int, int], Texels]:
     if volume.transfer is None or volume.reference_mm is None:
-        return texel_reader(codes)
+        return texel_reader(codes, volume.format)
     function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
     return classified_reader(codes, function, plan.quantize.window, volume.reference_mm)
 

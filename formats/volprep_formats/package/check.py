@@ -27,6 +27,7 @@ _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("RGB", "BYTE"): "RGB8_SNORM",
     ("RGBA", "UNSIGNED_BYTE"): "RGBA8",
     ("RGBA", "BYTE"): "RGBA8_SNORM",
+    ("RED", "UNSIGNED_SHORT"): "R16",
     ("RED", "HALF_FLOAT"): "R16F",
     ("RGBA", "HALF_FLOAT"): "RGBA16F",
 }

@@ -16,6 +16,7 @@ TextureFormat = Literal[
     "RG8",
     "RGB8_SNORM",
     "RGBA8_SNORM",
+    "R16",
     "R16F",
     "RGBA16F",
     "PALETTE8_RGBA8",

@@ -10,6 +10,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
@@ -96,6 +98,13 @@ class SubvolumeGrid(Record):
         """Number of pieces along each axis."""
         z, y, x = (len(cuts) - 1 for cuts in self.cuts_zyx)
         return z, y, x
+
+
+def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
+    """Give what stands for a piece without a file: texels of one code, in the format of the others."""
+    if gl.type == "HALF_FLOAT":
+        return np.full(shape_zyx, code / 65535, np.float16)
+    return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)
 
 
 def encode_grid(grid: SubvolumeGrid) -> bytes:
