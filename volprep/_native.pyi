@@ -265,6 +265,38 @@ def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDAr
         If an array has another type or order.
     """
 
+def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, level: numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
+    """
+    Add to counts how often each value of level 0 occurs where a coarser level has each value.
+
+    The level is read as a renderer reads it: trilinear between the centres of its voxels, at the centre of each voxel of src.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0 [z, y, x]: uint8 or uint16, fewer than 2^32 voxels.
+    first, depth
+        Number of the first of these slices, and of all slices of level 0.
+    level
+        Slices of the level, of the same type: all those beside a slice of src.
+    level_first
+        Number of the first of these.
+    factors_zyx
+        Voxels of level 0 along each axis that made one of the level.
+    counts
+        uint64 [256, 256]: entry [c, f] is that of bin c of the level and bin f of level 0. A bin is a code of 8 bits; one of
+        16 bits is in the nearest bin, code / 257.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a factor or a number of slices does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], step: int = 1, threads: int = 0) -> None:
     """
     Add to histogram how often each size of the Laplacian occurs in src.
@@ -469,12 +501,12 @@ def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: 
     normals.
     """
 
-def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
 
     For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
-    for the trilinear field of the voxels and the piecewise linear transfer function.
+    for the trilinear field of the voxels, or the field that is constant in each, and the piecewise linear transfer function.
 
     Parameters
     ----------
@@ -491,6 +523,8 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         The error to aim at, at least 1e-13.
     rgba, bound
         float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+    nearest
+        Whether the field is constant in each voxel, as of labels, instead of trilinear.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

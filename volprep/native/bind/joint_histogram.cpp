@@ -1,0 +1,93 @@
+#include "volprep/joint_histogram.hpp"
+
+#include <nanobind/stl/array.h>
+
+#include <vector>
+
+#include "blocks.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Counts = nb::ndarray<uint64_t, nb::shape<joint_bins, joint_bins>, nb::c_contig, nb::device::cpu>;
+
+template <typename T>
+Slices<T> slices(const AnyVolume& voxels, int64_t first, int64_t depth) {
+    return {static_cast<const T*>(voxels.data()), shape_of(voxels), first, depth};
+}
+
+// The slices of a level beside those of src must be there.
+void require_beside(Shape3 src, int64_t first, int64_t depth, const AnyVolume& level, int64_t level_first,
+                    Shape3 factors) {
+    require_voxels(src);
+    require(src.voxels() <= max_joint_voxels, "src has shape " + text(src) + ", expected less than 2^32 voxels");
+    require(first >= 0 && first + src.z <= depth, "src does not lie within the depth");
+    const Shape3 whole = reduced_shape({depth, src.y, src.x}, factors);
+    const Shape3 held = shape_of(level);
+    require(held.y == whole.y && held.x == whole.x, "level has slices of another shape than factors_zyx make");
+    const int64_t lowest = std::max<int64_t>(2 * first + 1 - factors.z, 0) / (2 * factors.z);
+    const int64_t last = std::max<int64_t>(2 * (first + src.z - 1) + 1 - factors.z, 0) / (2 * factors.z);
+    require(level_first >= 0 && level_first <= std::min(lowest, whole.z - 1) && level_first + held.z <= whole.z &&
+                level_first + held.z > std::min(last + 1, whole.z - 1),
+            "level does not hold the slices beside src");
+}
+
+void count(const AnyVolume& src, int64_t first, int64_t depth, const AnyVolume& level, int64_t level_first,
+           Triple factors_zyx, const Counts& counts, int threads) {
+    require_threads(threads);
+    const Shape3 factors = block_factors(factors_zyx);
+    const Shape3 shape = shape_of(src);
+    require_beside(shape, first, depth, level, level_first, factors);
+    with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
+        require_type("level", level, nb::dtype<T>());
+        const int team = resolve_threads(threads);
+        const nb::gil_scoped_release released;
+        std::vector<uint32_t> lanes(team * joint_counts);
+        std::vector<int64_t> rows(team * shape_of(level).x);
+        volprep::joint_histogram(slices<T>(src, first, depth),
+                                 slices<T>(level, level_first, reduced_length(depth, factors.z)), factors,
+                                 counts.data(), lanes.data(), rows.data(), team);
+    });
+}
+
+}  // namespace
+
+void joint_histogram(nb::module_& module) {
+    module.def("joint_histogram", &count, nb::arg("src").noconvert(), nb::arg("first"), nb::arg("depth"),
+               nb::arg("level").noconvert(), nb::arg("level_first"), nb::arg("factors_zyx"),
+               nb::arg("counts").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, level: "
+                       "numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: "
+                       "collections.abc.Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) "
+                       "-> None"),
+               R"(Add to counts how often each value of level 0 occurs where a coarser level has each value.
+
+The level is read as a renderer reads it: trilinear between the centres of its voxels, at the centre of each voxel of src.
+
+Parameters
+----------
+src
+    Slices of level 0 [z, y, x]: uint8 or uint16, fewer than 2^32 voxels.
+first, depth
+    Number of the first of these slices, and of all slices of level 0.
+level
+    Slices of the level, of the same type: all those beside a slice of src.
+level_first
+    Number of the first of these.
+factors_zyx
+    Voxels of level 0 along each axis that made one of the level.
+counts
+    uint64 [256, 256]: entry [c, f] is that of bin c of the level and bin f of level 0. A bin is a code of 8 bits; one of
+    16 bits is in the nearest bin, code / 257.
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a shape, a factor or a number of slices does not fit.
+TypeError
+    If an array has another type or order.)");
+}
+
+}  // namespace volprep::bind
