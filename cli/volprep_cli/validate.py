@@ -10,7 +10,7 @@ from volprep_cli.console import Json, print_json, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.report.data import ProgramResult, Report
+    from volprep.report.data import EmptySpace, ProgramResult, Report
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -39,7 +39,7 @@ def validate(
     """Prove a package: draw the nine standard views, compare them with the truth, and write a report.
 
     The truth is the integral of the scan in double precision. Exit status 0: every view is within the scene's
-    tolerance. 1: one is not. 5: the package is not whole.
+    tolerance. 1: one is not, or a skip table or proxy mesh changes a picture. 5: the package is not whole.
     """
     if quick:
         _check(package, as_json=as_json)
@@ -55,7 +55,7 @@ def validate(
     else:
         _print(result, folder)
     if not result.verdict.passed:
-        error = _beyond_tolerance(result, package, folder)
+        error = _why_not(result, package, folder)
         if not as_json:
             raise error
         # The report says it all; a second JSON document behind it would break whoever parses it.
@@ -79,6 +79,8 @@ def _print(report: "Report", folder: Path) -> None:
         _print_views(program, report.oracle_tolerance)
         print(f"\nerror against run time, view {program.sweep.view}")
         _print_sweep(program)
+        if program.empty_space is not None:
+            _print_empty_space(program.empty_space)
     allowed = report.tolerance
     print(f"\nallowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
     print(f"report: {folder / 'index.html'}")
@@ -119,8 +121,28 @@ def _print_sweep(program: "ProgramResult") -> None:
     print_table(("level", "step", "samples", "ms", "RMSE", "drawing RMSE"), rows)
 
 
-def _beyond_tolerance(report: "Report", package: Path, folder: Path) -> VolprepError:
+def _print_empty_space(found: "EmptySpace") -> None:
+    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+
+    plain = found.ways[0]
+    rows = [
+        (
+            way.way,
+            "–" if way.samples_mean is None else number(way.samples_mean),
+            number(way.draw_ms),
+            f"{plain.draw_ms / way.draw_ms:.2f} ×",
+            number(way.difference),
+        )
+        for way in found.ways
+    ]
+    print("\nempty space, as the package draws last")
+    print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
+
+
+def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
     verdict, allowed = report.verdict, report.tolerance
+    if not verdict.failed:
+        return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
     return VolprepError(
         "VP6011",
         path=package,

@@ -832,6 +832,13 @@ CATALOGUE: dict[str, Diagnostic] = {
         "the gradient of a trilinear field jumps between voxels, and every kernel smooths it in another way",
         "Build the scene with render.lighting none, and validate that: its codes and tables are made in the same way.",
     ),
+    "VP6015": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: the skip table or the proxy mesh of {programs} changes a picture, although rays may leave out only "
+        "samples that show nothing",
+        "See {report}. Build the package again; if that does not help, skip.kind none and no [proxy] do without both, "
+        "and this is a defect of volprep.",
+    ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: not replaced by the report, because {problem}",

@@ -1,5 +1,6 @@
-"""The renderer that a package is for: shaders, or slices where its class of devices has none."""
+"""The renderer that a package is for: shaders, at proxy geometry where there is some, or slices without shaders."""
 
+from volprep.render.proxy_renderer import ProxyRenderer, has_mesh
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
 from volprep_formats.diagnostics import VolprepError
@@ -14,8 +15,15 @@ def renderer_of(
 ) -> Renderer | SliceRenderer:
     """Give the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
     if package.manifest.profile.api != API_OF_SLICES:
-        return Renderer(package, level=level, transfer=transfer, point=point)
+        if point is not None:
+            return Renderer(package, level=level, transfer=transfer, point=point)
+        return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer)
     if point is not None:
         fields = {"level": f"around point {point}", "transfer": transfer or "any", "known": "its slices"}
         raise VolprepError("VP5018", package=package.path, **fields)
     return SliceRenderer(package, level=level, transfer=transfer)
+
+
+def ray_caster_of(package: Package, level: int | None, transfer: str | None) -> type[Renderer]:
+    """Give what draws this with shaders: where the package has a mesh for it, rays begin there, as an app's do."""
+    return ProxyRenderer if has_mesh(package, level, transfer) else Renderer

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.gl import Bindings, PictureTarget, ShaderText, TargetFormat
-from volprep.render.inputs import find_textures
+from volprep.render.inputs import find_textures, level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep.render.renderer import Renderer, check_uniforms
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import Primitive, read_glb
-from volprep_formats.package.manifest import Program, Proxy, ProxyMeshFile
+from volprep_formats.package.channels import package_of_transfer
+from volprep_formats.package.manifest import Manifest, Program, Proxy, ProxyMeshFile
 from volprep_formats.package.reader import Package
 
 _MARGIN = 4.0
@@ -37,7 +38,11 @@ class ProxyRenderer(Renderer):
     ) -> None:
         """Choose what to draw, as `Renderer` does. Raises VP5018, too, where the package has no mesh for that."""
         super().__init__(package, level=level, transfer=transfer, target=target)
-        self._proxy, self._mesh, self._from_mesh = _found(self._package, self._program, self._level.index)
+        found = _found(self._package.manifest, self._program.transfer, self._level.index)
+        if found is None:
+            fields = {"level": self._level.index, "transfer": self._program.transfer, "known": "no mesh for them"}
+            raise VolprepError("VP5018", package=self._package.path, **fields)
+        self._proxy, self._mesh, self._from_mesh = found
         textures = find_textures(self._package, self._from_mesh, self._level.index)
         check_program(self._from_mesh, textures, self._package.manifest.profile)
 
@@ -61,6 +66,11 @@ class ProxyRenderer(Renderer):
             ]
             undo.pop_all()
         return self
+
+    @property
+    def name(self) -> str:
+        """What draws, in words."""
+        return f"program {self._from_mesh.name}"
 
     @property
     def program(self) -> Program:
@@ -105,15 +115,20 @@ def _near_plane_cuts(
     return bool((clip[:, 2] < -clip[:, 3]).any())
 
 
-def _found(package: Package, plain: Program, level: int) -> tuple[Proxy, ProxyMeshFile, Program]:
-    proxy = package.manifest.proxy
-    if proxy is not None:
-        meshes = [mesh for mesh in proxy.meshes if (mesh.transfer, mesh.level) == (plain.transfer, level)]
-        programs = [each for each in proxy.programs if each.transfer == plain.transfer and level in each.levels]
-        if meshes and programs:
-            return proxy, meshes[0], programs[0]
-    fields = {"level": level, "transfer": plain.transfer, "known": "no mesh for them"}
-    raise VolprepError("VP5018", package=package.path, **fields)
+def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
+    """Say whether rays of what `Renderer` would draw may begin at a mesh. Raises VP5018 where it draws nothing."""
+    package = package_of_transfer(package, transfer)
+    inputs = level_inputs(package, level, transfer)
+    return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None
+
+
+def _found(manifest: Manifest, transfer: str, level: int) -> tuple[Proxy, ProxyMeshFile, Program] | None:
+    proxy = manifest.proxy
+    if proxy is None:
+        return None
+    meshes = [mesh for mesh in proxy.meshes if (mesh.transfer, mesh.level) == (transfer, level)]
+    programs = [each for each in proxy.programs if each.transfer == transfer and level in each.levels]
+    return (proxy, meshes[0], programs[0]) if meshes and programs else None
 
 
 def _primitives(package: Package, mesh: ProxyMeshFile) -> tuple[Primitive, ...]:

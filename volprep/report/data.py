@@ -7,6 +7,8 @@ as transfer function), the quadrature's (float target, rays running to their end
 target's (8 bits).
 """
 
+from collections.abc import Sequence
+from statistics import fmean
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -20,6 +22,7 @@ NonNegative = Annotated[float, Field(ge=0.0)]
 Decibel = float | None
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Target = Literal["rgba8", "rgba16f", "rgba32f"]
+WayName = Literal["neither", "table", "mesh", "both"]
 
 
 class ErrorNumbers(Record):
@@ -182,6 +185,72 @@ class LevelComparison(Record):
     """File of the pictures over black, side by side: box, the filter, with its own table if there is one, truth."""
 
 
+class SavingView(Record):
+    """What one standard view takes, drawn in one way."""
+
+    view: str
+    """Name of the standard view."""
+    samples_mean: NonNegative | None
+    """Samples of a ray that meets the volume, mean; null without a float target, into which they are counted."""
+    looks_mean: NonNegative | None
+    """Entries of the skip table that such a ray reads, mean; null as above."""
+    difference: NonNegative
+    """Largest difference of one channel of one pixel from the picture with neither table nor mesh.
+
+    In perspective, over the pixels whose rays have the same number of samples however float32 rounds.
+    """
+
+
+class SavingWay(Record):
+    """Drawing with some of what leaves out empty space."""
+
+    way: WayName
+    """What leaves out empty space: neither, the skip table, the mesh at which rays begin, or both."""
+    draw_ms: NonNegative
+    """Median time of a draw in the view of the sweep, in milliseconds."""
+    draws: Count
+    """Draws that were timed, after one that was not."""
+    views: Annotated[tuple[SavingView, ...], Field(min_length=1)]
+    """Standard views."""
+
+    @property
+    def samples_mean(self) -> float | None:
+        """Samples of a ray that meets the volume, mean of the views."""
+        return _mean([view.samples_mean for view in self.views])
+
+    @property
+    def looks_mean(self) -> float | None:
+        """Entries of the skip table that such a ray reads, mean of the views."""
+        return _mean([view.looks_mean for view in self.views])
+
+    @property
+    def difference(self) -> float:
+        """Largest difference of any view from the picture with neither table nor mesh."""
+        return max(view.difference for view in self.views)
+
+
+def _mean(each: Sequence[float | None]) -> float | None:
+    found = [number for number in each if number is not None]
+    return fmean(found) if found else None
+
+
+class EmptySpace(Record):
+    """What skip tables and proxy geometry save, and that they change no picture."""
+
+    drawn_by: str
+    """Name of the program that draws as the package does."""
+    ways: Annotated[tuple[SavingWay, ...], Field(min_length=2)]
+    """With neither first, as the package is drawn last."""
+    limit: NonNegative
+    """Largest difference that there may be: a step of 8 bits, and what the scene lets both take from a ray."""
+    passed: bool
+    """Whether all views of all ways are within that."""
+    mesh_read_ms: NonNegative | None
+    """Median time of reading the mesh's file, with its decompression, in milliseconds; null without a mesh."""
+    picture: str | None
+    """File of the samples of each pixel in the view of the sweep, the ways side by side; null where not counted."""
+
+
 class ProgramResult(Record):
     """What one shader program draws."""
 
@@ -199,17 +268,21 @@ class ProgramResult(Record):
     """Error against run time."""
     levels: tuple[LevelComparison, ...] = ()
     """What the coarse levels gained by how they were made, finest first."""
+    empty_space: EmptySpace | None = None
+    """What its skip table and its mesh save; null where it has neither."""
 
 
 class Verdict(Record):
     """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
 
     passed: bool
-    """Whether every view of every program is within the tolerance."""
+    """Whether every view of every program is within the tolerance, and no skip table and no mesh changes one."""
     views: Count
     """Number of pictures that were judged."""
     failed: Annotated[int, Field(ge=0)]
     """Number of pictures beyond the tolerance."""
+    changed: tuple[str, ...] = ()
+    """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
     worst_program: str
     """Program of the worst view."""
     worst_view: str

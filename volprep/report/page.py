@@ -5,14 +5,22 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from volprep.proxy.files import DRACO_RULE
 from volprep.report import text
-from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult
+from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep.report.pictures import colours, css_bytes, css_colour
 from volprep.report.plots import Plot, error_against_step, error_against_time, transfer_plot
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
 
 _TEMPLATES = Path(__file__).parent / "templates"
+
+_WAYS: dict[WayName, str] = {
+    "neither": "neither",
+    "table": "skip table",
+    "mesh": "proxy mesh",
+    "both": "both",
+}
 
 _SEEN_FROM = {
     "anterior": "seen from the front",
@@ -65,6 +73,9 @@ def page(report: Report) -> str:
         kept=[item for item in manifest.plan if item.kept],
         left_out=[item for item in manifest.plan if not item.kept],
         files=manifest.files,
+        file_bytes={record.path: record.size_bytes for record in manifest.files},
+        way_names=_WAYS,
+        draco_rule=DRACO_RULE,
         source_bytes=report.cost.source_bytes,
         hero=_hero(report),
         kind=_kind(manifest),

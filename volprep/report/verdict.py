@@ -27,10 +27,12 @@ def judge(programs: Sequence[ProgramResult], tolerance: Tolerance) -> Verdict:
     views = [(program.program, view) for program in programs for view in program.views]
     worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
     failed = sum(not view.passed for _, view in views)
+    changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     return Verdict(
-        passed=failed == 0,
+        passed=failed == 0 and not changed,
         views=len(views),
         failed=failed,
+        changed=changed,
         worst_program=worst_program,
         worst_view=worst.view,
         worst_rmse=worst.total.rmse,

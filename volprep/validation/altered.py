@@ -1,17 +1,32 @@
 """A package in which one text file is another, for diagnostic pictures."""
 
+from volprep_formats.package.manifest import Manifest, Program
 from volprep_formats.package.reader import Package
 
 
 class Altered(Package):
     """A package whose other files are its own."""
 
-    def __init__(self, package: Package, altered: str, text: str) -> None:
-        """Put `text` in the place of the file `altered`."""
-        super().__init__(package.path, package.manifest)
+    def __init__(self, package: Package, altered: str, text: str, program: Program | None = None) -> None:
+        """Put `text` in the place of the file `altered`, and `program` in the place of the one of its name."""
+        manifest = package.manifest if program is None else _with_program(package.manifest, program)
+        super().__init__(package.path, manifest)
+        self._package = package
         self._altered = altered
         self._text = text
 
     def read_text(self, path: str) -> str:
         """Read a text file of the package, or the other text in its place."""
-        return self._text if path == self._altered else super().read_text(path)
+        return self._text if path == self._altered else self._package.read_text(path)
+
+
+def _with_program(manifest: Manifest, program: Program) -> Manifest:
+    changes: dict[str, object] = {"programs": _replaced(manifest.programs, program)}
+    if manifest.proxy is not None:
+        programs = _replaced(manifest.proxy.programs, program)
+        changes["proxy"] = manifest.proxy.model_copy(update={"programs": programs})
+    return manifest.model_copy(update=changes)
+
+
+def _replaced(programs: tuple[Program, ...], program: Program) -> tuple[Program, ...]:
+    return tuple(program if each.name == program.name else each for each in programs)

@@ -1,6 +1,7 @@
 """How many samples each pixel takes, counted by the package's own shader: its text, with counters for a picture."""
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,21 @@ def samples_per_pixel(
     `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a
     float32 target.
     """
+    ((taken, looked),) = samples_of_views(package, program, level, [box_from_clip], shape_hw, kind=kind)
+    return taken, looked
+
+
+def samples_of_views(
+    package: Package,
+    program: Program,
+    level: int,
+    views: Sequence[NDArray[np.float64]],
+    shape_hw: tuple[int, int],
+    *,
+    kind: type[Renderer],
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """As `samples_per_pixel`, of each view."""
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
-        picture = renderer.render(box_from_clip, shape_hw)
-    return np.rint(picture[..., 0]).astype(np.float64), np.rint(picture[..., 1]).astype(np.float64)
+        pictures = [np.rint(renderer.render(view, shape_hw)).astype(np.float64) for view in views]
+    return [(picture[..., 0], picture[..., 1]) for picture in pictures]

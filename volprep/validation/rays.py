@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from volprep_formats.grid import Grid
 
+_ROUNDING = 2.0**-16
+
 
 def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], grid: Grid) -> NDArray[np.float64]:
     """Give the length of each pixel's ray inside the box of `grid` in millimetres, [H, W]; 0 where it misses."""
@@ -28,6 +30,17 @@ def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], gri
 def samples(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.int64]:
     """Give the number of equal segments, none longer than `step_mm`, that the renderer cuts each ray into."""
     return np.ceil(chords / step_mm).astype(np.int64)
+
+
+def settled(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.bool_]:
+    """Say of which rays float32 cannot change the number of segments, however it rounds the ray's ends.
+
+    In perspective the ends come from a division by w, of which a far plane 200 times as far as the near one leaves
+    seven of its 24 bits less: 2^-17 of the length of the ray, and as much at the other end.
+    """
+    steps = chords / step_mm
+    certain: NDArray[np.bool_] = np.abs(steps - np.rint(steps)) > _ROUNDING * np.maximum(steps, 1.0)
+    return certain
 
 
 def _unproject(

@@ -16,6 +16,7 @@ from volprep.report.verdict import judge
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
+from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.levels import compare_levels
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.slices import measure_slices
@@ -119,6 +120,7 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
             views=views.views,
             sweep=measure_sweep(bench, program, views),
             levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
+            empty_space=measure_empty_space(bench, program),
         )
         for (bench, program), views in zip(programs, viewed, strict=True)
     )

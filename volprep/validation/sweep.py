@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.report.data import Breakdown, LevelFloor, Sweep, SweepPoint, Target
 from volprep.validation.bench import Bench
@@ -67,7 +68,8 @@ class _Sweeper:
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
-        package = uncut(self._subject.package, self._program, self._subject.render)
+        drawn = self._renderer(self._subject.package, level, "rgba8").program
+        package = uncut(self._subject.package, drawn, self._subject.render)
         targets: tuple[Target, ...] = ("rgba32f", "rgba16f")
         if package is not None:
             for target in targets:
@@ -81,11 +83,11 @@ class _Sweeper:
 
     def _precise(self, package: Package, level: int, ratios: tuple[float, ...], target: Target) -> _Precise:
         pictures = []
-        with Renderer(package, level=level, transfer=self._program.transfer, target=target) as renderer:
+        with self._renderer(package, level, target) as renderer:
             for ratio in ratios:
                 pictures.append(self.draw(renderer, ratio))
                 self._progress.advance()
-        with Renderer(self._subject.package, level=level, transfer=self._program.transfer, target=target) as renderer:
+        with self._renderer(self._subject.package, level, target) as renderer:
             nominal = self.draw(renderer, 1.0)
         return _Precise(target, pictures, nominal)
 
@@ -94,12 +96,16 @@ class _Sweeper:
     ) -> list[tuple[SweepPoint, Picture]]:
         """Draw and time one level with every step."""
         found = []
-        with Renderer(self._subject.package, level=level, transfer=self._program.transfer) as renderer:
+        with self._renderer(self._subject.package, level, "rgba8") as renderer:
             for ratio in ratios:
                 picture = self.draw(renderer, ratio)
                 found.append((self._point(renderer, picture, on_data, level, ratio), picture))
                 self._progress.advance()
         return found
+
+    def _renderer(self, package: Package, level: int, target: Target) -> Renderer:
+        transfer = self._program.transfer
+        return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer, target=target)
 
     def _point(
         self, renderer: Renderer, picture: Picture, on_data: NDArray[np.float64], level: int, ratio: float

@@ -1,12 +1,13 @@
-"""A package as it would be without early ray termination, so that what termination costs can be told apart.
+"""A package as it would be without early ray termination, or without skip tables, to tell what they cost and save.
 
-The shader is composed again from the manifest, with and without termination. Only where the text with termination is
-the package's own, letter for letter, does the text without it say anything about the package.
+The shader is composed again from the manifest, with and without. Only where the text with everything is the package's
+own, letter for letter, does the text without it say anything about the package.
 """
 
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import classification_of
-from volprep.render.techniques.raycast import Additions, Sampling, ray_caster
+from volprep.render.techniques.proxy import Entry
+from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
 from volprep.validation.altered import Altered
 from volprep_formats.package.manifest import Manifest, Program, RenderSettings
@@ -17,21 +18,43 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
     """Give the package in which rays of `program` run to their end.
 
     It is the package itself where its rays do so anyway, None where its shader is not the one that this version of
-    volprep composes.
+    volprep composes. The program may be one that begins at proxy geometry.
     """
     if render.opacity_cutoff is None:
         return package
-    if _fragment(package.manifest, program, render) != package.read_text(program.fragment):
+    if _shaders(package.manifest, program, render).fragment != package.read_text(program.fragment):
         return None
-    without = _fragment(package.manifest, program, render.model_copy(update={"opacity_cutoff": None}))
-    return Altered(package, program.fragment, without)
+    without = _shaders(package.manifest, program, render.model_copy(update={"opacity_cutoff": None}))
+    return Altered(package, program.fragment, without.fragment)
 
 
-def _fragment(manifest: Manifest, program: Program, render: RenderSettings) -> str:
+def unskipped(package: Package, program: Program, render: RenderSettings) -> Package | None:
+    """Give the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
+    if all(sampler.role != "skip" for sampler in program.samplers):
+        return package
+    if _shaders(package.manifest, program, render).fragment != package.read_text(program.fragment):
+        return None
+    without = _shaders(package.manifest, program, render, skips=False)
+    changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": without.samplers})
+    return Altered(package, program.fragment, without.fragment, changed)
+
+
+def _shaders(manifest: Manifest, program: Program, render: RenderSettings, *, skips: bool = True) -> RayCaster:
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
     classified = classification_of(manifest, program)
-    skips = skipping_of(manifest, program.transfer, min(program.levels), program.classification)
-    return ray_caster(_sampling(manifest, program), classified, (x, y, z), render, Additions(skips)).fragment
+    level = min(program.levels)
+    additions = Additions(
+        skipping_of(manifest, program.transfer, level, program.classification) if skips else None,
+        None,
+        _entry(manifest, program, (x, y, z)),
+    )
+    return ray_caster(_sampling(manifest, program), classified, (x, y, z), render, additions)
+
+
+def _entry(manifest: Manifest, program: Program, extent_mm_xyz: tuple[float, float, float]) -> Entry | None:
+    if manifest.proxy is None or manifest.grid is None or program not in manifest.proxy.programs:
+        return None
+    return Entry(extent_mm_xyz, min(manifest.grid.spacing_mm_zyx))
 
 
 def _sampling(manifest: Manifest, program: Program) -> Sampling:
