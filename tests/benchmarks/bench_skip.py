@@ -129,6 +129,13 @@ def contests() -> Iterator[Contest]:
     blocks = np.ascontiguousarray(occupied[: 128 * 3 : 3, ::4, ::4])
     block_distance = np.empty(blocks.shape, np.uint8)
     yield Contest(
+        work="the same on one thread",
+        source=occupied,
+        bytes_written=square.nbytes,
+        ours=lambda: _native.euclidean_distance(occupied, square, threads=1),
+        peers={"edt, one thread": lambda: edt.edt(empty, parallel=1)},
+    )
+    yield Contest(
         work="Chebyshev, 128³ blocks",
         source=blocks,
         bytes_written=block_distance.nbytes,

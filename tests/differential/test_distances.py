@@ -59,6 +59,15 @@ def test_squared_euclidean_distance_is_scipys_below_255_cells_on_any_number_of_t
         assert (euclidean(occupied, threads) == expected).all()
 
 
+def test_squared_euclidean_distance_is_scipys_far_from_what_is_occupied_and_beside_it():
+    z, y, x = np.ogrid[:90, :150, :170]
+    ball = (z - 20) ** 2 + (y - 30) ** 2 + (x - 90) ** 2 < 15**2
+    occupied = (ball | ((y == 140) & (x > 60 + z // 2))).astype(np.uint8)
+    expected = np.rint(ndimage.distance_transform_edt(occupied == 0) ** 2)
+    assert expected.max() > 75**2
+    assert (euclidean(occupied) == expected).all()
+
+
 @given(st.tuples(*[st.integers(1, 6)] * 3), st.sampled_from([0.02, 0.2, 0.7]), st.integers(0, 2**32 - 1))
 def test_octants_hold_the_largest_empty_cube_ahead(shape, density, seed):
     occupied = cells(shape, density, seed)

@@ -8,10 +8,11 @@ namespace volprep {
 // What stands for 255 cells and more: a byte could not hold the distance.
 inline constexpr uint16_t far_away = 65535;
 
-// Numbers that one thread needs beside the result: a tile of columns along the longest axis but x.
+// Numbers that one thread needs beside the result: a tile of columns along the longest axis but x, and one for each
+// row.
 inline constexpr int64_t euclidean_tile_width = 64;
 constexpr int64_t euclidean_scratch(Shape3 shape) noexcept {
-    return (shape.z > shape.y ? shape.z : shape.y) * euclidean_tile_width;
+    return (shape.z > shape.y ? shape.z : shape.y) * (euclidean_tile_width + 1);
 }
 
 // dst[c] = the least dz² + dy² + dx² to a cell o with occupied[o] != 0 where it is below 255², else far_away. scratch
