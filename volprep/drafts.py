@@ -25,6 +25,7 @@ _BLANK: dict[str, object] = {
     "levels": (),
     "transfer_functions": (),
     "palettes": (),
+    "editing": None,
     "subvolumes": None,
     "render": None,
     "skipping": None,

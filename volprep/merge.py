@@ -8,6 +8,7 @@ from volprep.plan import Plan
 from volprep.scene import Scene
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.editing import Editing
 from volprep_formats.package.manifest import Channel, Manifest, Program, Proxy, Texture
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.skip import Skipping
@@ -34,6 +35,8 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
         each = [changes[key] for _, changes in parts]
         if key == "skipping":
             result[key] = _skipping([item for item in each if isinstance(item, Skipping)])
+        elif key == "editing":
+            result[key] = _editing([item for item in each if isinstance(item, Editing)])
         elif key == "proxy":
             result[key] = _proxy([item for item in each if isinstance(item, Proxy)])
         elif key == "textures":
@@ -75,8 +78,9 @@ def _textures(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]]) -> tupl
             if texture not in manifest.textures:
                 if texture.name in made:
                     raise VolprepError("VP1244", path=plan.channel, what=f"texture {texture.name}")
-                channel = plan.channel if texture.transfer is None else None
-                made[texture.name] = texture.model_copy(update={"channel": channel})
+                of_channel = texture.transfer is None and not texture.channels and plan.channel is not None
+                named = {"channels": (plan.channel,)} if of_channel else {}
+                made[texture.name] = texture.model_copy(update=named)
     by_name = {texture.name: texture for texture in kept} | made
     return tuple(by_name[name] for name in sorted(by_name))
 
@@ -87,6 +91,10 @@ def _skipping(each: Sequence[Skipping]) -> Skipping:
         tables=tuple(table for skipping in each for table in skipping.tables),
         ranges=tuple(ranges for skipping in each for ranges in skipping.ranges),
     )
+
+
+def _editing(each: Sequence[Editing]) -> Editing | None:
+    return Editing(histograms=tuple(_chained(editing.histograms for editing in each))) if each else None
 
 
 def _proxy(each: Sequence[Proxy]) -> Proxy:

@@ -57,6 +57,10 @@ class TextureSettings(Record):
     for a voxel, "etc2" 2 for four slices together, "astc-4x4" to "astc-8x8" 8 to 2. A form that changes pictures by
     more than half of the tolerance is left out. "auto" takes the smallest that does not. "none" is the default because
     a device that has the memory draws 3D textures faster and exactly."""
+    channels: Literal["auto", "packed", "apart"] = "auto"
+    """Whether several channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all.
+    "auto": those that are drawn together. "packed": all, for an app with shaders of its own. "apart": none, so that a
+    device holds only the channel that it draws."""
 
 
 class NormalSettings(Record):
@@ -179,6 +183,10 @@ class Scene(Record):
     crop: Literal["auto", "none"] = "auto"
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
     users change the transfer function."""
+    editable: bool = False
+    """Whether users of the app may edit transfer functions. Then nothing but tables rests on what these are now: the
+    whole scan is kept, all its values have codes, and the package holds what makes tables of levels and of empty space
+    anew."""
     quantize: QuantizeSettings = QuantizeSettings()
     """How physical values become stored values."""
     pyramid: PyramidSettings = PyramidSettings()

@@ -580,6 +580,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: no transfer function: {problem}",
         "Give a file of 3D Slicer (.vp), ParaView (.json, with opacities, in RGB) or ITK-SNAP (labels, .txt).",
     ),
+    "VP3043": Diagnostic(
+        ExitStatus.SCENE,
+        "labels would get colours of other labels: {problem}",
+        "Set render.classification to lookup, or render.palette_entries to 256.",
+    ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
         "normals of code {coded} need textures of format {needed}; profile {profile} has {known}",
@@ -594,6 +599,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "textures.compression {wanted} needs textures of format {format}; profile {profile} has {known}",
         "Choose another textures.compression, or a profile that has the format.",
+    ),
+    "VP3080": Diagnostic(
+        ExitStatus.SCENE,
+        "transfer functions cannot be editable with {what}, which depends on what they are now",
+        "Leave that out, or editable.",
     ),
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
@@ -659,6 +669,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.PACKAGE, "{name}: not a KTX 2 texture as packages have them: {problem}", "Build the package again."
     ),
     "VP4031": Diagnostic(ExitStatus.PACKAGE, "{path}: not a paletted texture: {problem}", "Build the package again."),
+    "VP4032": Diagnostic(ExitStatus.PACKAGE, "{path}: not a joint histogram: {problem}", "Build the package again."),
     "VP4039": Diagnostic(
         ExitStatus.PACKAGE, "{name}: not a mesh as packages have them: {problem}", "Build the package again."
     ),

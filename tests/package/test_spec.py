@@ -15,7 +15,7 @@ import pytest
 
 from volprep_formats import meshes
 from volprep_formats.diagnostics import CATALOGUE
-from volprep_formats.package import check, manifest, manifest_json, reader
+from volprep_formats.package import check, editing, manifest, manifest_json, reader
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2, paletted
@@ -62,7 +62,7 @@ def test_every_code_that_a_check_can_give_is_in_the_table() -> None:
     told = set(re.findall(r"^\| (VP4\d{3}) \|", SPEC, re.MULTILINE))
     files = inspect.getmodule(manifest_json.open_inside)
     sources = "".join(
-        inspect.getsource(module) for module in (check, manifest_json, reader, ktx2, paletted, meshes, files)
+        inspect.getsource(module) for module in (check, editing, manifest_json, reader, ktx2, paletted, meshes, files)
     )
     # VP4014 is for callers that ask for a file the manifest does not name, VP4020 for writers.
     assert told == set(re.findall(r"VP4\d{3}", sources)) - {"VP4014", "VP4020"}

@@ -5,6 +5,8 @@ from volprep.plan.make import make_plan
 from volprep.plan.records import (
     BlockRangesPlan,
     CropPlan,
+    EditingPlan,
+    HistogramPlan,
     LevelPlan,
     LookupPlan,
     NormalsPlan,
@@ -27,6 +29,8 @@ from volprep.plan.records import (
 __all__ = [
     "BlockRangesPlan",
     "CropPlan",
+    "EditingPlan",
+    "HistogramPlan",
     "LevelPlan",
     "LookupPlan",
     "NormalTexturePlan",

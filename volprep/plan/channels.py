@@ -9,8 +9,10 @@ from typing import TypeVar
 
 from volprep.channels import drawn_channels, left_out
 from volprep.plan.crop import choose_crop
+from volprep.plan.editing import for_edits
 from volprep.plan.functions import resolved_functions
 from volprep.plan.make import Common, make_plan
+from volprep.plan.packing import pack_channels
 from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
 from volprep.plan.slices import API
 from volprep.scene import Scene
@@ -40,7 +42,7 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     scenes = [scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec}) for channel in drawn]
     channels = list(zip(scenes, infos, measured, strict=True))
-    crop = _common_crop(channels)
+    crop = _common_crop(channels, profile)
     plans = [make_plan(each, profile, info, found, Common(crop)) for each, info, found in channels]
     cutoffs = {plan.render.opacity_cutoff for plan in plans}
     steps_mm = {plan.render.step_mm for plan in plans}
@@ -49,14 +51,15 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         plans = [make_plan(each, profile, info, found, common) for each, info, found in channels]
     stages = tuple(dict.fromkeys(stage for plan in plans for stage in plan.stages))
     named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
-    items = (*_items(named), *_left_out(scene, named[0]))
+    named, packing = pack_channels(named, scene, ())
+    items = (*_items(named), packing, *_left_out(scene, named[0]))
     return named[0].model_copy(update={"others": tuple(named[1:]), "items": items})
 
 
-def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]]) -> CropPlan:
+def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]], profile: DeviceProfile) -> CropPlan:
     """Give the smallest box that holds what each channel shows."""
     crops = [
-        choose_crop(scene.crop, resolved_functions(scene, info, found), found.ranges_zyx)
+        choose_crop(for_edits(scene, profile).crop, resolved_functions(scene, info, found), found.ranges_zyx)
         for scene, info, found in channels
     ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
@@ -80,6 +83,14 @@ def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
         changes["normals"] = plan.normals.model_copy(update={"textures": textures})
         before += [file for each in plan.normals.textures for file in each.files]
         after += [file for each in textures for file in each.files]
+    if plan.editing is not None:
+        histograms = tuple(
+            each.model_copy(update={"file": f"{each.file.removesuffix('.bin')}-{channel}.bin"})
+            for each in plan.editing.histograms
+        )
+        changes["editing"] = plan.editing.model_copy(update={"histograms": histograms})
+        before += [each.file for each in plan.editing.histograms]
+        after += [each.file for each in histograms]
     files = dict(zip(before, after, strict=True))
     changes["items"] = tuple(
         item.model_copy(update={"files": tuple(files.get(path, path) for path in item.files)}) for item in plan.items

@@ -8,6 +8,7 @@ import numpy as np
 
 from volprep.plan.classification import Tables, describe_tables
 from volprep.plan.functions import describe_functions
+from volprep.plan.labels import label_reason
 from volprep.plan.levels import by
 from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
@@ -94,8 +95,7 @@ def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(
             name="labels",
             kept=True,
-            reason="codes are labels, and coarser levels hold no others; shaders filter linearly, so that within a "
-            "voxel of the border between two labels they see the values between them",
+            reason=label_reason(plan.transfer_functions, plan.render.step_mm),
         )
     if plan.quantize.bits == 8:
         yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
@@ -115,6 +115,8 @@ def _wide_texels(plan: Plan) -> str:
 
 
 def _why_wide(grounds: Grounds) -> str:
+    if grounds.scene.editable:
+        return "8 bits would not give every value a code, and users may edit transfer functions"
     narrow = grounds.values.narrow_error
     if narrow is not None:
         return f"8 bits would change the sample of rays by {narrow.text}"
@@ -181,7 +183,7 @@ def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
         )
         if finest.format in BLOCKS:
             return
-        yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic)
+        yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic, finest.filter)
 
 
 def _why_flat(plan: Plan) -> str:

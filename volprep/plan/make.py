@@ -13,8 +13,10 @@ from volprep.plan.classification import (
 )
 from volprep.plan.compression import choose_compression
 from volprep.plan.crop import choose_crop
+from volprep.plan.editing import describe_editing, for_edits, plan_editing
 from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
+from volprep.plan.labels import require_distinct_labels, step_voxels_of
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
 from volprep.plan.proxy import describe_proxy, plan_proxy
@@ -63,14 +65,17 @@ def make_plan(
     """Decide everything that the stages need to know; for one of several channels, with what they have in common.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3050 for
-    normals that it cannot hold, VP3060 for slices with what needs shaders, or without need, VP3070 for a
-    compressed format that the profile does not have.
+    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3043 for one
+    that mixes labels, VP3050 for normals that it cannot hold, VP3060 for slices with what needs shaders, or without
+    need, VP3070 for a compressed format that the profile does not have, VP3080 for what cannot be had where functions
+    may be edited.
     """
+    scene = for_edits(scene, profile)
     if profile.api == API:
         return plan_of_slices(scene, profile, info, measured)
     refuse_slices(scene, profile)
     require_classification(scene, profile)
+    require_distinct_labels(scene)
     functions = resolved_functions(scene, info, measured)
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
@@ -87,24 +92,28 @@ def make_plan(
     fits = [
         others
         if isinstance(others, Misfit)
-        else fit_level(level, bits, layouts, others, scene.mosaic, compression.format)
+        else fit_level(level, bits, layouts, others, scene.mosaic, compression.format, values.quantize.filter)
         for level, others in zip(candidates, with_normals, strict=True)
     ]
     levels, volumes = _kept(candidates, fits, profile)
     normals = plan_normals(wanted, layouts, levels, beside)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
-    step_mm = scene.render.step_or_default_voxels * _finest_spacing_mm(grid, levels[0])
+    voxel_mm = _finest_spacing_mm(grid, levels[0])
+    step_mm = step_voxels_of(scene, functions, voxel_mm) * voxel_mm
     step_mm = common.step_mm or step_mm if common else step_mm
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
-    found = Found(layouts, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals)
+    found = Found(
+        layouts, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable
+    )
     skip = plan_skip(scene.skip, functions, found)
     programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
     proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
     opacity = _largest_opacity(functions, measured.statistics, slack, grid)
-    stops = common.cutoff if common and common.cutoff is not None else opacity > scene.render.opacity_cutoff
+    stops = scene.editable or opacity > scene.render.opacity_cutoff
+    stops = common.cutoff if common and common.cutoff is not None else stops
     plan = Plan(
         profile=profile,
         crop=crop,
@@ -118,6 +127,7 @@ def make_plan(
         preintegrated=tables.preintegrated,
         palettes=tables.palettes,
         skip=skip,
+        editing=plan_editing(scene, grid, levels),
         normals=normals,
         proxy=proxy,
         programs=programs,
@@ -140,6 +150,7 @@ def make_plan(
                 *compression.items,
                 *skipping,
                 *meshes,
+                *describe_editing(plan.editing),
                 *normal_items(normals, scene, levels),
             )
         }

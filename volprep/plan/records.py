@@ -13,6 +13,7 @@ from volprep_formats.package.manifest import (
     PlanItem,
     ProxyForm,
     RenderSettings,
+    SampleFilter,
 )
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
@@ -43,6 +44,11 @@ class QuantizePlan(Record):
     labels: bool = False
     """Whether values are labels, which must be whole numbers from 0 to 255 and become codes as they are."""
 
+    @property
+    def filter(self) -> SampleFilter:
+        """How values are sampled: between two labels there is no label."""
+        return "nearest" if self.labels else "linear"
+
 
 class LevelPlan(Record):
     """One level that the package holds."""
@@ -72,6 +78,10 @@ class VolumePlan(Record):
     """Depth, height and width of each in texels; depth is 1 for a mosaic."""
     mosaic: MosaicLayout | None
     """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
+    filter: SampleFilter = "linear"
+    """How it is sampled: labels are not mixed."""
+    channels: tuple[str, ...] = ()
+    """Channels that share its texels, a component each; the first of them makes it. None where it holds one."""
     transfer: str | None = None
     """Name of the transfer function by which its voxels are classified; none where it holds values."""
     reference_mm: float | None = None
@@ -202,7 +212,7 @@ class NormalsPlan(Record):
     """Whether the last channel holds the length of the gradient."""
     format: TextureFormat
     """Format of a texel."""
-    filter: Literal["linear", "nearest"]
+    filter: SampleFilter
     """How the textures are sampled."""
     textures: tuple[NormalTexturePlan, ...]
     """One for each level."""
@@ -243,6 +253,26 @@ class SlicesPlan(Record):
     """Colours of a palette, where there is one."""
     stacks: tuple[SliceStackPlan, ...]
     """Stacks of each transfer function."""
+
+
+class HistogramPlan(Record):
+    """The joint histogram of one level."""
+
+    level: int
+    """Level."""
+    file: PackagePath
+    """Its file."""
+    reference_mm: Annotated[float, Field(gt=0.0)]
+    """Length of the path whose opacities are averaged."""
+
+
+class EditingPlan(Record):
+    """What users need who edit transfer functions."""
+
+    histograms: tuple[HistogramPlan, ...]
+    """One for each level that needs a table of its own."""
+    headroom_per_mm: Annotated[float, Field(gt=0.0)]
+    """Extinction that tables of 8 bits can hold at least, whatever the transfer functions are now."""
 
 
 class ProgramPlan(Record):
@@ -338,6 +368,8 @@ class Plan(Record):
     """The pre-integrated table of each transfer function, where segments are classified by one."""
     palettes: tuple[PalettePlan, ...] = ()
     """The palette of each transfer function, where samples are classified by one."""
+    editing: EditingPlan | None = None
+    """What editing takes, where users may edit transfer functions."""
     proxy: ProxyPlan | None = None
     """Proxy geometry, where the scene wants it."""
     slices: SlicesPlan | None = None
@@ -363,6 +395,11 @@ class Plan(Record):
     def every(self) -> "tuple[Plan, ...]":
         """The plan of each channel."""
         return (self, *self.others)
+
+    @property
+    def own_volumes(self) -> tuple[VolumePlan, ...]:
+        """Those of `volumes` that are made for this channel: not those whose texels another one comes first in."""
+        return tuple(volume for volume in self.volumes if not volume.channels or volume.channels[0] == self.channel)
 
     @property
     def value_slack(self) -> float:

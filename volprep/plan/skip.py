@@ -69,6 +69,8 @@ class Found:
     """What was measured."""
     normals: NormalsPlan | None = None
     """Their normals."""
+    editable: bool = False
+    """Whether users may edit transfer functions: what is empty now says little then."""
 
 
 def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
@@ -128,6 +130,8 @@ def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
     """Why a transfer function gets no table, or None if it gets one."""
     if wanted.kind == "none":
         return "the scene does not want it"
+    if found.editable:
+        return _no_room(wanted, found)
     if share == 0.0:
         return f"no block of {MEASURED_BLOCK}³ voxels is empty"
     if wanted.kind == "auto" and share < LEAST_SHARE:

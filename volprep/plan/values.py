@@ -11,7 +11,7 @@ from volprep.scene import QuantizeSettings, Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.manifest import SampleFilter, Tolerance
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
@@ -23,6 +23,8 @@ _TABLE_SHARE = 0.05
 _LARGEST_LABEL = 255.0
 _ENTRIES = (256, 512, 1024, 2048, 4096)
 """Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
+_EDITABLE_ENTRIES = {8: 256, 16: 2048}
+"""Where functions may be edited, tables are as fine as texels: codes of 8 bits, and half floats, which have 11."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +48,20 @@ class ValueChoice:
 class _Bench:
     """The sample of rays with their true pictures, one for each transfer function."""
 
-    def __init__(self, measured: Measured, spacing_mm: float, functions: tuple[TransferFunction, ...]) -> None:
+    def __init__(
+        self, measured: Measured, spacing_mm: float, functions: tuple[TransferFunction, ...], between: SampleFilter
+    ) -> None:
         self._columns = measured.columns
         self._spacing_mm = spacing_mm
+        self._between = between
         self._tables = [Table.exact(function) for function in functions]
-        self._truth = [picture(measured.columns, spacing_mm, table) for table in self._tables]
+        self._truth = [picture(measured.columns, spacing_mm, table, between) for table in self._tables]
 
     def error(self, codes: Codes, entries: int) -> PictureError:
         """Largest errors over the transfer functions."""
         values = codes.decoded(codes.texels(self._columns))
         errors = [
-            difference(picture(values, self._spacing_mm, table.resampled(codes.window, entries)), truth)
+            difference(picture(values, self._spacing_mm, table.resampled(codes.window, entries), self._between), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
         return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
@@ -73,23 +78,37 @@ def choose_values(
 
     Labels keep their value: 8 bits and a window from 0 to 255. Else 8 bits if, with the best window, they change the
     pictures of the sample of rays by at most half of the scene's tolerance, or if the profile has no wider format; else
-    16. Raises VP3020 when the scene asks for bits that the profile does not have, VP3021 for a window without width,
-    VP3025 for labels that are none.
+    16. Where users may edit transfer functions, all values have codes, and 8 bits are enough only if they give every
+    stored value a code of its own. Raises VP3020 when the scene asks for bits that the profile does not have, VP3021
+    for a window without width, VP3025 for labels that are none.
     """
     settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
-    bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions)
+    between: SampleFilter = "nearest" if scene.source.labels else "linear"
+    bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions, between)
     half_floats = not has_exact_16_bits(profile)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
+    # An edited function may show any value.
+    shown = () if scene.editable else functions
+
     def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
-        tried = [Codes(bits, window, half_floats) for window in _windows(settings, bits, info, measured, functions)]
+        tried = [Codes(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]
         # min keeps the first of equal ones: the widest.
         return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
 
+    def enough(error: PictureError, codes: Codes) -> bool:
+        if scene.editable:
+            return is_exact(codes.bits, codes.window, info, measured.statistics)
+        return within_share(error, scene.tolerance)
+
     trials = [best_window(bits) for bits in _possible_bits(settings, profile)]
-    error, codes = next((trial for trial in trials if within_share(trial[0], scene.tolerance)), trials[-1])
+    error, codes = next((trial for trial in trials if enough(*trial)), trials[-1])
     narrow_error = trials[0][0] if codes is not trials[0][1] else None
-    entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
+    if scene.editable:
+        entries = min(_EDITABLE_ENTRIES[codes.bits], lengths[-1])
+        error = bench.error(codes, entries)
+    else:
+        entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
         quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
         codes=codes,

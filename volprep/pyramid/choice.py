@@ -3,6 +3,7 @@
 Each candidate makes the level. Its light along random rays is compared with that of level 0, through every transfer
 function, once with the common lookup table and once with one that was fitted to it along other rays. What counts is
 the error of the better one, in units of the box filter's with the common table, as the mean over transfer functions.
+Where users may edit transfer functions, the other table is not fitted, but comes from the level's joint histogram.
 """
 
 import time
@@ -22,6 +23,7 @@ from volprep.pyramid.records import AdaptedTable, LevelChoice, Trial
 from volprep.pyramid.reduce import reduced_slabs
 from volprep.slabs import RawVolume, bytes_of
 from volprep.transfer.adapted import fitted_table
+from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import LevelFilter
 
@@ -52,10 +54,14 @@ class Classified:
 class Chooser:
     """Makes the levels of one volume."""
 
-    def __init__(self, scan: Classified, *, adapt: bool) -> None:
-        """Take the volume; `adapt` says whether levels may have tables of their own."""
+    def __init__(self, scan: Classified, *, adapt: bool, editable: bool = False) -> None:
+        """Take the volume; `adapt` says whether levels may have tables of their own.
+
+        Where transfer functions are `editable`, each level has, and they come from its joint histogram.
+        """
         self._scan = scan
         self._adapt = adapt
+        self._editable = adapt and editable
         grid = scan.grid
         # A small volume has no more to say than it has voxels on its sides.
         rays = min(_RAYS, 2 * max(grid.shape_zyx) ** 2)
@@ -103,6 +109,7 @@ class Chooser:
     ) -> tuple[tuple[AdaptedTable, ...], list[Trial]]:
         """Compare light through each transfer function; give the tables that are worth it, and all numbers."""
         samples, check = self._sampled(volume, factors)
+        shares = joint_shares(self._scan.volume, volume, factors) if self._editable else None
         tables: list[AdaptedTable] = []
         trials: list[Trial] = []
         for transfer, common in self._scan.tables.items():
@@ -112,25 +119,33 @@ class Chooser:
             if not self._adapt:
                 continue
             began = time.perf_counter()
-            table = fitted_table(samples, target, common)
+            if shares is None:
+                table = fitted_table(samples, target, common)
+            else:
+                table = level_table(shares, common, reference_mm(self._spacing_mm_zyx(factors)))
             spent = seconds + time.perf_counter() - began
             rmse = _rmse(check.light(table), truth)
             trials.append(Trial(filter=name, transfer=transfer, table="adapted", rmse=rmse, seconds=spent))
-            if rmse < (1 - _LEAST_GAIN) * plain:
+            if self._editable or rmse < (1 - _LEAST_GAIN) * plain:
                 tables.append(AdaptedTable(transfer=transfer, entries=_rows(table)))
         return tuple(tables), trials
 
     def _score(self, tried: list[Trial], reference: list[Trial]) -> float:
         units = {trial.transfer: trial.rmse for trial in reference if trial.table == "common"}
+        if self._editable:
+            tried = [trial for trial in tried if trial.table == "adapted"]
         best = {name: min(trial.rmse for trial in tried if trial.transfer == name) for name in units}
         # A level without any error is as good as can be, whatever the unit.
         return float(np.mean([best[name] / unit if unit > 0 else best[name] for name, unit in units.items()]))
 
     def _sampled(self, volume: RawVolume, factors: tuple[int, int, int]) -> tuple[RaySamples, RaySamples]:
-        z, y, x = (f * h for f, h in zip(factors, self._scan.grid.spacing_mm_zyx, strict=True))
         both = _joined([self._lines, self._check_lines])
-        samples = sample_level(volume, (z, y, x), both)
+        samples = sample_level(volume, self._spacing_mm_zyx(factors), both)
         return _split(samples, len(self._lines.lengths_mm))
+
+    def _spacing_mm_zyx(self, factors: tuple[int, int, int]) -> tuple[float, float, float]:
+        z, y, x = (f * h for f, h in zip(factors, self._scan.grid.spacing_mm_zyx, strict=True))
+        return z, y, x
 
     def _shape(self, factors: tuple[int, int, int]) -> tuple[int, int, int]:
         z, y, x = (-(-n // f) for n, f in zip(self._scan.grid.shape_zyx, factors, strict=True))

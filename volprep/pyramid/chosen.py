@@ -56,6 +56,7 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
 
 def _decided(draft: Draft, plan: Plan) -> Iterator[PlanItem]:
     lookups = {lookup.transfer: lookup for lookup in plan.lookups}
+    made = "fitted to the level" if plan.editing is None else "of its joint histogram"
     for choice in choices_of(draft, plan):
         if len({trial.filter for trial in choice.trials}) > 1:
             yield PlanItem(
@@ -70,8 +71,8 @@ def _decided(draft: Draft, plan: Plan) -> Iterator[PlanItem]:
             yield PlanItem(
                 name=f"{_prefix(plan)}lookup table {adapted.transfer} of level {choice.level}",
                 kept=kept,
-                reason=f"along random rays light is {adapted.rmse:.2g} from that of level 0 with a table fitted to the "
-                f"level, {common.rmse:.2g} with the common one",
+                reason=f"along random rays light is {adapted.rmse:.2g} from that of level 0 with a table {made}, "
+                f"{common.rmse:.2g} with the common one",
                 files=(file,) if kept else (),
             )
 

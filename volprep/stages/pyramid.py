@@ -20,10 +20,13 @@ from volprep_formats.record import Record
 
 CANDIDATES: tuple[LevelFilter, ...] = ("box", "median", "least-squares", "appearance")
 """What "auto" chooses from; the first is what the others are compared with."""
+FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
+"""Those that depend on no transfer function, for packages whose users edit them."""
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups)
+    editing = () if plan.editing is None else (plan.editing,)
+    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *editing)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -32,17 +35,17 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
     adapt = bool(plan.lookups) and not plan.quantize.labels
     measured = adapt or any(level.filter == "auto" for level in coarser)
-    progress.start("pyramid", sum(len(_candidates(level)) for level in coarser) * plan.grid.shape_zyx[0])
-    chooser = Chooser(scan, adapt=adapt) if measured else None
+    progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
+    chooser = Chooser(scan, adapt=adapt, editable=plan.editing is not None) if measured else None
     filters: dict[int, LevelFilter] = {}
     for level in coarser:
         if chooser is None:
-            (name,) = _candidates(level)
+            (name,) = _candidates(level, plan)
             choice = LevelChoice(level=level.index, filter=name)
             draft.write(codes_name(level.index, plan.channel), "work", _made(scan, name, level, progress))
         else:
             choice, codes = chooser.choose(
-                level.index, level.factors_zyx, _candidates(level), draft.scratch, progress.advance
+                level.index, level.factors_zyx, _candidates(level, plan), draft.scratch, progress.advance
             )
             draft.write(codes_name(level.index, plan.channel), "work", _bytes(codes))
         filters[level.index] = choice.filter
@@ -50,11 +53,13 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     return {"levels": levels_of(plan, filters)}
 
 
-def _candidates(level: LevelPlan) -> tuple[LevelFilter, ...]:
+def _candidates(level: LevelPlan, plan: Plan) -> tuple[LevelFilter, ...]:
     if level.filter == "none":
         msg = f"level {level.index} has no filter"
         raise ValueError(msg)
-    return CANDIDATES if level.filter == "auto" else (level.filter,)
+    if level.filter != "auto":
+        return (level.filter,)
+    return CANDIDATES if plan.editing is None else FREE_CANDIDATES
 
 
 def _tables(plan: Plan) -> dict[str, Array]:

@@ -1,20 +1,24 @@
 """Transfer functions become what shaders classify with: lookup tables, pre-integrated tables, or palettes.
 
 All are made over the window of the stored values. A level whose pictures gain by it has a lookup table of its own,
-which was fitted when the level was made.
+which was fitted when the level was made; where users may edit transfer functions it has the joint histogram, too, from
+which its tables come.
 """
 
 from collections.abc import Iterator
 
-from volprep.plan import LookupPlan, Plan, PreintegratedPlan
+from volprep.plan import EditingPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep.pyramid.chosen import lookup_of_level, own_tables
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.stages import Changes, Stage, with_textures
+from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import Array, lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.texel_forms import MediumTexels
+from volprep.work import codes_of_level, codes_of_source
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.editing import Editing, JointHistogram, encode_histogram
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.palette import Palette, PaletteEntry
 from volprep_formats.package.transfer_function import TransferFunction
@@ -24,7 +28,9 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated, *plan.palettes)
+    editing = () if plan.editing is None else (plan.editing,)
+    tables = (*plan.lookups, *plan.preintegrated, *plan.palettes)
+    return (plan.quantize, *plan.levels, *plan.transfer_functions, *tables, *editing)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -37,6 +43,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         "transfer_functions": plan.transfer_functions,
         "textures": with_textures(draft.manifest.model_copy(update={"textures": kept}), textures),
         "palettes": tuple(_palettes(plan, functions, progress)),
+        "editing": None if plan.editing is None else _editing(draft, plan, plan.editing),
     }
 
 
@@ -63,11 +70,27 @@ def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFun
     if own.keys() != {level.index for level in plan.levels}:
         tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.
-    largest_per_mm = max(float(table[:, 3].max()) for table in tables.values())
+    headroom_per_mm = plan.editing.headroom_per_mm if plan.editing else 0.0
+    largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else lookup_of_level(lookup, level)
         yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
+
+
+def _editing(draft: Draft, plan: Plan, wanted: EditingPlan) -> Editing:
+    codes = codes_of_source(draft, plan)
+    histograms = []
+    for planned in wanted.histograms:
+        level = plan.level(planned.level)
+        shares = joint_shares(codes, codes_of_level(draft, plan, level.index), level.factors_zyx)
+        draft.write(planned.file, "histogram", encode_histogram(shares))
+        histograms.append(
+            JointHistogram(
+                level=level.index, file=planned.file, reference_mm=planned.reference_mm, channel=plan.channel
+            )
+        )
+    return Editing(histograms=tuple(histograms))
 
 
 def _texture(draft: Draft, plan: Plan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
@@ -100,4 +123,4 @@ def _palettes(plan: Plan, functions: dict[str, TransferFunction], progress: Prog
         progress.advance()
 
 
-STAGE = Stage(name="transfer", reads=("pyramid",), settings=_settings, run=_run)
+STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), settings=_settings, run=_run)

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel_agreement import channel_contradictions
+from volprep_formats.package.channel_agreement import CHANNELS, channel_contradictions
 from volprep_formats.package.channels import channel_views
+from volprep_formats.package.editing import Editing
+from volprep_formats.package.editing_agreement import editing_contradictions
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
 from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.proxy_agreement import proxy_contradictions
@@ -19,9 +21,6 @@ from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.package.slices_agreement import slices_contradictions
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
-
-CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
-"""Channels of a texel by the format of its pixels."""
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
@@ -32,6 +31,9 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     yield from _unique(manifest)
     yield from _roles(manifest)
     if manifest.channels is None:
+        for texture in manifest.textures:
+            if texture.channels is not None:
+                yield f"texture {texture.name} is of channels {', '.join(texture.channels)}, but there is one channel"
         yield from _of_one_channel(manifest)
         return
     yield from channel_contradictions(manifest)
@@ -44,6 +46,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     levels = {level.index: level for level in manifest.levels}
     for texture in manifest.textures:
         yield from _texture(manifest, texture, levels)
+    yield from _filters(manifest)
     yield from _parts(manifest)
     yield from _palettes(manifest)
     for program in manifest.programs:
@@ -52,6 +55,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from normals_contradictions(manifest)
     yield from proxy_contradictions(manifest)
     yield from slices_contradictions(manifest)
+    yield from editing_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
 
@@ -83,6 +87,7 @@ def _roles(manifest: Manifest) -> Iterator[str]:
         used |= {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
         if manifest.proxy.programs:
             used[manifest.proxy.depth] = "shader"
+    used |= {histogram.file: "histogram" for histogram in (manifest.editing or Editing()).histograms}
     used |= {path: "shader" for program in programs for path in (program.vertex, program.fragment)}
     if manifest.subvolumes is not None:
         whole = {manifest.subvolumes.whole} - {None, *used}
@@ -145,8 +150,6 @@ def _is_part(grid: Grid, source: Grid) -> bool:
 
 def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> Iterator[str]:
     name = f"texture {texture.name}"
-    if texture.channel is not None:
-        yield f"{name} is of channel {texture.channel}, but there is one channel"
     profile = manifest.profile
     limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
     if max(texture.shape_zyx) > limit:
@@ -263,15 +266,24 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
         yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
 
 
+def _filters(manifest: Manifest) -> Iterator[str]:
+    """All voxels are labels or none, and what lies between two labels is nowhere looked up."""
+    filters = {texture.filter for texture in manifest.textures if texture.role in {"volume", "slices"}}
+    if len(filters) > 1:
+        yield "some volumes are sampled with the filter linear, others with nearest"
+    if "nearest" in filters and any(program.classification == "preintegrated" for program in manifest.programs):
+        yield "the volumes hold labels, but a program draws pre-integrated segments between them"
+
+
 def _parts(manifest: Manifest) -> Iterator[str]:
     """The textures of a mosaic are there, once each, and agree with each other."""
-    parts: dict[tuple[str, int | None, str | None, str | None], list[Texture]] = {}
+    parts: dict[tuple[str, int | None, str | None, tuple[str, ...] | None], list[Texture]] = {}
     for texture in manifest.textures:
         if texture.mosaic is None:
             if texture.part and texture.role != "slices":
                 yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
         else:
-            key = (texture.role, texture.level, texture.transfer, texture.channel)
+            key = (texture.role, texture.level, texture.transfer, texture.channels)
             parts.setdefault(key, []).append(texture)
     for (role, level, _, _), textures in parts.items():
         mosaic = textures[0].mosaic

@@ -16,7 +16,7 @@ def channel_packages(package: Package) -> dict[str, Package]:
     """Give the package as it is for each channel, the default one first; of the only one under ""."""
     if package.manifest.channels is None:
         return {"": package}
-    return {name: Package(package.path, view) for name, view in channel_views(package.manifest).items()}
+    return {name: Package(package.path, view, name) for name, view in channel_views(package.manifest).items()}
 
 
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
@@ -28,16 +28,16 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     name = functions[0].name if transfer is None and functions else transfer
     for channel in package.manifest.channels or ():
         if name in channel.transfers:
-            return Package(package.path, _view(package.manifest, channel))
+            return Package(package.path, _view(package.manifest, channel), channel.name)
     return package
 
 
 def _view(manifest: Manifest, channel: Channel) -> Manifest:
     transfers = set(channel.transfers)
     textures = tuple(
-        texture.model_copy(update={"channel": None})
+        texture
         for texture in manifest.textures
-        if (texture.channel == channel.name if texture.transfer is None else texture.transfer in transfers)
+        if (channel.name in (texture.channels or ()) if texture.transfer is None else texture.transfer in transfers)
     )
     skipping = manifest.skipping
     if skipping is not None:
@@ -50,6 +50,11 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
         meshes = tuple(mesh for mesh in proxy.meshes if mesh.transfer in transfers)
         programs = tuple(program for program in proxy.programs if program.transfer in transfers)
         proxy = proxy.model_copy(update={"meshes": meshes, "programs": programs})
+    editing = manifest.editing
+    if editing is not None:
+        own = (each for each in editing.histograms if each.channel == channel.name)
+        histograms = tuple(each.model_copy(update={"channel": None}) for each in own)
+        editing = editing.model_copy(update={"histograms": histograms})
     return manifest.model_copy(
         update={
             "source": channel.source,
@@ -63,6 +68,7 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer in transfers),
             "programs": tuple(program for program in manifest.programs if program.transfer in transfers),
             "skipping": skipping,
+            "editing": editing,
             "proxy": proxy,
         }
     )

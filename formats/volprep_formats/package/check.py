@@ -9,6 +9,7 @@ import numpy as np
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.editing import decode_histogram
 from volprep_formats.package.files import MANIFEST, names_in
 from volprep_formats.package.manifest import GlFormat, ProxyMeshFile, Texture
 from volprep_formats.package.proxy_agreement import mesh_problems
@@ -82,6 +83,8 @@ def _errors(package: Package) -> Iterator[VolprepError]:
                 _check_texture(path, textures[record.path], data)
             if record.role == "shader":
                 package.read_text(record.path)
+            if record.role == "histogram":
+                decode_histogram(data, f"{path}: {record.path}")
             if record.role == "subvolume":
                 ktx2.decode(data, f"{path}: {record.path}")
             if record.path in meshes:

@@ -11,7 +11,6 @@ import math
 import os
 import shutil
 from collections.abc import Collection, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Self
 
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.chunks import write_all, write_chunks
 from volprep_formats.package.files import (
     MANIFEST,
     MANIFEST_IN_MAKING,
@@ -27,13 +27,14 @@ from volprep_formats.package.files import (
     path_inside,
     remove_empty,
     replace_file,
+    sync_all,
     sync_folder,
 )
 from volprep_formats.package.lock import Lock
 from volprep_formats.package.manifest import FileRecord, Manifest, Proxy, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 
-Role = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "work"]
+Role = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
 _STAGE = ".stage"
 
 
@@ -89,25 +90,16 @@ class Draft:
     def write(self, path: str, role: Role, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
         """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
 
-        It counts from the next `commit` on; until then only this object sees it. Raises VP4020 where it cannot be
-        written, VP4012 while another process runs a stage.
+        Chunks must not change after they were given. The file counts from the next `commit` on; until then only this
+        object sees it. Raises VP4020 where it cannot be written, VP4012 while another process runs a stage.
         """
-        digest = hashlib.sha256()
-        size = 0
-        with (
-            output_errors(self._folder / path),
-            self._new_file(path).open("wb") as file,
-            ThreadPoolExecutor(1) as other,
-        ):
-            for chunk in (data,) if isinstance(data, bytes) else data:
-                # Digest and disk take about the same time. Whoever gives chunks may use their memory again for the
-                # next, so both are waited for.
-                hashed = other.submit(digest.update, chunk)
-                size += file.write(chunk)
-                hashed.result()
-            file.flush()
-            os.fsync(file.fileno())
-        record = FileRecord(path=path, role=role, size_bytes=size, sha256=digest.hexdigest())
+        with output_errors(self._folder / path), self._new_file(path).open("wb", buffering=0) as file:
+            if isinstance(data, bytes):
+                write_all(file, data)
+                size, sha256 = len(data), hashlib.sha256(data).hexdigest()
+            else:
+                size, sha256 = write_chunks(file, data)
+        record = FileRecord(path=path, role=role, size_bytes=size, sha256=sha256)
         self._pending[path] = record
         return record
 
@@ -158,9 +150,13 @@ class Draft:
             self._finish_maps()
             after = _after(before, stage, drop, self._pending, manifest_updates)
             self._check_staged()
-            for folder in _folders_around((self._staged(path) for path in self._pending), staging):
-                sync_folder(folder)
-            replace_file(staging / MANIFEST, encode_manifest(after))
+            manifest = staging / MANIFEST_IN_MAKING
+            manifest.write_bytes(encode_manifest(after))
+            files = [self._staged(path) for path in self._pending]
+            # All must be on the disk before the rename; in which order does not matter.
+            sync_all([manifest, *files, *_folders_around(files, self._folder)])
+            manifest.replace(staging / MANIFEST)
+            sync_folder(staging)
             _roll_forward(self._folder, before, after)
             shutil.rmtree(staging)
         self._manifest = after
@@ -196,7 +192,6 @@ class Draft:
         for path, array in self._maps.items():
             array.flush()
             with self._staged(path).open("rb") as file:
-                os.fsync(file.fileno())
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             self._pending[path] = FileRecord(path=path, role="work", size_bytes=array.nbytes, sha256=digest)
 
@@ -288,8 +283,7 @@ def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             staged.replace(target)
             moved.append(target)
-    for changed in _folders_around(moved, folder):
-        sync_folder(changed)
+    sync_all(_folders_around(moved, folder))
     (folder / _STAGE / MANIFEST).replace(folder / MANIFEST)
     sync_folder(folder)
 

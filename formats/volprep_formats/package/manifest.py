@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.package.editing import Editing
 from volprep_formats.package.normals import Normals
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.profile import DeviceProfile
@@ -26,7 +27,7 @@ class FileRecord(Record):
 
     path: PackagePath
     """Path inside the package."""
-    role: Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "work"]
+    role: Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
     """What the file is for. Working data exists in drafts only."""
     size_bytes: ByteCount
     """Size of the file."""
@@ -165,6 +166,10 @@ class GlFormat(Record):
     """Type of the pixels; absent where they are compressed."""
 
 
+SampleFilter = Literal["linear", "nearest"]
+"""How a texture is sampled between its texels."""
+
+
 class Texture(Record):
     """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE, no mipmaps."""
 
@@ -182,8 +187,8 @@ class Texture(Record):
     """How to upload it."""
     level: int | None = None
     """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
-    channel: ChannelName | None = None
-    """Channel that the texture holds, for a volume in a package of several."""
+    channels: Annotated[tuple[ChannelName, ...], Field(min_length=1, max_length=4)] | None = None
+    """In a package of several channels those that the texture holds; several are components of the same texels."""
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
     part: Annotated[int, Field(ge=0)] = 0
@@ -196,8 +201,8 @@ class Texture(Record):
     """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
     segment_mm: float | None = None
     """For a pre-integrated table: length of the segments whose colours it holds."""
-    filter: Literal["linear", "nearest"] = "linear"
-    """Minification and magnification filter."""
+    filter: SampleFilter = "linear"
+    """Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic."""
     normals: Normals | None = None
     """What the texels mean, for normals."""
     encoder: str | None = None
@@ -436,6 +441,8 @@ class Manifest(Record):
     """Empty-space skipping."""
     programs: tuple[Program, ...] = ()
     """Shader programs."""
+    editing: Editing | None = None
+    """What an app needs when its users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
