@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.plan import VolumePlan
+from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume
 from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
+from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -41,6 +42,22 @@ def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int]
 
     def read(z0: int, z1: int) -> Texels:
         return texels_of(volume.read_slab(z0, z1), texel)
+
+    return read
+
+
+def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
+    """Give a function that reads slices z0 to z1 - 1 of a level as the texels of its textures.
+
+    [z, y, x], or [z, y, x, component] where several channels share texels.
+    """
+    if not volume.channels:
+        return texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
+    each = [codes_of_level(draft, plan, volume.level, channel) for channel in volume.channels]
+    readers = [texel_reader(codes, volume.format) for codes in each]
+
+    def read(z0: int, z1: int) -> Texels:
+        return np.stack([reader(z0, z1) for reader in readers], axis=-1)
 
     return read
 
@@ -102,8 +119,10 @@ def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Tex
         shape_zyx=volume.shape_zyx,
         gl=gl_format(volume.format, "TEXTURE_3D" if volume.mosaic is None else "TEXTURE_2D", profile.api),
         level=volume.level,
+        channels=volume.channels or None,
         mosaic=volume.mosaic,
         part=part,
+        filter=volume.filter,
         transfer=volume.transfer,
         reference_mm=volume.reference_mm,
         encoder=_encoder(volume),

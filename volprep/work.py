@@ -57,9 +57,13 @@ def codes_of_source(draft: Draft, plan: "Plan") -> RawVolume:
     return RawVolume(draft.folder / codes_name(0, plan.channel), plan.grid.shape_zyx, code_type(plan))
 
 
-def codes_of_level(draft: Draft, plan: "Plan", index: int) -> RawVolume:
-    """Give the codes of the plan's channel of a level that the package holds, which quantize or pyramid wrote."""
-    return RawVolume(draft.folder / codes_name(index, plan.channel), plan.level(index).shape_zyx, code_type(plan))
+def codes_of_level(draft: Draft, plan: "Plan", index: int, channel: str | None = None) -> RawVolume:
+    """Give the codes of a level that the package holds, which quantize or pyramid wrote.
+
+    Of the plan's channel, or of another one that has the same bits and levels.
+    """
+    name = codes_name(index, channel or plan.channel)
+    return RawVolume(draft.folder / name, plan.level(index).shape_zyx, code_type(plan))
 
 
 def levels_of(plan: "Plan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:

@@ -194,7 +194,7 @@ def _holds(texture: "Texture") -> str:
     if texture.role == "transfer":
         scale = "" if texture.max_extinction_per_mm is None else f", extinction up to {texture.max_extinction_per_mm:g}"
         return f"transfer {texture.transfer}{scale}"
-    level = f"level {texture.level}" if texture.channel is None else f"{texture.channel}, level {texture.level}"
+    level = ", ".join((*(texture.channels or ()), f"level {texture.level}"))
     if texture.slices is not None:
         layout = texture.slices
         last = layout.first + layout.slices - 1

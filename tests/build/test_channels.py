@@ -145,7 +145,7 @@ class TestWhatItDraws:
         manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
         tables = {(table.transfer, table.level) for table in manifest.skipping.tables}
         assert {transfer for transfer, _ in tables} == {"red", "white"}
-        ranges = {(texture.channel, texture.level) for texture in manifest.textures if texture.role == "ranges"}
+        ranges = {(*texture.channels, texture.level) for texture in manifest.textures if texture.role == "ranges"}
         assert ranges == {(c.name, level.index) for c in manifest.channels for level in c.levels}
         assert len(ranges) == len(manifest.skipping.ranges)
         report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
@@ -158,7 +158,7 @@ class TestWhatItDraws:
         manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
         assert manifest.profile.name == profile
         assert check(tmp_path / "a.volpkg") == []
-        normals = {(texture.channel, texture.level) for texture in manifest.textures if texture.role == "normals"}
+        normals = {(*texture.channels, texture.level) for texture in manifest.textures if texture.role == "normals"}
         assert normals == {(c.name, level.index) for c in manifest.channels for level in c.levels}
         assert all("normals" in {each.role for each in program.samplers} for program in manifest.programs)
 
@@ -178,7 +178,7 @@ class TestOneChannel:
         assert one.channels is None
         assert [item.name for item in one.plan if item not in plain.plan] == ["channel bone", "channel air"]
         assert one.model_copy(update={"plan": plain.plan}) == plain
-        assert "channel" not in json.loads((tmp_path / "alone.volpkg/manifest.json").read_text())["textures"][0]
+        assert "channels" not in json.loads((tmp_path / "alone.volpkg/manifest.json").read_text())["textures"][0]
 
 
 class TestRegistration:
@@ -409,15 +409,15 @@ class TestMerging:
 
     def test_what_a_channel_makes_anew_is_of_this_channel(self, package) -> None:
         manifest = package.manifest
-        old = next(texture for texture in manifest.textures if texture.channel == "bone")
-        new = old.model_copy(update={"channel": None, "shape_zyx": (1, 2, 3)})
+        old = next(texture for texture in manifest.textures if texture.channels == ("bone",))
+        new = old.model_copy(update={"channels": None, "shape_zyx": (1, 2, 3)})
         textures = tuple(new if texture == old else texture for texture in manifest.textures)
         found = merged(manifest, self.parts({"textures": manifest.textures}, {"textures": textures}), None)
-        assert new.model_copy(update={"channel": "bone"}) in found["textures"]
+        assert new.model_copy(update={"channels": ("bone",)}) in found["textures"]
         assert old not in found["textures"]
 
     def test_a_texture_of_two_channels_is_refused(self, package) -> None:
-        texture = package.manifest.textures[0].model_copy(update={"name": "new", "channel": None})
+        texture = package.manifest.textures[0].model_copy(update={"name": "new", "channels": None})
         parts = self.parts({"textures": (texture,)}, {"textures": (texture,)})
         with pytest.raises(VolprepError, match=r"VP1244.*texture new"):
             merged(package.manifest, parts, None)
@@ -431,10 +431,10 @@ class TestMerging:
 
 
 class TestAgreement:
-    def test_views_leave_nothing_of_channels(self, package) -> None:
-        for view in channel_views(package.manifest).values():
+    def test_views_leave_nothing_of_other_channels(self, package) -> None:
+        for name, view in channel_views(package.manifest).items():
             assert view.channels is None
-            assert all(texture.channel is None for texture in view.textures)
+            assert {texture.channels for texture in view.textures} == {None, (name,)}
 
     def test_a_transfer_function_that_is_not_there_gives_the_package_itself(self, package) -> None:
         assert package_of_transfer(package, "green") is package
@@ -448,13 +448,13 @@ class TestAgreement:
             (lambda m: {"channels": _with(m, transfers=())}, "white is of no channel"),
             (lambda m: {"channels": _with(m, transfers=("white", "red"))}, "2 channels have the transfer function red"),
             (lambda m: {"channels": _with(m, transfers=("white", "pink"))}, "pink of a channel is missing"),
-            (lambda m: {"channels": _with(m, name="hair")}, "is of channel bone"),
+            (lambda m: {"channels": _with(m, name="hair")}, "is of channels bone"),
             (lambda m: {"channels": _with(m, source=_moved(m.channels[1].source))}, "has another grid"),
             (
-                lambda m: {"textures": tuple(t.model_copy(update={"channel": None}) for t in m.textures)},
-                "of channel None",
+                lambda m: {"textures": tuple(t.model_copy(update={"channels": None}) for t in m.textures)},
+                "of channels none",
             ),
-            (lambda m: {"textures": tuple(t for t in m.textures if t.channel != "bone")}, "channel bone: "),
+            (lambda m: {"textures": tuple(t for t in m.textures if t.channels != ("bone",))}, "channel bone: "),
         ],
     )
     def test_contradictions_are_found(self, package, change, says) -> None:
@@ -469,7 +469,7 @@ def _with(manifest, **changes):
 
 
 def _of_none(texture):
-    return texture.model_copy(update={"channel": None})
+    return texture.model_copy(update={"channels": None})
 
 
 def _moved(record):

@@ -170,7 +170,7 @@ CONTRADICTIONS: dict[str, Change] = {
         "levels", 0, "texture_from_box_per_mm_xyz", 0, to=0.37
     ),
     "texture volume-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
-    "texture volume-0 is of channel left, but there is one channel": set_to("textures", 0, "channel", to="left"),
+    "texture volume-0 is of channels left, but there is one channel": set_to("textures", 0, "channels", to=["left"]),
     "texture lookup-bone is 2D, but has 2 slices": set_to("textures", 2, "shape_zyx", 0, to=2),
     "texture lookup-bone is the table of skin, which is no transfer function": set_to(
         "textures", 2, "transfer", to="skin"

@@ -7,8 +7,7 @@ from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import KTX2_FORMAT
 from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import encode_strip, texel_reader, volume_texture
-from volprep.work import codes_of_level
+from volprep.texels import encode_strip, volume_reader, volume_texture
 from volprep_formats.package.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -20,11 +19,11 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    mosaics = [(volume, volume.mosaic) for volume in plan.volumes if volume.mosaic is not None]
+    mosaics = [(volume, volume.mosaic) for volume in plan.own_volumes if volume.mosaic is not None]
     progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
     textures = []
     for volume, layout in mosaics:
-        read = texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
+        read = volume_reader(draft, plan, volume)
         for part, path in enumerate(volume.files):
             draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
             textures.append(volume_texture(volume, part, plan.profile))

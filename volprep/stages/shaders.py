@@ -1,10 +1,12 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
-from volprep.plan import Plan, ProgramPlan
+from volprep.plan import Plan, ProgramPlan, VolumePlan
 from volprep.plan.proxy import VERTEX as PROXY_VERTEX
 from volprep.plan.records import SkipTablePlan
+from volprep.render.gl_formats import gl_format
 from volprep.render.techniques import raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
+from volprep.render.techniques.components import component_letter
 from volprep.render.techniques.lighting import Lighting, headlight
 from volprep.render.techniques.proxy import Entry, depth_shader
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
@@ -108,7 +110,8 @@ def _lighting(draft: Draft, plan: Plan, program: ProgramPlan) -> Lighting | None
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
-        return raycast_texture3d.sampling(classified=program.classification == "preclassified")
+        classified = program.classification == "preclassified"
+        return raycast_texture3d.sampling(classified=classified, component=_component(plan, plan.volumes[0]))
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     # The layout is constant in the shader, so a mosaic's program draws one level.
@@ -119,7 +122,13 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
         raise ValueError(msg)
     factors = plan.level(level).factors_zyx
     z, y, x = (factor * spacing for factor, spacing in zip(factors, plan.grid.spacing_mm_zyx, strict=True))
-    return raycast_mosaic.sampling(volume.mosaic, (z, y, x))
+    return raycast_mosaic.sampling(volume.mosaic, (z, y, x), _component(plan, volume), volume.filter)
+
+
+def _component(plan: Plan, volume: VolumePlan) -> str:
+    """Letter of the component of the texels that holds the plan's channel."""
+    pixels = gl_format(volume.format, "TEXTURE_2D" if volume.mosaic else "TEXTURE_3D", plan.profile.api).format
+    return component_letter(pixels, volume.channels.index(plan.channel or "") if volume.channels else 0)
 
 
 STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip", "proxy", "grid"), settings=_settings, run=_run)

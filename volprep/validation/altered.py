@@ -10,7 +10,7 @@ class Altered(Package):
     def __init__(self, package: Package, altered: str, text: str, program: Program | None = None) -> None:
         """Put `text` in the place of the file `altered`, and `program` in the place of the one of its name."""
         manifest = package.manifest if program is None else _with_program(package.manifest, program)
-        super().__init__(package.path, manifest)
+        super().__init__(package.path, manifest, package.channel)
         self._package = package
         self._altered = altered
         self._text = text

@@ -6,6 +6,7 @@ own, letter for letter, does the text without it say anything about the package.
 
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import classification_of
+from volprep.render.techniques.components import component_letter
 from volprep.render.techniques.proxy import Entry
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
@@ -22,9 +23,9 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
     """
     if render.opacity_cutoff is None:
         return package
-    if _shaders(package.manifest, program, render).fragment != package.read_text(program.fragment):
+    if _shaders(package, program, render).fragment != package.read_text(program.fragment):
         return None
-    without = _shaders(package.manifest, program, render.model_copy(update={"opacity_cutoff": None}))
+    without = _shaders(package, program, render.model_copy(update={"opacity_cutoff": None}))
     return Altered(package, program.fragment, without.fragment)
 
 
@@ -32,14 +33,15 @@ def unskipped(package: Package, program: Program, render: RenderSettings) -> Pac
     """Give the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
     if all(sampler.role != "skip" for sampler in program.samplers):
         return package
-    if _shaders(package.manifest, program, render).fragment != package.read_text(program.fragment):
+    if _shaders(package, program, render).fragment != package.read_text(program.fragment):
         return None
-    without = _shaders(package.manifest, program, render, skips=False)
+    without = _shaders(package, program, render, skips=False)
     changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": without.samplers})
     return Altered(package, program.fragment, without.fragment, changed)
 
 
-def _shaders(manifest: Manifest, program: Program, render: RenderSettings, *, skips: bool = True) -> RayCaster:
+def _shaders(package: Package, program: Program, render: RenderSettings, *, skips: bool = True) -> RayCaster:
+    manifest = package.manifest
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
     classified = classification_of(manifest, program)
     level = min(program.levels)
@@ -48,7 +50,7 @@ def _shaders(manifest: Manifest, program: Program, render: RenderSettings, *, sk
         None,
         _entry(manifest, program, (x, y, z)),
     )
-    return ray_caster(_sampling(manifest, program), classified, (x, y, z), render, additions)
+    return ray_caster(_sampling(package, program), classified, (x, y, z), render, additions)
 
 
 def _entry(manifest: Manifest, program: Program, extent_mm_xyz: tuple[float, float, float]) -> Entry | None:
@@ -57,9 +59,12 @@ def _entry(manifest: Manifest, program: Program, extent_mm_xyz: tuple[float, flo
     return Entry(extent_mm_xyz, min(manifest.grid.spacing_mm_zyx))
 
 
-def _sampling(manifest: Manifest, program: Program) -> Sampling:
+def _sampling(package: Package, program: Program) -> Sampling:
+    manifest = package.manifest
     level = manifest.levels[[each.index for each in manifest.levels].index(min(program.levels))]
     volume = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("volume", level.index))
+    component = component_letter(volume.gl.format, package.component_of(volume))
     if volume.mosaic is None:
-        return raycast_texture3d.sampling(classified=program.classification == "preclassified")
-    return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx)
+        classified = program.classification == "preclassified"
+        return raycast_texture3d.sampling(classified=classified, component=component)
+    return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, component, volume.filter)

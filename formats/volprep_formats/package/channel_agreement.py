@@ -5,6 +5,9 @@ from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
 
+CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
+"""Channels of a texel by the format of its pixels."""
+
 
 def channel_contradictions(manifest: Manifest) -> Iterator[str]:
     """Give every problem between the channels of a manifest that has some; each for itself is another matter."""
@@ -31,7 +34,14 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
         named = {transfer.name for transfer in manifest.transfer_functions}
         yield from (f"transfer function {name} is of no channel" for name in sorted(named - functions.keys()))
         yield from (f"transfer function {name} of a channel is missing" for name in sorted(functions.keys() - named))
-    known = {channel.name for channel in channels}
+    stored = {channel.name: channel.stored_type for channel in channels}
+    known = stored.keys()
     for texture in manifest.textures:
-        if (texture.channel is None) == (texture.transfer is None) or texture.channel not in {None, *known}:
-            yield f"texture {texture.name} is of channel {texture.channel} and transfer function {texture.transfer}"
+        own = texture.channels or ()
+        named = ", ".join(own) or "none"
+        if bool(own) == (texture.transfer is not None) or not known >= set(own) or len(set(own)) < len(own):
+            yield f"texture {texture.name} is of channels {named} and transfer function {texture.transfer}"
+        elif len({stored[name] for name in own}) > 1 or (len(own) > 1 and texture.role != "volume"):
+            yield f"texture {texture.name} cannot hold channels {named} together"
+        elif len(own) > 1 and CHANNELS.get(texture.gl.format) != len(own):
+            yield f"texture {texture.name} holds channels {named} in texels of {texture.gl.format}"

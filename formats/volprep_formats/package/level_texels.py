@@ -12,20 +12,18 @@ from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 
-def level_texels(
-    package: Package, level: int, channel: str | None = None, role: Literal["volume", "normals"] = "volume"
-) -> NDArray[np.generic]:
-    """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels the first unless named.
+def level_texels(package: Package, level: int, role: Literal["volume", "normals"] = "volume") -> NDArray[np.generic]:
+    """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels that of `package`.
 
     Or its normals, as [z, y, x, byte]. Compressed values come as normalised float32. Raises what `Package.read_bytes`
     and the texture reader raise.
     """
-    volumes = [each for each in package.manifest.textures if each.role == role and each.level == level]
-    wanted = volumes[0].channel if channel is None else channel
-    textures = sorted((each for each in volumes if each.channel == wanted), key=lambda texture: texture.part)
+    held = [each for each in package.manifest.textures if each.role == role and each.level == level]
+    textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
     mosaic = textures[0].mosaic
     images = [_texels(ktx2.decode(package.read_bytes(texture.file), texture.file), mosaic) for texture in textures]
-    return images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+    voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+    return voxels[..., package.component_of(textures[0])] if len(textures[0].channels or ()) > 1 else voxels
 
 
 def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.generic]:

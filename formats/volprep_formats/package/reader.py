@@ -7,17 +7,18 @@ from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import open_inside
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, Texture
 from volprep_formats.package.manifest_json import read_manifest
 
 
 class Package:
     """An open package. It gives only files that the manifest names, and only whole ones."""
 
-    def __init__(self, path: Path, manifest: Manifest) -> None:
-        """Use `open`."""
+    def __init__(self, path: Path, manifest: Manifest, channel: str = "") -> None:
+        """Use `open`; `channel` is the one that `manifest` shows alone, of several."""
         self._path = path
         self._manifest = manifest
+        self._channel = channel
         self._records = {record.path: record for record in manifest.files}
 
     @classmethod
@@ -41,6 +42,16 @@ class Package:
     def manifest(self) -> Manifest:
         """The manifest."""
         return self._manifest
+
+    @property
+    def channel(self) -> str:
+        """Channel that is shown alone, of several; "" where there is one, or all are shown."""
+        return self._channel
+
+    def component_of(self, texture: Texture) -> int:
+        """Component of the texels of a volume that holds the channel, 0 for red or luminance."""
+        held = texture.channels or ()
+        return held.index(self._channel) if self._channel in held else 0
 
     def read_bytes(self, path: str) -> bytes:
         """Read a file of the package.

@@ -8,5 +8,5 @@ vec4 voxel_texel(vec3 at) {
   return mix(tile_texel(lower, at.xy), tile_texel(lower + 1.0, at.xy), slice - lower);
 }
 float stored_value(vec3 at) {
-  return voxel_texel(at).r;
+  return voxel_texel(at).$COMPONENT;
 }

@@ -4,5 +4,5 @@ vec4 voxel_texel(vec3 at) {
   return tile_texel(0.0, at.xy);
 }
 float stored_value(vec3 at) {
-  return voxel_texel(at).r;
+  return voxel_texel(at).$COMPONENT;
 }

@@ -8,5 +8,5 @@ vec3 position(vec3 box_mm) {
   return box_mm * u_texture_from_box;
 }
 float stored_value(vec3 at) {
-  return textureLod(u_volume, at, 0.0).r;
+  return textureLod(u_volume, at, 0.0).$COMPONENT;
 }

@@ -8,12 +8,20 @@ there is one, no texture where there is one, and nothing is clamped where gutter
 
 from volprep.render.compose import literal
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import MosaicLayout, Sampler
+from volprep_formats.package.manifest import MosaicLayout, SampleFilter, Sampler
 from volprep_formats.textures.mosaic import tiles_of
 
 
-def sampling(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -> Sampling:
-    """How a level of this spacing is read."""
+def sampling(
+    layout: MosaicLayout,
+    spacing_mm_zyx: tuple[float, float, float],
+    component: str = "r",
+    between: SampleFilter = "linear",
+) -> Sampling:
+    """How a level of this spacing is read, and what is between its voxels.
+
+    Values are in a component of the texels where these hold one slice.
+    """
     height, width = layout.tile_shape_yx
     rows, columns = layout.texture_shape_yx
     constants = {
@@ -49,6 +57,11 @@ def sampling(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -
     if _part(layout) == "overlapping":
         constants["LAST_TILE"] = literal(tiles_of(layout.slices, layout.channels, "overlapping") - 1)
     parts["sampling"] = f"sample_mosaic_{_part(layout)}"
+    if between == "nearest" and layout.slices > 1:
+        parts["sampling"] = f"sample_mosaic_nearest_{layout.channels}"
+        parts["nearest_channel"] = f"nearest_channel_{layout.order}"
+    elif _part(layout) in {"slice", "1"}:
+        constants["COMPONENT"] = component
     return Sampling(dialect="es100", parts=parts, constants=constants, uniforms=(), samplers=samplers)
 
 

@@ -4,12 +4,12 @@ from volprep.render.techniques.raycast import Sampling
 from volprep_formats.package.manifest import Sampler, Uniform
 
 
-def sampling(*, classified: bool = False) -> Sampling:
-    """How the volume is read: a value, or all channels of voxels that are classified already."""
+def sampling(*, classified: bool = False, component: str = "r") -> Sampling:
+    """How the volume is read: a value in a component of the texels, or all of voxels that are classified already."""
     return Sampling(
         dialect="es300",
         parts={"sampling": "sample_texture3d_rgba" if classified else "sample_texture3d"},
-        constants={},
+        constants={} if classified else {"COMPONENT": component},
         uniforms=(Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box"),),
         samplers=(Sampler(name="u_volume", role="volume"),),
     )
