@@ -38,10 +38,10 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
     known = stored.keys()
     for texture in manifest.textures:
         own = texture.channels or ()
-        named = ", ".join(own) or "none"
+        listed = ", ".join(own) or "none"
         if bool(own) == (texture.transfer is not None) or not known >= set(own) or len(set(own)) < len(own):
-            yield f"texture {texture.name} is of channels {named} and transfer function {texture.transfer}"
+            yield f"texture {texture.name} is of channels {listed} and transfer function {texture.transfer}"
         elif len({stored[name] for name in own}) > 1 or (len(own) > 1 and texture.role != "volume"):
-            yield f"texture {texture.name} cannot hold channels {named} together"
+            yield f"texture {texture.name} cannot hold channels {listed} together"
         elif len(own) > 1 and CHANNELS.get(texture.gl.format) != len(own):
-            yield f"texture {texture.name} holds channels {named} in texels of {texture.gl.format}"
+            yield f"texture {texture.name} holds channels {listed} in texels of {texture.gl.format}"
