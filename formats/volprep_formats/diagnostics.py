@@ -808,6 +808,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "Check that the folder exists and can be written.",
     ),
     "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or give an eye."),
+    "VP5023": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: transfer functions of this package are not editable",
+        "Build it from a scene with editable = true.",
+    ),
     # VP6xxx validation and report
     "VP6001": Diagnostic(
         ExitStatus.SOURCE,

@@ -8,8 +8,10 @@ from command_line import volprep
 
 from volprep.build import build
 from volprep.request import load_request
+from volprep.validation.run import validate
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.reader import Package
+from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
@@ -98,9 +100,69 @@ def test_a_thread_is_kept_where_the_background_does_not_count(tmp_path) -> None:
 
 
 def test_the_plan_says_what_shaders_see_between_labels(tmp_path) -> None:
-    item = next(item for item in built(tmp_path, labels()).manifest.plan if item.name == "labels")
+    manifest = built(tmp_path, labels()).manifest
+    item = next(item for item in manifest.plan if item.name == "labels")
     assert item.kept
-    assert "between two labels" in item.reason
+    assert "between two labels there is none" in item.reason
+    assert {texture.filter for texture in manifest.textures if texture.role == "volume"} == {"nearest"}
+    assert {texture.filter for texture in manifest.textures if texture.role == "transfer"} == {"linear"}
+    # Labels are whole numbers: 256 entries hold the function at each of them.
+    assert next(texture for texture in manifest.textures if texture.role == "transfer").shape_zyx == (1, 1, 256)
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_a_package_of_labels_is_true_to_its_scan(profile, tmp_path) -> None:
+    scene = write_scene(tmp_path, labels(), more="[render]\npicture_size = 32")
+    build(load_request(scene, profile=profile), tmp_path / "labels.volpkg", Silent())
+    report = validate(tmp_path / "labels.volpkg", tmp_path / "labels.report", Silent())
+    assert report.verdict.passed
+    for view in report.programs[0].views:
+        assert view.data.maximum < 1e-6
+        assert view.truth_bound < 1e-6
+    assert report.programs[0].sweep.convergence.expected == 1.0
+
+
+def test_a_step_through_a_label_is_nearly_transparent_unless_the_scene_says_otherwise(tmp_path) -> None:
+    def step_mm(name: str, extinction: str, more: str = "") -> float:
+        folder = tmp_path / name
+        folder.mkdir()
+        scene = write_scene(folder, labels(), more=more)
+        scene.write_text(scene.read_text().replace("extinction_per_mm = 0.5", f"extinction_per_mm = {extinction}"))
+        build(load_request(scene), folder / "labels.volpkg", Silent())
+        return Package.open(folder / "labels.volpkg").manifest.render.step_mm
+
+    assert step_mm("faint", "0.2") == 0.5
+    # 1 - exp(-τ step) = 0.125, half of the largest error allowed.
+    assert step_mm("dense", "0.5") == pytest.approx(-np.log(0.875) / 0.5)
+    assert step_mm("solid", "1e6") == 0.125
+    assert step_mm("wished", "1e6", "[render]\nstep_voxels = 2.0") == 2.0
+
+
+def test_sub_volumes_and_slices_of_labels_are_not_mixed_either(tmp_path) -> None:
+    scene = write_scene(tmp_path, labels(), more="[grid]\nsize = 8")
+    build(load_request(scene), tmp_path / "labels.volpkg", Silent())
+    package = Package.open(tmp_path / "labels.volpkg")
+    files = package.manifest.subvolumes
+    assert decode_grid(package.read_bytes(files.grid), package.path, files.grid).filter == "nearest"
+    slices = tmp_path / "slices"
+    slices.mkdir()
+    build(load_request(write_scene(slices, labels()), profile="gles1"), slices / "labels.volpkg", Silent())
+    textures = Package.open(slices / "labels.volpkg").manifest.textures
+    assert {texture.filter for texture in textures} == {"nearest"}
+
+
+def test_a_classification_that_mixes_labels_is_refused(tmp_path) -> None:
+    for name, wish in (("segments", '"preintegrated"'), ("few", '"palette"\npalette_entries = 255')):
+        folder = tmp_path / name
+        folder.mkdir()
+        error = refusal(folder, labels(), more=f"[render]\nclassification = {wish}")
+        assert (error.code, error.status) == ("VP3043", ExitStatus.SCENE)
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    scene = write_scene(whole, labels(), more='[render]\nclassification = "palette"\npalette_entries = 256')
+    build(load_request(scene), whole / "labels.volpkg", Silent())
+    (palette,) = Package.open(whole / "labels.volpkg").manifest.palettes
+    assert [index for index, entry in enumerate(palette.entries) if entry.extinction_per_mm] == [7]
 
 
 @pytest.mark.parametrize("name", ["box", "gaussian", "lanczos3", "median", "maximum", "feature-preserving"])

@@ -56,6 +56,12 @@ def drop(*path: str | int) -> Change:
     return change
 
 
+def segments_of_labels(manifest: dict) -> None:
+    for texture in manifest["textures"]:
+        texture["filter"] = "nearest" if texture["role"] == "volume" else "linear"
+    manifest["programs"][0]["classification"] = "preintegrated"
+
+
 def another_table_of_level_0(manifest: dict) -> None:
     """Give level 0 a table of its own, with another scale than the common one."""
     table = next(texture for texture in manifest["textures"] if texture["role"] == "transfer")
@@ -183,6 +189,10 @@ CONTRADICTIONS: dict[str, Change] = {
         "palettes",
         to=[{"transfer": "skin", "entries": [{"colour": [0.0, 0.0, 0.0], "extinction_per_mm": 0.0}] * 2}],
     ),
+    "some volumes are sampled with the filter linear, others with nearest": set_to(
+        "textures", 0, "filter", to="nearest"
+    ),
+    "the volumes hold labels, but a program draws pre-integrated segments between them": segments_of_labels,
     "program raycast samples transfer for its classification preintegrated": set_to(
         "programs", 0, "classification", to="preintegrated"
     ),

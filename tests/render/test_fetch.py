@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fetch import Fetch, trilinear
+from fetch import Fetch, away_from_faces, nearest, trilinear
 from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
 from volprep.mosaic import Packing
@@ -53,6 +53,26 @@ def test_the_shader_samples_the_trilinear_field_up_to_the_borders(tmp_path, prof
             positions, found = fetch.plane(*plane)
             error = np.abs(found - trilinear(codes, SPACING, positions)).max()
             assert error <= tolerance(package, fetch.driver)
+
+
+@layouts
+@pytest.mark.parametrize("shape_zyx", SHAPES, ids=str)
+def test_of_labels_the_shader_samples_the_voxel_that_a_position_is_in(tmp_path, profile, channels, shape_zyx):
+    codes = np.random.default_rng(9).integers(0, 256, shape_zyx, dtype=np.uint8)
+    packing = Packing(channels)
+    package = tiny_package(
+        tmp_path / "p", codes, NOTHING, profile, spacing_mm_zyx=SPACING, packing=packing, step_mm=1.0, labels=True
+    )
+    extent_xyz = np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1])
+    compared = 0
+    with Fetch(package) as fetch:
+        for plane in planes(extent_xyz):
+            positions, found = fetch.plane(*plane)
+            sure = away_from_faces(shape_zyx, SPACING, positions)
+            compared += int(sure.sum())
+            expected = nearest(codes, SPACING, positions)
+            np.testing.assert_array_equal(np.rint(found[sure] * 255), np.rint(expected[sure] * 255))
+    assert compared > 8000
 
 
 @layouts

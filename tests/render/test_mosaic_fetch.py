@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from fetch import trilinear
+from fetch import away_from_faces, nearest, trilinear
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mosaic_probe import fetch_text, mosaic_probe, planes, tolerance
@@ -87,6 +87,35 @@ def test_every_layout_gives_the_trilinear_field_up_to_the_borders_and_the_codes_
             height, width = (min(n, SIZE) for n in shape_zyx[1:])
             codes = np.rint(sampled(found, packing.components) * 255)[::-1][:height, :width]
             np.testing.assert_array_equal(codes.reshape(volume[k, :height, :width].shape), volume[k, :height, :width])
+
+
+@settings(max_examples=50)
+@given(shapes, packings.filter(lambda packing: packing.components == 1), rooms, st.integers(0, 2**32 - 1))
+def test_every_layout_of_labels_gives_the_voxel_that_a_position_is_in(surface, shape_zyx, packing, room, seed):
+    layout = fit_mosaic(shape_zyx, packing, room)
+    assume(layout is not None)
+    rng = np.random.default_rng(seed)
+    volume = rng.integers(0, 256, shape_zyx, dtype=np.uint8)
+    extent_xyz = np.array(shape_zyx[::-1]) * SPACING[::-1]
+    with mosaic_probe(*surface, volume, layout, SPACING, between="nearest") as probe:
+        for plane in planes(extent_xyz, rng):
+            positions, found = probe.plane(*plane)
+            inside = ((positions >= 0) & (positions <= extent_xyz)).all(axis=-1)
+            sure = away_from_faces(shape_zyx, SPACING, positions) & (inside | (layout.gutter == 0))
+            expected = nearest(volume, SPACING, positions)
+            np.testing.assert_array_equal(np.rint(found[sure, 0] * 255), np.rint(expected[sure] * 255))
+
+
+def test_labels_take_one_fetch_whatever_the_order():
+    for order in ("interleaved", "planar", "overlapping"):
+        layout = fit_mosaic((40, 9, 9), Packing(4, order), Room(64, 8))
+        assert layout is not None
+        text = fetch_text(layout, SPACING, "nearest")
+        assert text.count("tile_texel(") == 2  # the function, and one call
+        assert "mix(" not in text
+    single = fit_mosaic((40, 9, 9), Packing(), Room(64, 8))
+    assert single is not None
+    assert [word for word in ("mix(", "dot(", "equal(") if word in fetch_text(single, SPACING, "nearest")] == []
 
 
 @pytest.mark.parametrize("block", [4, 5, 6, 8])

@@ -48,6 +48,19 @@ def test_skipping_changes_no_pixel(tmp_path, profile, kind, projection):
     check_same(skipping, plain)
 
 
+@profiles
+@pytest.mark.parametrize("block", [1, 4, 7])
+def test_skipping_changes_no_pixel_of_labels(tmp_path, profile, block):
+    codes = blobs(5, (40, 37, 31))
+    views = ("right", "anterior-left")
+    wishes = {"labels": True, "spacing_mm_zyx": (0.8, 1.3, 0.9)}
+    plain, _ = pictures(tmp_path / "plain", codes, profile, views, "orthographic", **wishes)
+    skipping, _ = pictures(
+        tmp_path / "skipping", codes, profile, views, "orthographic", skip=("distance", block), **wishes
+    )
+    check_same(skipping, plain)
+
+
 @pytest.mark.parametrize("block", [1, 2, 7, 16, 64])
 def test_blocks_of_any_size_change_no_pixel(tmp_path, block):
     codes = blobs(11, (40, 37, 31))

@@ -70,6 +70,27 @@ class Fetch:
         return positions.reshape(-1, 3), found.reshape(-1).astype(np.float64)
 
 
+def away_from_faces(
+    shape_zyx: tuple[int, ...], spacing_mm_zyx: tuple[float, float, float], positions: Array
+) -> NDArray[np.bool_]:
+    """Which positions [..., 3] float32 surely places in their voxel: on inner faces either side is right."""
+    found = np.ones(positions.shape[:-1], dtype=bool)
+    for axis in range(3):
+        at = positions[..., 2 - axis] / spacing_mm_zyx[axis]
+        inner = np.clip(np.rint(at), 1, max(shape_zyx[axis] - 1, 1))
+        found &= (np.abs(at - inner) > 1e-3) | (shape_zyx[axis] == 1)
+    return found
+
+
+def nearest(codes: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, float], positions: Array) -> Array:
+    """Code, 0 to 1, of the voxel of [z, y, x] that holds each position [..., 3], or of the nearest one."""
+    index = tuple(
+        np.clip(np.floor(positions[..., 2 - axis] / spacing_mm_zyx[axis]).astype(int), 0, codes.shape[axis] - 1)
+        for axis in range(3)
+    )
+    return codes[index].astype(np.float64) / np.iinfo(codes.dtype).max
+
+
 def trilinear(codes: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, float], positions: Array) -> Array:
     """The field at box positions [n, 3] in float64: between voxel centres linear, in the outer half voxel constant."""
     values = codes.astype(np.float64) / np.iinfo(codes.dtype).max

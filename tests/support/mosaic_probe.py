@@ -11,7 +11,7 @@ from volprep.render.compose import compose
 from volprep.render.egl import Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.render.techniques import raycast_mosaic
-from volprep_formats.package.manifest import GlFormat, MosaicLayout, Texture
+from volprep_formats.package.manifest import GlFormat, MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]
 _FORMATS = {1: "LUMINANCE", 2: "LUMINANCE_ALPHA", 3: "RGB", 4: "RGBA"}
@@ -19,9 +19,11 @@ SAMPLE_ALL = "void main() { gl_FragColor = voxel_texel(position(v_near.xyz / v_n
 SAMPLE = "void main() { gl_FragColor = vec4(stored_value(position(v_near.xyz / v_near.w))); }\n"
 
 
-def fetch_text(layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float]) -> str:
+def fetch_text(
+    layout: MosaicLayout, spacing_mm_zyx: tuple[float, float, float], between: SampleFilter = "linear"
+) -> str:
     """The part of a fragment shader that samples a mosaic."""
-    sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx)
+    sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx, between=between)
     composed = compose(sampling.parts["sampling"], sampling.dialect, sampling.parts, sampling.constants)
     head, _, rest = composed.partition("\n")
     return f"{head}\nprecision highp float;\nvarying vec4 v_near;\n{rest}"
@@ -78,10 +80,11 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
     layout: MosaicLayout,
     spacing_mm_zyx: tuple[float, float, float],
     text: str | None = None,
+    between: SampleFilter = "linear",
 ) -> Iterator[MosaicProbe]:
     """Upload `volume` [z, y, x] or [z, y, x, component] in this layout, and compile `text`, or what samples it."""
     main = SAMPLE if layout.components == 1 else SAMPLE_ALL
-    fragment = text or fetch_text(layout, spacing_mm_zyx) + main
+    fragment = text or fetch_text(layout, spacing_mm_zyx, between) + main
     pixels = _FORMATS[layout.channels * layout.components]
     record = Texture(
         name="mosaic",
@@ -89,6 +92,7 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
         file="mosaic.ktx2",
         shape_zyx=(1, *layout.texture_shape_yx),
         gl=GlFormat(target="TEXTURE_2D", internal_format=pixels, format=pixels, type="UNSIGNED_BYTE"),
+        filter=between,
     )
     with ExitStack() as stack:
         vertex = ShaderText("vertex", compose("vertex", "es100", {}, {}))

@@ -87,11 +87,13 @@ def tiny_package(
     normals: NormalSettings | None = None,
     lighting: Literal["none", "headlight"] = "none",
     proxy: ProxySettings | None = None,
+    labels: bool = False,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
     `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`.
+    `labels` says that codes are labels.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -99,6 +101,9 @@ def tiny_package(
     volumes = tuple(_volume(index, level, profile, packing, room) for index, level in enumerate(levels))
     plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, render)
     plan = _classified(plan, classification)
+    if labels:
+        nearest = tuple(volume.model_copy(update={"filter": "nearest"}) for volume in plan.volumes)
+        plan = plan.model_copy(update={"volumes": nearest})
     if skip is not None:
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})

@@ -52,7 +52,8 @@ def draw(volume, points, camera, **options):
         camera,
         options.get("tolerance", 1e-6),
         *answer,
-        options.get("threads", 1),
+        options.get("nearest", False),
+        threads=options.get("threads", 1),
     )
     return answer
 
@@ -153,4 +154,4 @@ def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0)):
 
 @pytest.fixture(scope="session")
 def oracle():
-    return SimpleNamespace(point=Point, ray=ray, draw=draw, slow_light=slow_light)
+    return SimpleNamespace(point=Point, ray=ray, draw=draw, slow_light=slow_light, classify=classify)

@@ -10,7 +10,7 @@ from volprep.pyramid.reduce import LABEL_FILTERS
 from volprep.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.manifest import LevelFilter, SampleFilter
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.block_formats import CompressedFormat
 
@@ -71,17 +71,21 @@ def fit_level(  # noqa: PLR0917 - the level, the device class, and what is wante
     beside: Beside,
     wanted: MosaicSettings,
     compression: CompressedFormat | None = None,
+    between: SampleFilter = "linear",
 ) -> VolumePlan | Misfit:
-    """Lay a level out as the device class can hold it, beside other textures, or say why not."""
+    """Lay a level out as the device class can hold it, beside other textures, or say why not.
+
+    `between` says how it is sampled.
+    """
     if compression is not None:
         return as_compressed_mosaic(level, compression, profile, beside, wanted.gutter)
     if not profile.max_3d_texture_size:
-        return as_mosaic(level, bits, profile, beside, wanted)
-    volume = _as_texture3d(level, bits, profile)
+        return as_mosaic(level, bits, profile, beside, wanted, between)
+    volume = _as_texture3d(level, bits, profile, between)
     return volume if isinstance(volume, Misfit) else too_large(volume, profile, beside) or volume
 
 
-def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> VolumePlan | Misfit:
+def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: SampleFilter) -> VolumePlan | Misfit:
     texel = one_channel(bits, profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
@@ -98,6 +102,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile) -> Volume
         format=texel,
         shape_zyx=level.shape_zyx,
         mosaic=None,
+        filter=between,
     )
 
 

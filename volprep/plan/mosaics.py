@@ -6,7 +6,7 @@ from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
 from volprep.scene import MosaicSettings
-from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem
+from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem, SampleFilter
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
@@ -14,8 +14,13 @@ MOST_TEXTURES = 8
 """Textures that one mosaic may take: the units that OpenGL ES 2.0 guarantees."""
 
 
-def as_mosaic(
-    level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, wanted: MosaicSettings
+def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wanted
+    level: LevelPlan,
+    bits: int,
+    profile: DeviceProfile,
+    beside: Beside,
+    wanted: MosaicSettings,
+    between: SampleFilter = "linear",
 ) -> VolumePlan | Misfit:
     """Lay a level out as a mosaic, or say why it cannot be one.
 
@@ -24,11 +29,12 @@ def as_mosaic(
     """
     units = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
     if wanted.order == "auto":
-        single = _fitted(level, bits, profile, beside, Packing(gutter=wanted.gutter), 1)
+        single = _fitted(level, bits, profile, beside, Packing(gutter=wanted.gutter), 1, between)
         if isinstance(single, VolumePlan):
             return single
     orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)
-    found = [_fitted(level, bits, profile, beside, Packing(4, order, wanted.gutter), units) for order in orders]
+    packings = [Packing(4, order, wanted.gutter) for order in orders]
+    found = [_fitted(level, bits, profile, beside, packing, units, between) for packing in packings]
     fitting = [volume for volume in found if isinstance(volume, VolumePlan)]
     if fitting:
         return min(fitting, key=lambda volume: (fetches(volume), texture_bytes(volume)))
@@ -57,17 +63,25 @@ def fetches(volume: VolumePlan) -> float:
 
     That is what drawing costs: 84 slices of 127×128 took 41, 57 and 65 ms in one texture, overlapping, interleaved and
     planar; 69, 87 and 111 ms in two; 154, 196 and 189 ms in six or seven (tests/benchmarks/bench_mosaics.py, llvmpipe,
-    which fetches from all of them).
+    which fetches from all of them). A voxel alone is one fetch.
     """
     layout = volume.mosaic
     if layout is None:
         return 1.0
     each = 2.0 if layout.channels == 1 else {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}[layout.order]
+    if volume.filter == "nearest":
+        each = 1.0
     return each * layout.textures
 
 
 def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
-    level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, packing: Packing, textures: int
+    level: LevelPlan,
+    bits: int,
+    profile: DeviceProfile,
+    beside: Beside,
+    packing: Packing,
+    textures: int,
+    between: SampleFilter,
 ) -> VolumePlan | Misfit:
     texel = one_channel(bits, profile) if packing.channels == 1 else first_of(FOUR_CHANNELS[bits], profile)
     if texel is None:
@@ -76,7 +90,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     layout = fit_mosaic(level.shape_zyx, packing, room)
     if layout is None:
         return no_room(level, packing, room)
-    volume = _plan(level, texel, layout)
+    volume = _plan(level, texel, layout, between)
     return too_large(volume, profile, beside) or volume
 
 
@@ -87,7 +101,9 @@ def mosaic_text(layout: MosaicLayout) -> str:
     return f"mosaic of {layout.tiles_y}×{layout.tiles_x} tiles{gutter}{textures}"
 
 
-def describe_mosaic(layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings) -> Iterator[PlanItem]:
+def describe_mosaic(
+    layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings, between: SampleFilter
+) -> Iterator[PlanItem]:
     """Say which parts of the layout are there, and why."""
     room = Room(profile.max_texture_size, 1, profile.npot, profile.square)
     tile = layout.tile_shape_yx
@@ -102,7 +118,7 @@ def describe_mosaic(layout: MosaicLayout, profile: DeviceProfile, wanted: Mosaic
     one = most_slices(tile, Packing(4, layout.order, layout.gutter), room)
     reason = f"in one texture of four channels {one} slices have room, there are {layout.slices}"
     yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
-    if wanted.order == "auto":
+    if wanted.order == "auto" and between == "linear":
         overlaps = layout.order == "overlapping"
         reason = (
             "one fetch serves each sample, not 1.25, for a third more memory"
@@ -130,7 +146,7 @@ def no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:
     )
 
 
-def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout) -> VolumePlan:
+def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout, between: SampleFilter = "linear") -> VolumePlan:
     names = part_names(f"mosaic-{level.index}", layout.textures)
     return VolumePlan(
         level=level.index,
@@ -139,4 +155,5 @@ def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout) -> Volum
         format=texel,
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,
+        filter=between,
     )

@@ -1,7 +1,7 @@
 """What a choice of codes and of a lookup table costs in a picture, measured on a sample of rays.
 
 The rays run in z direction through voxel centres. Between two voxels the field is linear, so that a voxel that the
-window clips moves the surfaces beside it here as it does in the renderer.
+window clips moves the surfaces beside it here as it does in the renderer; labels fill their voxels.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
+from volprep_formats.package.manifest import SampleFilter
 
 Array = NDArray[np.float64]
 
@@ -63,11 +64,14 @@ class PictureError:
         return f"RMSE {self.rmse:.2g}, {self.maximum:.2g} at most"
 
 
-def picture(columns: Array, spacing_mm: float, table: Table) -> Array:
-    """Colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values at voxels, [z, ray]."""
+def picture(columns: Array, spacing_mm: float, table: Table, between: SampleFilter = "linear") -> Array:
+    """Colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values at voxels, [z, ray].
+
+    `between` says what is between two voxels: labels are not mixed.
+    """
     result = np.zeros((columns.shape[1], 4))
     transmittance = np.ones(columns.shape[1])
-    for samples, step_mm in _segments(columns, spacing_mm):
+    for samples, step_mm in _segments(columns, spacing_mm, between):
         kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
         before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
         weight = before[:-1] - before[1:]
@@ -84,13 +88,16 @@ def difference(one: Array, other: Array) -> PictureError:
     return PictureError(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
 
 
-def _segments(columns: Array, spacing_mm: float) -> Iterator[tuple[Array, float]]:
+def _segments(columns: Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Array, float]]:
     """Samples along the rays, front to back, [sample, ray], with the length that each stands for."""
+    if between == "nearest":
+        yield from ((columns[z0 : z0 + _CHUNK], spacing_mm) for z0 in range(0, len(columns), _CHUNK))
+        return
     # Half a voxel lies outside the first and the last centre; the field is constant there.
     yield columns[:1], spacing_mm / 2
     for z0 in range(0, len(columns) - 1, _CHUNK):
         lower = columns[z0 : z0 + _CHUNK][: len(columns) - 1 - z0]
         upper = columns[z0 + 1 : z0 + _CHUNK + 1]
-        between = [lower + t * (upper - lower) for t in _SAMPLES]
-        yield np.stack(between, axis=1).reshape(-1, columns.shape[1]), spacing_mm / len(_SAMPLES)
+        inside = [lower + t * (upper - lower) for t in _SAMPLES]
+        yield np.stack(inside, axis=1).reshape(-1, columns.shape[1]), spacing_mm / len(_SAMPLES)
     yield columns[-1:], spacing_mm / 2

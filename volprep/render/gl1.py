@@ -72,17 +72,18 @@ class Gl1:
 
     @contextmanager
     def texture(self, record: Texture, texels: bytes) -> Iterator[int]:
-        """Upload `texels`, of a paletted texture with their palette before them, filtered linearly, edges clamped."""
+        """Upload `texels`, of a paletted texture with their palette before them, with its filter and clamped edges."""
         with (
             self._checked(f"uploading texture {record.name}"),
             self._object("texture", GLES1.glGenTextures, GLES1.glDeleteTextures) as handle,
         ):
             target = GLES1.GL_TEXTURE_2D
             _, height, width = record.shape_zyx
+            mode = GLES1.GL_LINEAR if record.filter == "linear" else GLES1.GL_NEAREST
             GLES1.glBindTexture(target, handle)
             for name, value in (
-                (GLES1.GL_TEXTURE_MIN_FILTER, GLES1.GL_LINEAR),
-                (GLES1.GL_TEXTURE_MAG_FILTER, GLES1.GL_LINEAR),
+                (GLES1.GL_TEXTURE_MIN_FILTER, mode),
+                (GLES1.GL_TEXTURE_MAG_FILTER, mode),
                 (GLES1.GL_TEXTURE_WRAP_S, GLES1.GL_CLAMP_TO_EDGE),
                 (GLES1.GL_TEXTURE_WRAP_T, GLES1.GL_CLAMP_TO_EDGE),
             ):

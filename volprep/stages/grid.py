@@ -56,6 +56,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         size=wanted.size,
         cuts_zyx=(z, y, x),
         gl=gl_format(wanted.format, "TEXTURE_3D", plan.profile.api),
+        filter=plan.quantize.filter,
         whole=wanted.whole,
         subvolumes=subvolumes,
         points=grid_points((z, y, x)),

@@ -83,6 +83,7 @@ def _record(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: Slic
         part=part,
         transfer=stack.transfer,
         reference_mm=stack.distance_mm,
+        filter=plan.quantize.filter,
         slices=texture.layout,
     )
 

@@ -39,6 +39,8 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     box_from_clip: NDArray[np.float64],
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
+    *,
+    nearest: bool = False,
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
@@ -59,6 +61,8 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         Height and width of the picture in pixels.
     tolerance
         Error to aim at, at least 1e-13.
+    nearest
+        Whether the field is constant in each voxel, as that of labels, instead of trilinear: each piece is exact then.
 
     Raises
     ------
@@ -86,6 +90,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         tolerance,
         picture.rgba,
         picture.bound,
+        nearest,
     )
     return picture
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.level_texels import level_texels
-from volprep_formats.package.manifest import Quantization, Texture
+from volprep_formats.package.manifest import Manifest, Quantization, Texture
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -25,7 +25,7 @@ _ROOT_STEP = 0.002
 
 @dataclass(frozen=True)
 class Volume:
-    """A scalar field on a grid: physical = slope · stored + intercept, trilinear between voxel centres."""
+    """A scalar field on a grid: physical = slope · stored + intercept, trilinear between voxel centres, or labels."""
 
     stored: NDArray[np.generic]
     """Stored values, [z, y, x]."""
@@ -35,6 +35,13 @@ class Volume:
     """physical = slope · stored + intercept."""
     intercept: float
     """physical = slope · stored + intercept."""
+    nearest: bool = False
+    """Whether the field is constant in each voxel, as labels are."""
+
+
+def holds_labels(manifest: Manifest) -> bool:
+    """Say whether the voxels of a package of one channel are labels, which it samples without mixing them."""
+    return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
 
 
 def level_volume(package: Package, level: int) -> Volume:
@@ -46,7 +53,9 @@ def level_volume(package: Package, level: int) -> Volume:
     # Half floats hold normalised stored values; integers hold the stored values themselves.
     scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
     stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
-    return Volume(np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept)
+    return Volume(
+        np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept, holds_labels(manifest)
+    )
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:

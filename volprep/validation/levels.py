@@ -64,4 +64,4 @@ def _box_level(subject: Subject, level: Level) -> Volume:
     values += np.float32(scan.intercept)
     means = np.empty(_native.box_reduced_shape(values.shape, level.factors_zyx), np.float32)
     _native.box_reduce(values, means, level.factors_zyx)
-    return Volume(means, level.grid, 1.0, 0.0)
+    return Volume(means, level.grid, 1.0, 0.0, scan.nearest)

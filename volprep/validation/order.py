@@ -15,6 +15,8 @@ _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f":
 
 _EXPECTED = 2.0
 """Midpoint samples with exponential opacity."""
+_OF_LABELS = 1.0
+"""The same where the field jumps at every face between two labels."""
 _AGREEMENT = 0.25
 """Slopes of one view of a scan scatter by 0.2 even where they are settled."""
 _LEAST_ORDER = 0.5
@@ -27,8 +29,11 @@ def convergence(
     target: Target | None,
     function: TransferFunction,
     classification: ClassificationName = "lookup",
+    *,
+    labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
+    expected = _OF_LABELS if labels else _EXPECTED
     jumps = any(lower.value == upper.value for lower, upper in pairwise(function.points))
     limits = []
     if classification == "preintegrated":
@@ -36,6 +41,8 @@ def convergence(
             "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "
             "no step is better than its entries."
         )
+    elif labels:
+        limits.append("Labels are constant in each voxel: steps see a face between two late or early, with order 1.")
     elif classification == "palette":
         limits.append("A palette has steps: whatever does not resolve them sees them late or early, with order 1.")
     elif jumps:
@@ -45,7 +52,7 @@ def convergence(
         )
     if target is None:
         limits.append("The quadrature error was not measured: it needs a float target.")
-        return Convergence(expected=_EXPECTED, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
+        return Convergence(expected=expected, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
     fit = fit_order(steps_mm, quadrature_rmse, _NOISE[target], _AGREEMENT)
     order = fit.order
     if order is None:
@@ -54,7 +61,7 @@ def convergence(
         limits.append("The finest steps no longer change the error: it is at the floor of float32 and texture filter.")
         order = None
     return Convergence(
-        expected=_EXPECTED,
+        expected=expected,
         slopes=_slopes(steps_mm, quadrature_rmse),
         observed=order,
         fitted_steps_mm=tuple(steps_mm[fit.first : fit.last + 1]) if order is not None else (),

@@ -85,7 +85,14 @@ class Subject:
     def _integrate(self, volume: Volume, function: TransferFunction, view: str) -> OraclePicture:
         box_from_clip = self._cameras[view].box_from_clip(volume.grid, aspect=1.0)
         return oracle_picture(
-            volume.stored, volume.grid, volume.slope, volume.intercept, function, box_from_clip, self.shape_hw
+            volume.stored,
+            volume.grid,
+            volume.slope,
+            volume.intercept,
+            function,
+            box_from_clip,
+            self.shape_hw,
+            nearest=volume.nearest,
         )
 
     def _level(self, level: int) -> Volume:

@@ -173,6 +173,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         precise.target if precise else None,
         subject.function(program.transfer),
         program.classification,
+        labels=subject.scan.nearest,
     )
     for level in coarser:
         with clock.part("oracle"):

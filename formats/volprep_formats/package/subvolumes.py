@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Count
-from volprep_formats.package.manifest import GlFormat, PackagePath
+from volprep_formats.package.manifest import GlFormat, PackagePath, SampleFilter
 from volprep_formats.record import Record, problems
 
 Index = Annotated[int, Field(ge=0)]
@@ -84,6 +84,8 @@ class SubvolumeGrid(Record):
     cuts[i + 1], both included, so that neighbours share one layer."""
     gl: GlFormat
     """How to upload a piece."""
+    filter: SampleFilter = "linear"
+    """How a piece is sampled: nearest where voxels are labels."""
     whole: PackagePath | None = None
     """KTX 2 file of the whole level, from which any box can be read by seeking."""
     subvolumes: tuple[Subvolume, ...]

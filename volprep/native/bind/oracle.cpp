@@ -17,7 +17,8 @@ using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
-            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound, int threads) {
+            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound, bool nearest,
+            int threads) {
     const Shape3 shape = shape_of(volume);
     require_voxels(shape);
     require_threads(threads);
@@ -35,7 +36,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
                               slope,
                               intercept,
                               {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
-                              {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]}};
+                              {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
+                              nearest};
     const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
                                   extinctions_per_mm.data()};
     const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
@@ -53,7 +55,7 @@ void oracle(nb::module_& module) {
                nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
                nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
-               nb::arg("bound").noconvert(), nb::arg("threads") = 0,
+               nb::arg("bound").noconvert(), nb::arg("nearest") = false, nb::arg("threads") = 0,
                nb::sig("def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                        "spacing_mm_xyz: "
                        "Sequence[float], "
@@ -62,11 +64,11 @@ void oracle(nb::module_& module) {
                        "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: "
                        "numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-                       "threads: int = 0) -> None"),
+                       "nearest: bool = False, threads: int = 0) -> None"),
                R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
-for the trilinear field of the voxels and the piecewise linear transfer function.
+for the trilinear field of the voxels, or the field that is constant in each, and the piecewise linear transfer function.
 
 Parameters
 ----------
@@ -83,6 +85,8 @@ tolerance
     The error to aim at, at least 1e-13.
 rgba, bound
     float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+nearest
+    Whether the field is constant in each voxel, as of labels, instead of trilinear.
 threads
     Threads to use, 0 for all. The result does not depend on it.
 

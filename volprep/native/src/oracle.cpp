@@ -67,9 +67,15 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
     const oracle::Transfer prepared =
         oracle::prepare_transfer(transfer.count, transfer.values, transfer.colours, transfer.extinctions_per_mm);
     const std::vector<uint8_t> empty_blocks = find_empty_blocks(voxels, volume, prepared, threads);
-    oracle::Field<Voxel> field{
-        voxels, volume.shape, volume.slope,        volume.intercept,
-        {},     {},           empty_blocks.data(), minmax_shape(volume.shape, oracle::kBlockCells)};
+    oracle::Field<Voxel> field{voxels,
+                               volume.shape,
+                               volume.slope,
+                               volume.intercept,
+                               {},
+                               {},
+                               empty_blocks.data(),
+                               minmax_shape(volume.shape, oracle::kBlockCells),
+                               volume.nearest};
     std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
     std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
     const int64_t pixels = picture.height * picture.width;

@@ -1,4 +1,4 @@
-//: GLSL ES 1.00. In: one or several textures, LUMINANCE or RGBA, 8 bits, 2D, LINEAR, CLAMP_TO_EDGE, at most 4096 texels
+//: GLSL ES 1.00. In: one or several textures, LUMINANCE or RGBA, 8 bits, 2D, CLAMP_TO_EDGE, at most 4096 texels
 //: wide: float32 places a texel's centre to 2^-11 of a texel there. Constants: the layout of one mosaic.
 //: Slots: units declares the samplers; unit leaves the number of the texture in `unit`, and the tile's in it in `tile`;
 //: inside gives the place in the texture, in texels; fetch reads it.

@@ -1,4 +1,4 @@
-//: GLSL ES 3.00. In: u_volume, RGBA8, 3D, LINEAR, CLAMP_TO_EDGE; u_texture_from_box, per millimetre.
+//: GLSL ES 3.00. In: u_volume, RGBA8, 3D, CLAMP_TO_EDGE, LINEAR or NEAREST; u_texture_from_box, per millimetre.
 //: Level 0 is named, because inside a loop that not all pixels run there are no derivatives to choose one.
 // The volume as a 3D texture of four channels. u_texture_from_box is 1 / (voxels * spacing) of the level; the sampler's
 // CLAMP_TO_EDGE holds the outer half voxel.

@@ -1,4 +1,5 @@
-// The oracle: ray integrals of a trilinear field and a piecewise linear transfer function, in float64, with a bound.
+// The oracle: ray integrals of a trilinear field, or one of labels, and a piecewise linear transfer function, in
+// float64, with a bound.
 //
 // For each pixel, light I = integral of c tau exp(-integral of tau) along its ray, and opacity 1 - exp(-integral of
 // tau). The ray is cut at every plane of voxel centres and wherever the field crosses a control point; on a piece the
@@ -9,7 +10,9 @@
 // The bound covers: quadrature; light behind the place where the ray was stopped; and rounding, to first order, with a
 // ray that starts at the float64 origin and direction of its pixel. It is larger than the tolerance only where float64
 // is too coarse for the question: a tolerance below about 1e-10, a ray inside a plateau that lies exactly on a jump of
-// the transfer function, or extinctions above 1e6 per mm.
+// the transfer function, one within a face between two labels, or extinctions above 1e6 per mm.
+//
+// Of a field that is constant in each voxel, the ray is cut at the faces of voxels, and each piece is exact.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +34,7 @@ struct OracleVolume {
     double intercept;
     double spacing_mm_xyz[3];
     double extent_mm_xyz[3];  // the box; may be smaller than spacing * voxels
+    bool nearest;             // the field is constant in each voxel, as labels are, not trilinear
 };
 
 struct OraclePicture {

@@ -1,5 +1,7 @@
-// Walks a ray from cell to cell of a trilinear field. Cells lie between voxel centres; in the half voxel outside them
-// the field is that of the nearest centre plane, so an axis of n voxels has n + 1 cells, from index -1 to n - 1.
+// Walks a ray from cell to cell of a field. Cells of a trilinear field lie between voxel centres; in the half voxel
+// outside them the field is that of the nearest centre plane, so an axis of n voxels has n + 1 cells, from index -1 to
+// n - 1. Cells of a field of labels, which is constant in each voxel, are the voxels themselves: voxel k is cell k - 1,
+// so that both kinds share the blocks.
 #pragma once
 
 #include <algorithm>
@@ -28,6 +30,7 @@ struct Field {
     double extent_mm[3];
     const uint8_t* empty_blocks;  // 1 where the field has no extinction anywhere in the block
     Shape3 blocks;
+    bool nearest;  // constant in each voxel, not trilinear
 
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
     int64_t stride(int axis) const noexcept { return axis == 0 ? 1 : axis == 1 ? shape.x : shape.slice(); }
@@ -44,7 +47,7 @@ struct Ray {
 struct AxisWalk {
     double start;
     double rate;
-    int64_t last;  // index of the outer cell: number of voxels - 1
+    int64_t last;  // index of the outer cell: number of voxels - 1, of labels - 2
     int64_t cell;
     double next_t_mm;  // where the ray leaves this cell along this axis
 
@@ -178,6 +181,24 @@ void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const AxisWalk axes
     gather_cell(beam, path, transfer, limits, cuts);
 }
 
+// The part of a ray in one voxel of a field that is constant there: exact but for where it begins and ends.
+template <typename Voxel>
+void gather_voxel(Beam& beam, const Field<Voxel>& field, const AxisWalk axes[3], double length_mm,
+                  const Transfer& transfer, const RayLimits& limits, Cuts& cuts) noexcept {
+    int64_t index = 0;
+    for (int axis = 0; axis < 3; ++axis) index += (axes[axis].cell + 1) * field.stride(axis);
+    const double value = field.slope * static_cast<double>(field.voxels[index]) + field.intercept;
+    if (transfer.empty_between(value, value)) return;
+    gather_cell(beam, {{0.0, 0.0, 0.0, 0.0}, value, value, value, length_mm, 0.0}, transfer, limits, cuts);
+}
+
+// Where [from, to] of a ray runs within a face between two voxels, nobody can tell in which of them it is.
+inline bool runs_in_face(const AxisWalk& axis, double from_mm, double to_mm, double error) noexcept {
+    const double plane = std::round(axis.at(from_mm));
+    return plane >= 0.0 && plane <= static_cast<double>(axis.last) && std::fabs(axis.at(from_mm) - plane) <= error &&
+           std::fabs(axis.at(to_mm) - plane) <= error;
+}
+
 // Gathers the light along the whole ray.
 template <typename Voxel>
 Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& transfer, double tolerance,
@@ -200,11 +221,21 @@ Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& trans
     for (int axis = 0; axis < 3; ++axis) {
         const double spacing = field.spacing_mm[axis];
         relative_error += limits.position_error_mm / spacing;
-        axes[axis] = {ray.origin_mm[axis] / spacing - 0.5, ray.direction[axis] / spacing, field.count(axis) - 1, 0,
-                      0.0};
+        axes[axis] = {ray.origin_mm[axis] / spacing - (field.nearest ? 1.0 : 0.5), ray.direction[axis] / spacing,
+                      field.count(axis) - (field.nearest ? 2 : 1), 0, 0.0};
         axes[axis].enter(from_mm);
+        if (field.nearest && runs_in_face(axes[axis], from_mm, to_mm, limits.position_error_mm / spacing)) {
+            beam.depth_error += kEpsilon;
+            beam.colour_error += limits.colour_max;
+        }
     }
     double t_mm = from_mm;
+    // Voxel by voxel: a ray that meets a face at an angle may meet it sooner or later.
+    RayLimits in_voxel = limits;
+    double face_error_mm = limits.position_error_mm;
+    const auto meets_face = [&](int axis) {
+        face_error_mm = std::max(face_error_mm, limits.position_error_mm / std::fabs(ray.direction[axis]));
+    };
     const int64_t blocks[3] = {field.blocks.x, field.blocks.y, field.blocks.z};
     while (t_mm < to_mm && !beam.stopped) {
         const int64_t block =
@@ -212,12 +243,26 @@ Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& trans
         if (field.empty_blocks[block] != 0) {
             double end = to_mm;
             for (int axis = 0; axis < 3; ++axis) end = std::min(end, axes[axis].block_end_t_mm(blocks[axis]));
-            for (int axis = 0; axis < 3; ++axis) axes[axis].jump(end, blocks[axis]);
+            face_error_mm = limits.position_error_mm;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (axes[axis].block_end_t_mm(blocks[axis]) <= end) meets_face(axis);
+                axes[axis].jump(end, blocks[axis]);
+            }
             t_mm = end;
             continue;
         }
         const double next = std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
-        gather_walk_cell(beam, field, axes, t_mm, next, relative_error, transfer, limits, cuts);
+        if (field.nearest) {
+            const double entry_error_mm = face_error_mm;
+            face_error_mm = limits.position_error_mm;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (axes[axis].next_t_mm <= next) meets_face(axis);
+            }
+            in_voxel.position_error_mm = std::max(entry_error_mm, face_error_mm);
+            gather_voxel(beam, field, axes, next - t_mm, transfer, in_voxel, cuts);
+        } else {
+            gather_walk_cell(beam, field, axes, t_mm, next, relative_error, transfer, limits, cuts);
+        }
         for (AxisWalk& axis : axes) axis.leave_until(next);
         t_mm = next;
     }
