@@ -11,9 +11,14 @@ SLAB_BYTES = 32 * 1024 * 1024
 """Size that a slab aims at. Twice as much made no stage faster; a slab always holds at least one slice."""
 
 
-def slab_ranges(depth: int, slice_bytes: int, multiple: int = 1) -> Iterator[tuple[int, int]]:
-    """Cut `depth` slices into ranges (z0, z1) that follow each other; all but the last are a multiple of `multiple`."""
-    thickness = max(1, SLAB_BYTES // (slice_bytes * multiple)) * multiple
+def slab_ranges(
+    depth: int, slice_bytes: int, multiple: int = 1, slab_bytes: int | None = None
+) -> Iterator[tuple[int, int]]:
+    """Cut `depth` slices into ranges (z0, z1) that follow each other; all but the last are a multiple of `multiple`.
+
+    Each aims at `slab_bytes`, which is SLAB_BYTES if not given.
+    """
+    thickness = max(1, (slab_bytes or SLAB_BYTES) // (slice_bytes * multiple)) * multiple
     for z0 in range(0, depth, thickness):
         yield z0, min(z0 + thickness, depth)
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep import _native, slabs
 from volprep.skip.ranges import BlockGauge, BlockRanges
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
@@ -25,6 +26,7 @@ MEASURED_BLOCK = 16
 """Cells along an edge of the blocks that are measured: 8 bytes for 4096 voxels."""
 _PATCHES, _PATCH_VOXELS = 3, 24
 """Patches along y and along x, and voxels along their edges: whole blocks of 4, 6 and 8. 5184 voxels of each slice."""
+_THIN_BYTES = 4 * 1024 * 1024
 _PROBES = 32
 """Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
 
@@ -98,7 +100,11 @@ def _digest(info: SourceInfo, values_sha256: str) -> str:
 def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iterator[NDArray[np.generic]]:
     """Read a source slab by slab, the next one while this one is used; each is measured before it is given."""
     depth, height, width = source.info.grid.shape_zyx
-    ranges = deque(slab_ranges(depth, height * width * np.dtype(source.info.stored_type).itemsize))
+    slice_bytes = height * width * np.dtype(source.info.stored_type).itemsize
+    # Thin slabs are still in the processor's memory when they are measured, hashed and written; but each core wants a
+    # slice to decode.
+    slab_bytes = min(max(_THIN_BYTES, (os.cpu_count() or 1) * slice_bytes), slabs.SLAB_BYTES)
+    ranges = deque(slab_ranges(depth, slice_bytes, slab_bytes=slab_bytes))
     with ThreadPoolExecutor(1) as reader:
         following: Future[NDArray[np.generic]] | None = reader.submit(source.read_slab, *ranges.popleft())
         while following is not None:

@@ -21,7 +21,7 @@ from pydicom.uid import (
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers import dicom_file
 from volprep_formats.readers.dicom_any import any_slices
-from volprep_formats.readers.dicom_header import TAGS
+from volprep_formats.readers.dicom_header import TAGS, interpreted, slice_image
 from volprep_formats.readers.dicom_plain import plain_header
 
 from .mutations import mutation
@@ -104,6 +104,20 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
             expected = str(error)
         assert found == expected, f"case {case}"
     assert walked > 250
+
+
+def test_what_slices_share_is_interpreted_once_and_never_differently(tmp_path) -> None:
+    whole = written(tmp_path, data=plain_image(depth=0, private_bytes=40)).read_bytes()
+    file = tmp_path / "damaged"
+    sound = 0
+    for case in range(500):
+        file.write_bytes(mutation(whole, 11, case))
+        plain = plain_header(file)
+        if plain is not None:
+            header = (file, plain.elements, plain.transfer_syntax, plain.pixels)
+            assert seen([slice_image(*header)]) == seen([interpreted(*header)]), f"case {case}"
+            sound += interpreted(*header).problem is None
+    assert sound > 25
 
 
 SAMPLES = sorted(path for path in (Path(pydicom.data.__file__).parent / "test_files").glob("*.dcm"))

@@ -5,7 +5,10 @@ Import comes before the plan, which needs what it measures; so it is no `Stage`.
 
 import hashlib
 import json
+import os
+import stat
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from volprep.slabs import bytes_of
@@ -27,12 +30,21 @@ def import_key(specs: Sequence[SourceSpec], version: str) -> str:
 
     Only drafts hold it. The digest of the values themselves would cost a whole reading.
     """
-    states = []
-    for path in (Path(spec.path) for spec in specs):
-        files = sorted(found for found in path.rglob("*") if found.is_file()) if path.is_dir() else [path]
-        states += [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    states = [state for spec in specs for state in _states(Path(spec.path))]
     text = json.dumps([version, [spec.model_dump(mode="json") for spec in specs], states])
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _states(source: Path) -> list[tuple[str, int, int]]:
+    """Path, size and time of change of a file, or of all files below a folder."""
+    states = []
+    below = (Path(parent, name) for parent, _, names in os.walk(source) for name in names)
+    for file in below if source.is_dir() else [source]:
+        with suppress(OSError):  # a link to nowhere; whoever reads the source says what is wrong with it
+            found = file.stat()
+            if stat.S_ISREG(found.st_mode):
+                states.append((str(file), found.st_size, found.st_mtime_ns))
+    return sorted(states)
 
 
 def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channel: str | None = None) -> Measured:

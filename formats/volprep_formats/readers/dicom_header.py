@@ -8,7 +8,7 @@ numbers. Source: DICOM PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
@@ -85,6 +85,8 @@ MOSAIC_CREATOR, MOSAIC_COUNT = 0x0019_0010, 0x0019_100A
 CSA_CREATOR, CSA_HEADER = 0x0029_0010, 0x0029_1010
 PRIVATE_TAGS = (MOSAIC_CREATOR, MOSAIC_COUNT, CSA_CREATOR, CSA_HEADER)
 """Where Siemens writes how many slices a mosaic holds, and which way they follow each other."""
+_OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], *PRIVATE_TAGS))
+"""What differs from slice to slice, and what is not interpreted here."""
 
 Elements = Mapping[int, tuple[bytes, str]]
 """Values of elements as they stand in the file, and their byte order ("<" or ">"), by tag; no sequences."""
@@ -282,6 +284,30 @@ def _words(value: bytes, order: str) -> tuple[float, ...]:
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
     """Interpret a header as that of one slice. What is wrong with it stands in `problem`."""
+    shared = tuple(item for item in data.items() if item[0] not in _OWN)
+    like = _sound_image(shared, transfer_syntax, is_float=element.is_float, has_words=element.has_words)
+    fields = Fields(path, data)
+    position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
+    if like is None or like.pixels is None or fields.problem is not None or element.size_bytes is None:
+        return interpreted(path, data, transfer_syntax, element)
+    pixels = replace(like.pixels, path=path, offset_bytes=element.offset_bytes, size_bytes=element.size_bytes)
+    instance_uid = fields.text("SOPInstanceUID")
+    return replace(like, path=path, instance_uid=instance_uid, position_mm_xyz=position_mm_xyz, pixels=pixels)
+
+
+# The headers of a series say the same of all its slices, but for what is in _OWN.
+@lru_cache(maxsize=64)
+def _sound_image(
+    shared: tuple[tuple[int, tuple[bytes, str]], ...], transfer_syntax: str, *, is_float: bool, has_words: bool
+) -> SliceImage | None:
+    """Interpret what slices share, as if it were a header of its own; None if something is wrong with it."""
+    element = PixelElement(is_float, has_words, offset_bytes=0, size_bytes=0, present_bytes=0, items=(), table=())
+    image = interpreted(Path(), dict(shared), transfer_syntax, element)
+    return image if image.problem is None else None
+
+
+def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
+    """Interpret a header as `slice_image` does, without regard to those before it."""
     fields = Fields(path, data)
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()

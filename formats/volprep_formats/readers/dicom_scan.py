@@ -63,7 +63,8 @@ def scan(path: Path, progress: Progress) -> Scan:
 
     Links to folders are not followed. Raises VolprepError VP1003 for a folder that cannot be read.
     """
-    files = [path] if path.is_file() else sorted(_files(path))
+    # The parts as key: paths compare themselves in Python, which took longer for a folder than to read its headers.
+    files = [path] if path.is_file() else sorted(_files(path), key=lambda file: file.parts)
     progress.start("reading DICOM headers", len(files))
     series: dict[str, list[SliceImage]] = {}
     damaged: list[VolprepError] = []

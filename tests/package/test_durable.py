@@ -1,0 +1,72 @@
+"""What a power cut leaves: before a name counts, all that it promises has reached the disk."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from volprep_formats.package import chunks
+from volprep_formats.package.draft import Draft
+from volprep_formats.package.manifest import StageRecord
+
+STAGING = ".stage"
+
+
+class Disk:
+    """Remembers in which state each file and folder was when it was synced."""
+
+    def __init__(self) -> None:
+        self._synced: dict[int, set[object]] = {}
+
+    def sync(self, descriptor: int) -> None:
+        self._synced.setdefault(os.fstat(descriptor).st_ino, set()).add(state(Path(f"/proc/self/fd/{descriptor}")))
+
+    def holds(self, path: Path) -> bool:
+        return state(path) in self._synced.get(path.stat().st_ino, set())
+
+
+def state(path: Path) -> object:
+    """Names in a folder; size and time of change of a file."""
+    if path.is_dir():
+        return tuple(sorted(entry.name for entry in path.iterdir()))
+    return path.stat().st_size, path.stat().st_mtime_ns
+
+
+@pytest.fixture
+def watched(monkeypatch: pytest.MonkeyPatch):
+    """The disk, and what was not yet on it, by the name that began to count."""
+    disk = Disk()
+    early: dict[str, list[str]] = {}
+    replace, fsync = os.replace, os.fsync
+
+    def watched_fsync(descriptor: int) -> None:
+        fsync(descriptor)
+        disk.sync(descriptor)
+
+    def watched_replace(source, target) -> None:
+        source, target = Path(source), Path(target)
+        if target.name == "manifest.json":
+            room = target.parent
+            step = "the step" if room.name == STAGING else "the end"
+            rest = [
+                path for path in room.rglob("*") if path.name != "lock" and STAGING not in path.relative_to(room).parts
+            ]
+            early[step] = [str(path.relative_to(room)) for path in rest if path != target and not disk.holds(path)]
+        replace(source, target)
+
+    monkeypatch.setattr(os, "fsync", watched_fsync)
+    monkeypatch.setattr(os, "replace", watched_replace)
+    return early
+
+
+def test_all_that_a_stage_wrote_is_on_the_disk_before_its_step_and_under_its_names_before_the_end(
+    new_draft: Draft, watched, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chunks, "_DISK_BYTES", 1000)
+    new_draft.write("work/a.raw", "work", (bytes([k]) * 700 for k in range(9)))
+    new_draft.write("shaders/deep/b.frag", "shader", b"void main() {}")
+    new_draft.work_map("work/map.raw", (3, 5, 7), np.int16, "w+")[...] = 3
+    new_draft.commit(StageRecord(name="import", key="0" * 64))
+    assert watched == {"the step": [], "the end": []}
+    assert new_draft.read_bytes("work/a.raw") == b"".join(bytes([k]) * 700 for k in range(9))
