@@ -6,14 +6,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from pydantic import ValidationError
+
 from volprep.channels import with_listed_channels
 from volprep.profiles import load_profile
-from volprep.scene import Scene, load_scene
-from volprep.transfer.wishes import ScenePoint, SceneTransfer
+from volprep.scene import Scene, load_scene, read_toml
+from volprep.transfer.wishes import Measure, ScenePoint, SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import problems
 from volprep_formats.source import SourceSpec
 from volprep_formats.transfer_files import read_transfer_file
 
@@ -56,6 +60,22 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     resolved = scene.model_copy(update={"source": at_place(scene.source, base, source), "transfer": functions})
     device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
     return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+
+
+def load_edit(path: Path, grid: Grid) -> TransferFunction:
+    """Read an edited transfer function: a TOML file with what a [[transfer]] of a scene has, for the box of `grid`.
+
+    Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value, VP3042 for one of another
+    program that it names.
+    """
+    table = read_toml(path)
+    try:
+        transfer = _without_file(SceneTransfer.model_validate({"name": "edited", **table}), path.absolute().parent)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+    if transfer.wish.values == "range":
+        raise VolprepError("VP3003", path=path, problems="values: places in the range need the scan, give values")
+    return transfer.resolved(Measure(0.0, 1.0, math.hypot(*grid.extent_mm_zyx)))
 
 
 def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:

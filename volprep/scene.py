@@ -169,6 +169,15 @@ class ProxySettings(Record):
     """"auto": Draco compression where the bytes saved outweigh the decoder; "none" for readers that have none."""
 
 
+class TogetherSettings(Record):
+    """One picture of several channels: extinctions add, and each channel gives light as its extinction does."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")] = "together"
+    """Name of the picture."""
+    transfers: tuple[str, ...] = ()
+    """Transfer functions that are drawn together, each of another channel; if absent the first one of each channel."""
+
+
 class Scene(Record):
     """What to make of which scan."""
 
@@ -201,6 +210,8 @@ class Scene(Record):
     """Empty-space skipping."""
     proxy: ProxySettings | None = None
     """Proxy geometry; none if absent."""
+    together: TogetherSettings | None = None
+    """One picture of several channels; if absent each is drawn for itself alone."""
     slices: SliceSettings | None = None
     """Stacks of slices, which are what a profile of OpenGL ES 1.1 has; the settings' defaults if absent."""
     normals: NormalSettings | None = None
@@ -235,6 +246,23 @@ class Scene(Record):
         return self
 
     @model_validator(mode="after")
+    def _what_is_drawn_together_is_there(self) -> Self:
+        if self.together is None:
+            return self
+        channels = {transfer.name: transfer.channel for transfer in self.transfer}
+        wanted = self.together.transfers
+        unknown = ", ".join(name for name in wanted if name not in channels)
+        if not self.source.channels:
+            msg = "together draws several channels, and the source has one"
+        elif self.together.name in channels:
+            msg = f"together has the name {self.together.name}, as a transfer function has"
+        elif unknown or len(wanted) == 1:
+            msg = f"together.transfers names {unknown or 'one'}, not several transfer functions of the scene"
+        else:
+            return self
+        raise ValueError(msg)
+
+    @model_validator(mode="after")
     def _transfers_have_channels_that_are_there(self) -> Self:
         channels = self.source.channels
         if channels == "all":
@@ -250,16 +278,21 @@ class Scene(Record):
 
 def load_scene(path: Path) -> Scene:
     """Read a scene file. Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise VolprepError("VP3001", path=path, error=error.strerror) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VolprepError("VP3002", path=path, error=error) from error
+    table = read_toml(path)
     try:
         return Scene.model_validate(table)
     except ValidationError as error:
         raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+
+
+def read_toml(path: Path) -> dict[str, object]:
+    """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is none."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise VolprepError("VP3001", path=path, error=error.strerror) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise VolprepError("VP3002", path=path, error=error) from error
 
 
 def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: bool | None) -> Scene:

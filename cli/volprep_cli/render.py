@@ -24,6 +24,14 @@ Point = Annotated[
 ]
 Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="What is behind the volume.")]
 Step = Annotated[float | None, typer.Option(help="Distance of the samples; the package's if not given.", metavar="MM")]
+Edit = Annotated[
+    Path | None,
+    typer.Option(
+        help="Draw this transfer function in place of the package's, which must be editable: a TOML file with points, "
+        "as in a scene's [[transfer]].",
+        metavar="FILE",
+    ),
+]
 
 
 def render(
@@ -38,6 +46,7 @@ def render(
     transfer: Transfer = None,
     background: Background = "black",
     step: Step = None,
+    edit: Edit = None,
 ) -> None:
     """Draw a package with OpenGL ES, off screen, by the shaders that it ships and within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
@@ -54,6 +63,7 @@ def render(
         point=point,
         transfer=transfer,
         step_mm=step,
+        edit=edit,
     )
     taken = take(package, shot, output)
     print(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")

@@ -5,15 +5,24 @@ from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
 
 API_OF_SLICES = "es1.1"
 """The API without shaders."""
 
 
 def renderer_of(
-    package: Package, *, level: int | None = None, transfer: str | None = None, point: int | None = None
+    package: Package,
+    *,
+    level: int | None = None,
+    transfer: str | None = None,
+    point: int | None = None,
+    edit: TransferFunction | None = None,
 ) -> Renderer | SliceRenderer:
     """Give the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
+    if edit is not None:
+        # Without shaders nothing can be edited, nor where there are meshes.
+        return Renderer(package, level=level, transfer=transfer, point=point, edit=edit)
     if package.manifest.profile.api != API_OF_SLICES:
         if point is not None:
             return Renderer(package, level=level, transfer=transfer, point=point)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.block_inputs import block_inputs
+from volprep.render.edited import edited_inputs
 from volprep.render.egl import Context, Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.gl_formats import KTX2_FORMAT, texture_format
@@ -23,6 +24,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import package_of_transfer
 from volprep_formats.package.manifest import Level, Program, Texture
 from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
@@ -42,16 +44,20 @@ class Renderer:
         transfer: str | None = None,
         target: TargetFormat = "rgba8",
         point: int | None = None,
+        edit: TransferFunction | None = None,
     ) -> None:
         """Choose what to draw: the finest level and the first transfer function unless others are named.
 
-        With `point`, what the sub-volumes around this point of the grid hold. Raises VP5018 where the package cannot
-        draw that, VP5010 to VP5015 where it breaks a limit of its profile.
+        With `point`, what the sub-volumes around this point of the grid hold; with `edit`, this function in place of
+        that of the package. Raises VP5018 where the package cannot draw that, VP5023 where it cannot be edited, VP5010
+        to VP5015 where it breaks a limit of its profile.
         """
         package = package_of_transfer(package, transfer)
         self._package = package
         self._target_format = target
         inputs = level_inputs(package, level, transfer) if point is None else block_inputs(package, point, transfer)
+        if edit is not None:
+            inputs = edited_inputs(package, inputs, edit)
         check_program(inputs.program, inputs.textures, package.manifest.profile)
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures

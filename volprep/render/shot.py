@@ -6,6 +6,7 @@ from pathlib import Path
 from volprep.render.camera import Camera, standard_views, view_from
 from volprep.render.choose import renderer_of
 from volprep.render.picture import Background, encoded
+from volprep.request import load_edit
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.package.manifest import Manifest
@@ -33,6 +34,8 @@ class Shot:
     """Transfer function to draw with; the first if absent."""
     step_mm: float | None
     """Distance of the samples; the package's own if absent."""
+    edit: Path | None = None
+    """File of a transfer function to draw in place of the package's."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,8 @@ class Taken:
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     """Draw a package to a PNG file.
 
-    Raises what `Package.open` and `renderer_of` raise, VP5020 and VP5022 for an impossible camera, VP5021 where the
-    file cannot be written.
+    Raises what `Package.open`, `renderer_of` and `load_edit` raise, VP5020 and VP5022 for an impossible camera, VP5021
+    where the file cannot be written.
     """
     if picture_path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
@@ -59,7 +62,8 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
     camera = _camera(package.manifest, shot)
-    with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point) as renderer:
+    edit = None if shot.edit is None else load_edit(shot.edit, grid)
+    with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
         taken = Taken(renderer.level.index, renderer.name, str(renderer.driver))
     try:
