@@ -501,7 +501,7 @@ def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: 
     normals.
     """
 
-def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, threads: int = 0) -> None:
+def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
 
@@ -525,6 +525,10 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
     nearest
         Whether the field is constant in each voxel, as of labels, instead of trilinear.
+    kernel, normals
+        With either one, colours are multiplied by the absolute cosine between ray and normal, where the trilinear
+        interpolation of the voxels' normals is longer than 0.01. Normals are the directions of the gradients that a kernel
+        ("forward", "central", "thesis", "sobel", "isotropic") gives, or float32 [z, y, x, 3] along x, y, z. Not with nearest.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

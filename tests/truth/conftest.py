@@ -53,6 +53,8 @@ def draw(volume, points, camera, **options):
         options.get("tolerance", 1e-6),
         *answer,
         options.get("nearest", False),
+        options.get("kernel", ""),
+        options.get("normals"),
         threads=options.get("threads", 1),
     )
     return answer
@@ -113,9 +115,51 @@ def cuts_along(field, points, planes):
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 
 
-def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0)):
+def sign_change(function, low, high):
+    """The place between `low` and `high` where a function changes its sign, by bisection."""
+    positive = function(low) > 0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if (function(middle) > 0) == positive else (low, middle)
+    return middle
+
+
+def sign_changes(function, low, high):
+    """Such places as a fine grid tells of."""
+    places = np.linspace(low, high, 60)
+    changes = np.flatnonzero(np.diff(function(places) > 0))
+    return [sign_change(function, places[index], places[index + 1]) for index in changes]
+
+
+class Light:
+    """Light from the viewer along a ray through a field of vectors [z, y, x, 3]."""
+
+    def __init__(self, normals, origin, direction, spacing_mm_xyz):
+        self._field = normals, origin, direction, spacing_mm_xyz
+
+    def vectors(self, t):
+        normals, origin, direction, spacing = self._field
+        at = origin + np.multiply.outer(t, direction)
+        return np.stack([trilinear(normals[..., axis], at, spacing) for axis in range(3)], axis=-1)
+
+    def along(self, t):
+        return self.vectors(t) @ self._field[2]
+
+    def excess(self, t):
+        return np.linalg.norm(self.vectors(t), axis=-1) - 0.01
+
+    def shade(self, t):
+        length = self.excess(t) + 0.01
+        return np.where(length > 0.01, np.abs(self.along(t)) / np.maximum(length, 0.01), 1.0)
+
+    def kinks(self, low, high):
+        return sign_changes(self.along, low, high) + sign_changes(self.excess, low, high)
+
+
+def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0), normals=None):
     """The light of one ray (origin, direction, length) by brute force: every piece in panels of at most half an optical
-    depth, each with two nested Gauss rules of 20 points. Nothing in it is shared with the oracle."""
+    depth, each with two nested Gauss rules of 20 points. With `normals` [z, y, x, 3] it is lit from the viewer, and has
+    three times the panels, cut where light has a kink or a jump. Nothing in it is shared with the oracle."""
     values = volume.astype(float)
     origin = np.array(ray_mm[0], dtype=float)
     direction = np.array(ray_mm[1], dtype=float) / np.linalg.norm(ray_mm[1])
@@ -130,6 +174,14 @@ def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0)):
     def field(t):
         return trilinear(values, origin + np.multiply.outer(t, direction), spacing_mm_xyz)
 
+    light = None if normals is None else Light(normals, origin, direction, spacing_mm_xyz)
+
+    def ends_of_panels(low, high, depth):
+        count = max(1, int(np.ceil(2 * depth)))
+        if light is None:
+            return np.linspace(low, high, 1 + count)
+        return np.sort(np.concatenate([np.linspace(low, high, 1 + 3 * count), light.kinks(low, high)]))
+
     knots = [p.value for p in points]
     depth, colour = 0.0, np.zeros(3)
     for low, high in pairwise(cuts_along(field, points, sorted(planes))):
@@ -139,12 +191,14 @@ def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0)):
             return classify(points, segment, field(t), [p.extinction_per_mm for p in points])
 
         piece = (high - low) / 2 * WEIGHTS @ extinction((low + high) / 2 + (high - low) / 2 * NODES)
-        for first, last in pairwise(np.linspace(low, high, 1 + max(1, int(np.ceil(2 * piece))))):
+        for first, last in pairwise(ends_of_panels(low, high, piece)):
             half = (last - first) / 2
             t = first + half * (1 + NODES)
             inner = first + np.multiply.outer((t - first) / 2, 1 + NODES)
             depths = (t - first) / 2 * (extinction(inner) @ WEIGHTS)
             shine = WEIGHTS * extinction(t) * np.exp(-depth - depths) * half
+            if light is not None:
+                shine = shine * light.shade(t)
             colour = colour + shine @ classify(points, segment, field(t), np.array([p.colour for p in points]))
             depth += half * WEIGHTS @ extinction(t)
             if depth > 60:  # nothing that float64 could show comes from behind

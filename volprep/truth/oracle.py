@@ -2,8 +2,9 @@
 
 The oracle integrates along each pixel's ray the exact trilinear field of the voxels and the exact piecewise linear
 transfer function (native/src/oracle*.cpp): rays are cut at every plane of voxel centres and wherever the field crosses
-a control point, and each piece is integrated by a Gauss rule with a proven bound. Splitting rays like this was
-described by Weiss and Westermann (Differentiable Direct Volume Rendering and Ray Splitting, EuroVis 2021).
+a control point, and each piece is integrated by a Gauss rule with a proven bound, also where it is lit. Splitting
+rays like this was described by Weiss and Westermann (Differentiable Direct Volume Rendering and Ray Splitting,
+EuroVis 2021).
 """
 
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.normals import GradientKernel
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6
@@ -41,11 +43,13 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     tolerance: float = DEFAULT_TOLERANCE,
     *,
     nearest: bool = False,
+    normals: GradientKernel | NDArray[np.float32] | None = None,
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
     The bound stays below `tolerance`, except where float64 is too coarse for the question: with tolerances below about
-    1e-10, and for a ray inside a plateau that lies exactly on a jump of the transfer function.
+    1e-10 (1e-9 where colours are lit), for a ray inside a plateau that lies exactly on a jump of the transfer function,
+    and for one within a face between two labels.
 
     Parameters
     ----------
@@ -63,6 +67,10 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         Error to aim at, at least 1e-13.
     nearest
         Whether the field is constant in each voxel, as that of labels, instead of trilinear: each piece is exact then.
+    normals
+        Where colours are lit from the viewer: the kernel whose gradients of the volume give the normals, in float64, or
+        vectors [z, y, x, (x, y, z)] along the axes of the box. Between voxels vectors are interpolated; colours are
+        multiplied by the absolute cosine between ray and vector, where this is longer than 0.01. Not with `nearest`.
 
     Raises
     ------
@@ -91,6 +99,8 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         picture.rgba,
         picture.bound,
         nearest,
+        normals if isinstance(normals, str) else "",
+        normals if isinstance(normals, np.ndarray) else None,
     )
     return picture
 

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "checks.hpp"
+#include "kernels.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -17,20 +18,6 @@ using Matrix = std::array<float, 9>;
 using Ends = std::tuple<bool, bool>;
 using Vectors = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 using Codes = nb::ndarray<uint8_t, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
-
-GradientKernel kernel_of(const std::string& name) {
-    constexpr std::pair<const char*, GradientKernel> known[] = {{"forward", GradientKernel::forward},
-                                                                {"central", GradientKernel::central},
-                                                                {"thesis", GradientKernel::thesis},
-                                                                {"sobel", GradientKernel::sobel},
-                                                                {"isotropic", GradientKernel::isotropic}};
-    for (const auto& [text, kernel] : known) {
-        if (name == text) {
-            return kernel;
-        }
-    }
-    throw nb::value_error(("kernel is " + name + ", expected forward, central, thesis, sobel or isotropic").c_str());
-}
 
 NormalCode code_of(const std::string& name) {
     constexpr std::pair<const char*, NormalCode> known[] = {{"biased8", NormalCode::biased8},

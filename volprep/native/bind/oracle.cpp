@@ -1,8 +1,13 @@
 #include "volprep/oracle.hpp"
 
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include <optional>
 
 #include "checks.hpp"
+#include "kernels.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -13,12 +18,13 @@ using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::dev
 using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
+using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
 using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound, bool nearest,
-            int threads) {
+            const std::string& kernel, const std::optional<Vectors>& normals, int threads) {
     const Shape3 shape = shape_of(volume);
     require_voxels(shape);
     require_threads(threads);
@@ -32,12 +38,18 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             "values, colours and extinctions_per_mm must have one length, at least 1");
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
+    const bool lit = normals.has_value() || !kernel.empty();
+    require(!(lit && nearest), "labels are not lit");
+    if (normals.has_value()) require_shape("normals", *normals, shape);
+    const OracleNormals vectors{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
+                                normals.has_value() ? normals->data() : nullptr};
     const OracleVolume source{shape,
                               slope,
                               intercept,
                               {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
                               {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
-                              nearest};
+                              nearest,
+                              lit ? &vectors : nullptr};
     const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
                                   extinctions_per_mm.data()};
     const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
@@ -55,7 +67,8 @@ void oracle(nb::module_& module) {
                nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
                nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
-               nb::arg("bound").noconvert(), nb::arg("nearest") = false, nb::arg("threads") = 0,
+               nb::arg("bound").noconvert(), nb::arg("nearest") = false, nb::arg("kernel") = "",
+               nb::arg("normals").noconvert().none() = nb::none(), nb::arg("threads") = 0,
                nb::sig("def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                        "spacing_mm_xyz: "
                        "Sequence[float], "
@@ -64,7 +77,8 @@ void oracle(nb::module_& module) {
                        "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: "
                        "numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-                       "nearest: bool = False, threads: int = 0) -> None"),
+                       "nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = "
+                       "None, threads: int = 0) -> None"),
                R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
@@ -87,6 +101,10 @@ rgba, bound
     float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
 nearest
     Whether the field is constant in each voxel, as of labels, instead of trilinear.
+kernel, normals
+    With either one, colours are multiplied by the absolute cosine between ray and normal, where the trilinear
+    interpolation of the voxels' normals is longer than 0.01. Normals are the directions of the gradients that a kernel
+    ("forward", "central", "thesis", "sobel", "isotropic") gives, or float32 [z, y, x, 3] along x, y, z. Not with nearest.
 threads
     Threads to use, 0 for all. The result does not depend on it.
 

@@ -4,10 +4,8 @@
 
 namespace volprep::oracle {
 
-namespace {
-
-// Lists the knots between the cell's lowest and highest voxel. A jump is widened by the error of the value to both
-// sides: in between it is not known which medium the ray is in, and `gather_jump` charges for that.
+// A jump is widened by the error of the value to both sides: in between it is not known which medium the ray is in, and
+// `gather_jump` charges for that.
 void find_cuts(Cuts& cuts, const CellPath& path, const Transfer& transfer) {
     cuts.levels.clear();
     cuts.media.clear();
@@ -34,6 +32,8 @@ void find_cuts(Cuts& cuts, const CellPath& path, const Transfer& transfer) {
     }
 }
 
+namespace {
+
 // The surrounding of a jump counts as the medium that the ray is about to enter, so the change of colour comes at its
 // start; light may have been lost in the medium in front before the true jump (at most at both ends), and the optical
 // depth is uncertain by the difference of both media.
@@ -52,37 +52,18 @@ void gather_part(Beam& beam, const CellPath& path, const Cuts::Medium& medium, d
                  const RayLimits& limits) {
     if (!(to > from) || (medium.segment != nullptr && medium.segment->empty)) return;
     const bool whole = from == -1.0 && to == 1.0;
-    const Piece piece{medium.segment, whole ? path.value : path.value.between(from, to), path.base,
-                      path.length_mm * 0.5 * (to - from), path.value_error};
+    const Piece piece{medium.segment,
+                      whole ? path.value : path.value.between(from, to),
+                      path.base,
+                      path.length_mm * 0.5 * (to - from),
+                      path.value_error,
+                      path.normals,
+                      from,
+                      to};
     if (medium.jump != nullptr) {
         gather_jump(beam, piece, *medium.jump, ascending, limits);
     } else {
         gather(beam, piece, limits);
-    }
-}
-
-// Gathers a part [from, to] on which the field is monotone: its cuts come in the order of their levels.
-void gather_run(Beam& beam, const CellPath& path, const Cuts& cuts, double from, double to, const RayLimits& limits) {
-    const double first = path.value.at(from);
-    const double last = path.value.at(to);
-    const bool ascending = first <= last;
-    const auto begin = cuts.levels.begin();
-    // On a level itself the medium is the one ahead; where the field is constant, the one above.
-    std::ptrdiff_t medium = ascending ? std::upper_bound(begin, cuts.levels.end(), first) - begin
-                                      : std::lower_bound(begin, cuts.levels.end(), first) - begin;
-    const std::ptrdiff_t last_medium = ascending ? std::lower_bound(begin, cuts.levels.end(), last) - begin
-                                                 : std::upper_bound(begin, cuts.levels.end(), last) - begin;
-    const std::ptrdiff_t step = ascending ? 1 : -1;
-    double place = from;
-    while ((last_medium - medium) * step > 0 && !beam.stopped) {
-        const double level = begin[ascending ? medium : medium - 1];
-        const double next = std::max(place, crossing(path.value, from, to, level));
-        gather_part(beam, path, cuts.media[static_cast<std::size_t>(medium)], place, next, ascending, limits);
-        place = next;
-        medium += step;
-    }
-    if (!beam.stopped) {
-        gather_part(beam, path, cuts.media[static_cast<std::size_t>(medium)], place, to, ascending, limits);
     }
 }
 
@@ -91,16 +72,10 @@ void gather_run(Beam& beam, const CellPath& path, const Cuts& cuts, double from,
 void gather_cell(Beam& beam, const CellPath& path, const Transfer& transfer, const RayLimits& limits,
                  Cuts& cuts) noexcept {
     find_cuts(cuts, path, transfer);
-    if (cuts.levels.empty()) {
-        gather_part(beam, path, cuts.media.front(), -1.0, 1.0, true, limits);
-        return;
-    }
-    double ends[4] = {-1.0, 1.0, 1.0, 1.0};
-    const int count = extrema(path.value, ends + 1);
-    ends[count + 1] = 1.0;
-    for (int i = 0; i <= count && !beam.stopped; ++i) {
-        gather_run(beam, path, cuts, ends[i], ends[i + 1], limits);
-    }
+    visit_media(path, cuts, [&](const Cuts::Medium& medium, double from, double to, bool ascending) {
+        gather_part(beam, path, medium, from, to, ascending, limits);
+        return !beam.stopped;
+    });
 }
 
 }  // namespace volprep::oracle

@@ -12,11 +12,13 @@
 // is too coarse for the question: a tolerance below about 1e-10, a ray inside a plateau that lies exactly on a jump of
 // the transfer function, one within a face between two labels, or extinctions above 1e6 per mm.
 //
-// Of a field that is constant in each voxel, the ray is cut at the faces of voxels, and each piece is exact.
+// Of a field that is constant in each voxel, the ray is cut at the faces of voxels, and each piece is exact. Where it
+// is lit, c is multiplied by the absolute cosine of ray and normal (src/oracle_lit.cpp).
 #pragma once
 
 #include <cstdint>
 
+#include "volprep/gradient.hpp"
 #include "volprep/shape.hpp"
 
 namespace volprep {
@@ -28,13 +30,20 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
+// The normals of voxels that are lit from where the viewer is; where `vectors` is none, directions of gradients.
+struct OracleNormals {
+    GradientKernel kernel;
+    const float* vectors;  // [z, y, x, (x, y, z)], as long as they are
+};
+
 struct OracleVolume {
     Shape3 shape;
     double slope;  // physical = slope * stored + intercept
     double intercept;
     double spacing_mm_xyz[3];
     double extent_mm_xyz[3];  // the box; may be smaller than spacing * voxels
-    bool nearest;             // the field is constant in each voxel, as labels are, not trilinear
+    bool nearest;             // the field is constant in each voxel, as labels are, not trilinear; then nothing is lit
+    const OracleNormals* normals;  // none where nothing is lit
 };
 
 struct OraclePicture {

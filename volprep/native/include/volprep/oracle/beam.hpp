@@ -15,6 +15,11 @@
 
 namespace volprep::oracle {
 
+struct Extinction;
+struct Passage;
+struct Piece;
+struct RayLimits;
+
 struct Beam {
     double colour[3] = {0.0, 0.0, 0.0};  // premultiplied
     double transmittance = 1.0;
@@ -23,6 +28,10 @@ struct Beam {
     double last_colour[3] = {0.0, 0.0, 0.0};  // of the medium that was passed last
     bool stopped = false;                     // what follows is hidden: it goes into the bound
 
+    double transmittance_error() const noexcept;
+    // Adds the light of a piece, and takes what the piece absorbs.
+    void pass(const Piece& piece, const Extinction& extinction, const RayLimits& limits,
+              const Passage& passage) noexcept;
     // The bound on every channel and on alpha. `colour_max` is the largest colour component there is, at least 1.
     double bound(double colour_max) const noexcept;
 };
@@ -35,16 +44,52 @@ struct RayLimits {
     double colour_max;
 };
 
+// Vectors along the part of a ray in a cell, [-1, 1]: the trilinear interpolation of the normals of eight voxels.
+struct CellNormals {
+    Cubic axes[3];
+    double direction[3];  // of the ray
+    double error;         // how far rounding may move a component
+};
+
 // A part of a ray in one cell and on one segment of the transfer function: value(y) + base, y in [-1, 1].
 struct Piece {
     const Segment* segment;
     Cubic value;
     double base;
     double length_mm;
-    double value_error;  // how far rounding may move the value
+    double value_error;                    // how far rounding may move the value
+    const CellNormals* normals = nullptr;  // none where nothing is lit
+    double from = -1.0;                    // where on the cell's part of the ray it begins and ends
+    double to = 1.0;
+
+    Piece part(double begin, double end) const noexcept {
+        Piece result = *this;
+        result.value = value.between(begin, end);
+        result.length_mm = length_mm * 0.5 * (end - begin);
+        result.from = 0.5 * (from + to) + 0.5 * (to - from) * begin;
+        result.to = 0.5 * (from + to) + 0.5 * (to - from) * end;
+        return result;
+    }
+    // The colour of the medium at y, without light.
+    double colour(int channel, double y) const noexcept {
+        return segment->colour[channel] + segment->colour_slope[channel] * ((base - segment->origin) + value.at(y));
+    }
+};
+
+// What a piece sends to the viewer: its light as if nothing were in front, up to `error`, and the colour at its ends,
+// which varies on it by `variation` at most, up and down together.
+struct Passage {
+    double first[3];
+    double last[3];
+    double light[3];
+    double variation;
+    double error;
 };
 
 // Adds the piece to the beam. Sets `stopped` when less light comes through than a quarter of the tolerance.
 void gather(Beam& beam, const Piece& piece, const RayLimits& limits) noexcept;
+
+// The same for a piece with normals, lit from where the viewer is (oracle_lit.cpp).
+void gather_lit(Beam& beam, const Piece& piece, const RayLimits& limits) noexcept;
 
 }  // namespace volprep::oracle

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "volprep/oracle/cell.hpp"
+#include "volprep/oracle/normals.hpp"
 #include "volprep/shape.hpp"
 
 namespace volprep::oracle {
@@ -30,7 +31,8 @@ struct Field {
     double extent_mm[3];
     const uint8_t* empty_blocks;  // 1 where the field has no extinction anywhere in the block
     Shape3 blocks;
-    bool nearest;  // constant in each voxel, not trilinear
+    bool nearest;            // constant in each voxel, not trilinear
+    const Normals* normals;  // none where nothing is lit
 
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
     int64_t stride(int axis) const noexcept { return axis == 0 ? 1 : axis == 1 ? shape.x : shape.slice(); }
@@ -141,9 +143,34 @@ inline bool clip_to_box(const Ray& ray, const double extent_mm[3], double& from_
     return from_mm < to_mm;
 }
 
+// Vectors along the ray's way through a cell. False where none of its corners has a normal.
 template <typename Voxel>
-void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const AxisWalk axes[3], double from_mm, double to_mm,
-                      double relative_error, const Transfer& transfer, const RayLimits& limits, Cuts& cuts) noexcept {
+bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWalk axes[3], const double middle[3],
+                  const double half[3], double relative_error) noexcept {
+    double corners[3][8];
+    bool found = false;
+    for (int i = 0; i < 8; ++i) {
+        int64_t index_xyz[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            index_xyz[axis] = std::clamp<int64_t>(axes[axis].cell + (i >> axis & 1), 0, axes[axis].last);
+        }
+        double vector[3];
+        voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, index_xyz, vector);
+        for (int axis = 0; axis < 3; ++axis) {
+            corners[axis][i] = vector[axis];
+            found = found || vector[axis] != 0.0;
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = cell_cubic(corners[axis], middle, half);
+    normals.error = 2.0 * relative_error;
+    return found;
+}
+
+// The field along the ray's way through a cell, from `middle` - `half` to `middle` + `half` of it. False where the
+// transfer function shows nothing there.
+template <typename Voxel>
+bool find_path(CellPath& path, const Field<Voxel>& field, const AxisWalk axes[3], const double middle[3],
+               const double half[3], double relative_error, const Transfer& transfer) noexcept {
     int64_t low_index[3];
     int64_t high_index[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -164,20 +191,33 @@ void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const AxisWalk axes
     const auto physical = [&](Voxel voxel) { return field.slope * static_cast<double>(voxel) + field.intercept; };
     const double end_a = physical(least);
     const double end_b = physical(most);
-    CellPath path;
     path.low = std::min(end_a, end_b);
     path.high = std::max(end_a, end_b);
-    if (transfer.empty_between(path.low, path.high)) return;
+    if (transfer.empty_between(path.low, path.high)) return false;
 
     path.base = physical(stored[0]);
     double corners[8];
     for (int i = 0; i < 8; ++i) corners[i] = physical(stored[i]) - path.base;
+    path.value = cell_cubic(corners, middle, half);
+    path.value_error = relative_error * (path.high - path.low);
+    return true;
+}
+
+template <typename Voxel>
+void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const Ray& ray, const AxisWalk axes[3], double from_mm,
+                      double to_mm, double relative_error, const Transfer& transfer, const RayLimits& limits,
+                      Cuts& cuts) noexcept {
     double middle[3];
     double half[3];
     for (int axis = 0; axis < 3; ++axis) axes[axis].inside(from_mm, to_mm, middle[axis], half[axis]);
-    path.value = cell_cubic(corners, middle, half);
+    CellPath path;
+    if (!find_path(path, field, axes, middle, half, relative_error, transfer)) return;
     path.length_mm = to_mm - from_mm;
-    path.value_error = relative_error * (path.high - path.low);
+    CellNormals normals;
+    if (field.normals != nullptr && cell_normals(normals, field, axes, middle, half, relative_error)) {
+        std::copy_n(ray.direction, 3, normals.direction);
+        path.normals = &normals;
+    }
     gather_cell(beam, path, transfer, limits, cuts);
 }
 
@@ -261,7 +301,7 @@ Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& trans
             in_voxel.position_error_mm = std::max(entry_error_mm, face_error_mm);
             gather_voxel(beam, field, axes, next - t_mm, transfer, in_voxel, cuts);
         } else {
-            gather_walk_cell(beam, field, axes, t_mm, next, relative_error, transfer, limits, cuts);
+            gather_walk_cell(beam, field, ray, axes, t_mm, next, relative_error, transfer, limits, cuts);
         }
         for (AxisWalk& axis : axes) axis.leave_until(next);
         t_mm = next;

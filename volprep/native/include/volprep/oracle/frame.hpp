@@ -1,0 +1,60 @@
+// What a picture needs before its rays are walked: their places, and the blocks of the field that are left out.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "volprep/block_minmax.hpp"
+#include "volprep/oracle.hpp"
+#include "volprep/oracle/walk.hpp"
+
+namespace volprep::oracle {
+
+// The point of box space at clip coordinates (x, y, z, 1). In extended precision: at a far plane w is a small
+// difference.
+inline void unproject(const double* matrix, long double x, long double y, long double z, long double out[3]) {
+    const auto row = [&](int i) {
+        return matrix[4 * i] * x + matrix[4 * i + 1] * y + matrix[4 * i + 2] * z + matrix[4 * i + 3];
+    };
+    const long double w = row(3);
+    for (int axis = 0; axis < 3; ++axis) out[axis] = row(axis) / w;
+}
+
+// The ray through the centre of a pixel, from the near to the far plane. Of length 0 where the camera has none.
+inline Ray pixel_ray(const OraclePicture& picture, int64_t row, int64_t column) {
+    const long double x = static_cast<long double>(2 * column + 1) / static_cast<long double>(picture.width) - 1.0L;
+    const long double y = 1.0L - static_cast<long double>(2 * row + 1) / static_cast<long double>(picture.height);
+    long double near[3];
+    long double far[3];
+    unproject(picture.box_from_clip, x, y, -1.0L, near);
+    unproject(picture.box_from_clip, x, y, 1.0L, far);
+    const long double length = std::hypot(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
+    Ray ray{};
+    if (!(length > 0.0L && std::isfinite(static_cast<double>(length)))) return ray;
+    ray.length_mm = static_cast<double>(length);
+    for (int axis = 0; axis < 3; ++axis) {
+        ray.origin_mm[axis] = static_cast<double>(near[axis]);
+        ray.direction[axis] = static_cast<double>((far[axis] - near[axis]) / length);
+    }
+    return ray;
+}
+
+template <typename Voxel>
+std::vector<uint8_t> find_empty_blocks(const Voxel* voxels, Shape3 shape, double slope, double intercept,
+                                       const Transfer& transfer, int threads) {
+    const std::size_t count = static_cast<std::size_t>(minmax_shape(shape, kBlockCells).voxels());
+    std::vector<Voxel> least(count);
+    std::vector<Voxel> most(count);
+    block_minmax(voxels, shape, kBlockCells, least.data(), most.data(), threads);
+    std::vector<uint8_t> empty(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double end_a = slope * static_cast<double>(least[i]) + intercept;
+        const double end_b = slope * static_cast<double>(most[i]) + intercept;
+        empty[i] = transfer.empty_between(std::min(end_a, end_b), std::max(end_a, end_b));
+    }
+    return empty;
+}
+
+}  // namespace volprep::oracle

@@ -1,0 +1,46 @@
+// Gauss-Legendre rules on [-1, 1], and the Bernstein ellipses on which integrands are bounded.
+#pragma once
+
+#include <array>
+
+namespace volprep::oracle {
+
+// One half of a symmetric rule; where `count` is odd, the first node is 0.
+struct GaussRule {
+    int count;
+    int exact_terms;        // m + 1 in oracle_beam.cpp
+    double next_factorial;  // (m + 1)!
+    std::array<double, 4> nodes;
+    std::array<double, 4> weights;
+};
+
+inline constexpr std::array<GaussRule, 5> kRules{{
+    {2, 1, 1.0, {0.57735026918962573}, {1.0}},
+    {3, 1, 1.0, {0.0, 0.7745966692414834}, {0.88888888888888884, 0.55555555555555569}},
+    {4, 2, 2.0, {0.33998104358485626, 0.86113631159405257}, {0.65214515486254643, 0.34785484513745357}},
+    {6,
+     3,
+     6.0,
+     {0.2386191860831969, 0.66120938646626448, 0.93246951420315194},
+     {0.46791393457269104, 0.36076157304813872, 0.17132449237917027}},
+    {8,
+     4,
+     24.0,
+     {0.18343464249564978, 0.52553240991632899, 0.79666647741362673, 0.96028985649753618},
+     {0.36268378337836166, 0.31370664587788688, 0.22238103445337443, 0.10122853629037706}},
+}};
+
+inline constexpr std::array<double, 8> kEllipses{64.0, 32.0, 16.0, 8.0, 5.5, 4.0, 2.8, 2.0};
+
+// Calls visit(node, weight) for every node of the rule.
+template <typename Visit>
+void for_each_node(const GaussRule& rule, const Visit& visit) {
+    const std::size_t odd = rule.count % 2;
+    if (odd != 0) visit(0.0, rule.weights[0]);
+    for (std::size_t i = odd; i < odd + static_cast<std::size_t>(rule.count / 2); ++i) {
+        visit(rule.nodes[i], rule.weights[i]);
+        visit(-rule.nodes[i], rule.weights[i]);
+    }
+}
+
+}  // namespace volprep::oracle

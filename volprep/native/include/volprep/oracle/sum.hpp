@@ -1,0 +1,50 @@
+// The part of a ray in one cell, through several fields.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "volprep/oracle/cell.hpp"
+
+namespace volprep::oracle {
+
+// A field that shows something in the cell, along the same part of the ray as the others.
+struct SumPath {
+    CellPath path;
+    const Transfer* transfer;
+};
+
+// One medium on a piece of the ray, on one segment of its transfer function.
+struct SumMedium {
+    const Segment* segment;
+    const Segment* front;  // in the uncertain surrounding of a jump: what the ray may still be in; else none
+    Cubic value;
+    double base;
+    double value_error;
+};
+
+// A part of a path on one segment of its transfer function; it ends at `end`.
+struct SumPart {
+    double end;
+    Cuts::Medium medium;
+    bool ascending;
+};
+
+// Working memory.
+struct SumCuts {
+    struct Parts {
+        std::vector<SumPart> list;
+        std::size_t now;
+    };
+    Cuts cuts;
+    std::vector<Parts> parts;  // of each path
+    std::vector<SumMedium> media;
+};
+
+// Gathers the light of all media in the cell; each path lies in it from entry to exit. `paths` has two or more.
+void gather_sum_cell(Beam& beam, const std::vector<SumPath>& paths, const RayLimits& limits, SumCuts& cuts) noexcept;
+
+// Gathers a piece, [-1, 1] of all media.
+void gather_sum(Beam& beam, const std::vector<SumMedium>& media, double length_mm, const RayLimits& limits) noexcept;
+
+}  // namespace volprep::oracle
