@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
-from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header
+from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header, mipmap_shape
 
 DTYPES = {"R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2", "RGB8_SNORM": "i1", "RGBA8_SNORM": "i1"}
 CHANNELS = {"RG8": 2, "RGB8": 3, "RGB8_SNORM": 3, "RGBA8": 4, "RGBA8_SNORM": 4, "RGBA16F": 4}
@@ -46,6 +46,64 @@ def test_a_texture_reads_back_as_itself(
     assert (read.format, read.shape_zyx, read.dimensions) == (texture_format, shape_zyx, dimensions)
     np.testing.assert_array_equal(read.data, made.data)
     assert read.data.dtype == made.data.dtype
+
+
+CHAINS = [((3, 2, 5), 3), ((1, 1, 7), 3), ((1, 5, 3), 2), ((4, 1, 1), 2), ((13, 1, 6), 4)]
+
+
+def chain(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], levels: int) -> Ktx2Image:
+    finest, *coarser = (
+        image(texture_format, mipmap_shape(shape_zyx, level), 3).data + level for level in range(levels)
+    )
+    return Ktx2Image(texture_format, shape_zyx, finest, 3, tuple(coarser))
+
+
+@pytest.mark.parametrize("texture_format", ["R8", "RG8", "RGB8", "RGBA8", "R16", "R16F", "RGBA16F"])
+@pytest.mark.parametrize(("shape_zyx", "levels"), CHAINS)
+def test_mipmaps_read_back_as_themselves(texture_format: Ktx2Format, shape_zyx, levels) -> None:
+    made = chain(texture_format, shape_zyx, levels)
+    read = decode(b"".join(encode(made)), "t")
+    assert read.shape_zyx == shape_zyx
+    for found, expected in zip(read.levels, made.levels, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_mipmaps_are_laid_out_as_specified_the_coarsest_first() -> None:
+    data = b"".join(encode(chain("RG8", (3, 1, 5), 3)))
+    assert struct.unpack_from("<6I", data, 20) == (5, 1, 3, 0, 1, 3)  # sizes, no layers, one face, three levels
+    assert struct.unpack_from("<I", data, 48) == (80 + 3 * 24,)  # the descriptor follows the three entries
+    sizes = [2 * 3 * 1 * 5, 2 * 1 * 1 * 2, 2 * 1 * 1 * 1]
+    entries = [struct.unpack_from("<3Q", data, 80 + 24 * level) for level in range(3)]
+    assert [entry[1:] for entry in entries] == [(size, size) for size in sizes]
+    at = [entry[0] for entry in entries]
+    # Each begins at the next multiple of 4 after the coarser one; between them are zeros.
+    assert (at[1], at[0], len(data)) == (at[2] + 4, at[1] + 4, at[0] + sizes[0])
+    assert data[at[2] + 2 : at[1]] == bytes(2)
+    assert data[at[0] :] == chain("RG8", (3, 1, 5), 3).data.tobytes()
+
+
+@pytest.mark.parametrize(("shape_zyx", "levels"), [((3, 2, 5), 4), ((1, 1, 1), 2), ((3, 2, 5), 0)])
+def test_no_texture_has_more_levels_than_halvings(shape_zyx, levels) -> None:
+    with pytest.raises(ValueError, match="levels"):
+        header("R8", shape_zyx, 3, levels)
+
+
+@pytest.mark.parametrize(
+    ("offset", "value", "says"),
+    [(80, 4, "not after"), (104, 2**63, "not after"), (128, 2, "not aligned"), (112, 5, "level 1 has 5 bytes")],
+)
+def test_mipmaps_that_are_out_of_place_are_refused(offset, value, says) -> None:
+    data = bytearray(b"".join(encode(chain("R8", (3, 2, 5), 3))))
+    struct.pack_into("<Q", data, offset, value)
+    with pytest.raises(VolprepError, match=f"VP4030 .*{says}"):
+        decode(bytes(data), "t")
+
+
+def test_every_prefix_of_mipmaps_is_refused() -> None:
+    data = b"".join(encode(chain("R8", (3, 2, 5), 3)))
+    for length in range(len(data)):
+        with pytest.raises(VolprepError, match="VP4030 t: "):
+            decode(data[:length], "t")
 
 
 def test_the_same_texture_gives_the_same_bytes() -> None:
@@ -203,8 +261,10 @@ def patched(offset: int, code: str, value: int) -> bytes:
         (28, "<I", 0, "instead of"),
         (32, "<I", 1, "layers"),
         (36, "<I", 6, "faces"),
-        (40, "<I", 0, "levels"),
-        (40, "<I", 2, "levels"),
+        (40, "<I", 0, "0 levels"),
+        (40, "<I", 2, "descriptor"),
+        (40, "<I", 4, "4 levels"),
+        (40, "<I", 2**32 - 1, "levels"),
         (44, "<I", 2, "supercompression"),
         (48, "<I", 100, "descriptor"),
         (52, "<I", 2**32 - 1, "descriptor"),
@@ -238,7 +298,7 @@ def test_primaries_and_premultiplication_are_for_the_manifest_to_say(offset: int
 
 
 def test_texels_that_begin_in_the_key_value_data_are_refused() -> None:
-    with pytest.raises(VolprepError, match=r"VP4030 .*30 bytes of texels at 204"):
+    with pytest.raises(VolprepError, match=r"VP4030 .*30 bytes of texels at 204 are not after"):
         decode(patched(80, "<Q", 204)[:234], "t")
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from volprep_formats.package.reader import Package
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
-from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, encode
+from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, encode, mipmap_shape
 
 VERSION = "2.0.0"
 CACHE = Path(__file__).parents[2] / "build" / "node" / f"ktx-parse-{VERSION}"
@@ -104,6 +104,16 @@ def test_ktx_parse_reads_every_format_in_2d_and_3d(tmp_path: Path, ktx_parse: Pa
             assert sample["channelType"] == channel
             # ktx-parse reads the bounds as signed numbers where the channel is signed.
             assert (sample["sampleLower"] % 2**32, sample["sampleUpper"] % 2**32) == (lower, upper)
+
+
+def test_ktx_parse_reads_mipmaps(tmp_path: Path, ktx_parse: Path) -> None:
+    shapes = [mipmap_shape((5, 3, 13), level) for level in range(4)]
+    finest, *coarser = (np.random.default_rng(0).integers(0, 65536, shape).astype("<u2") for shape in shapes)
+    path = tmp_path / "chain.ktx2"
+    path.write_bytes(b"".join(encode(Ktx2Image("R16", (5, 3, 13), finest, 3, tuple(coarser)))))
+    (texture,) = read(ktx_parse, [path])
+    assert texture["levels"] == [[each.nbytes] * 2 for each in (finest, *coarser)]
+    assert texture["texels"] == hashlib.sha256(finest.tobytes()).hexdigest()
 
 
 def test_ktx_parse_reads_compressed_blocks(tmp_path: Path, ktx_parse: Path) -> None:

@@ -1,13 +1,13 @@
-"""KTX 2 textures as packages have them: one level, 2D or 3D, 2D also compressed (Khronos KTX 2.0, revision 4).
+"""KTX 2 textures as packages have them: 2D or 3D, with mipmaps or without, 2D also compressed (Khronos KTX 2.0).
 
-All numbers are little-endian. A file is: header (48 bytes), index (32), the entry of the one level (24), the data
-format descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels
-or, compressed, blocks of them.
+All numbers are little-endian. A file is: header (48 bytes), index (32), an entry for each level (24), the data format
+descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels or,
+compressed, blocks of them: of the coarsest level first.
 """
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NoReturn
 
@@ -20,6 +20,7 @@ from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
 Ktx2Format = Literal[TexelFormat, CompressedFormat]
 Dimensions = Literal[2, 3]
+Shape = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -28,13 +29,20 @@ class Ktx2Image:
 
     format: Ktx2Format
     """What ends in 8 holds uint8, in _SNORM int8, in 16 uint16 and in 16F float16; compressed formats hold bytes."""
-    shape_zyx: tuple[int, int, int]
+    shape_zyx: Shape
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     data: NDArray[np.generic]
     """Texels, [z, y, x] for one channel and [z, y, x, channel] for more. Row 0 is at t = 0, slice 0 at r = 0. Of a
     compressed format its blocks, [1, row, column, byte]; those at the right and lower edge may reach beyond it."""
     dimensions: Dimensions
     """2 for TEXTURE_2D; 3 for TEXTURE_3D, also where its depth is 1."""
+    mipmaps: tuple[NDArray[np.generic], ...] = ()
+    """Texels of the coarser levels, each of half the size, rounded down, but at least 1."""
+
+    @property
+    def levels(self) -> tuple[NDArray[np.generic], ...]:
+        """Texels of all levels, the finest first."""
+        return (self.data, *self.mipmaps)
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,7 @@ class Ktx2Head:
 
     format: Ktx2Format
     """Format of a texel."""
-    shape_zyx: tuple[int, int, int]
+    shape_zyx: Shape
     """Depth, height and width in texels."""
     dimensions: Dimensions
     """2 or 3, as in `Ktx2Image`."""
@@ -51,8 +59,8 @@ class Ktx2Head:
     """Type of a channel."""
     channels: int
     """Channels of a texel; of a compressed format bytes of a block."""
-    texels_at: int
-    """Offset of the texels; they end the file."""
+    levels_at: tuple[int, ...]
+    """Offset of the texels of each level, the finest first; the finest ends the file."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +81,12 @@ class _Layout:
         """Size of a texel, or of a block."""
         return self.dtype.itemsize * self.channels
 
-    def stored(self, shape_zyx: tuple[int, int, int]) -> tuple[int, ...]:
+    @property
+    def alignment(self) -> int:
+        """What offsets of texels are multiples of."""
+        return math.lcm(self.texel_bytes, 4)
+
+    def stored(self, shape_zyx: Shape) -> tuple[int, ...]:
         """Shape of the array for a texture of so many texels."""
         z, y, x = shape_zyx
         shape = z, -(-y // self.block), -(-x // self.block)
@@ -100,7 +113,8 @@ _LAYOUTS: dict[Ktx2Format, _Layout] = {
 _FORMATS = {layout.vk_format: name for name, layout in _LAYOUTS.items()}
 
 _IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
-_HEADER = struct.Struct("<12s9I4I2Q3Q")  # header, index, level index of one level: 104 bytes
+_HEADER = struct.Struct("<12s9I4I2Q")  # header and index: 80 bytes
+_LEVEL = struct.Struct("<3Q")  # offset, length, uncompressed length
 _DESCRIPTOR = struct.Struct("<IIHHBBBB4s8s")  # total size, then the head of a basic descriptor block: 4 + 24 bytes
 _SAMPLE = struct.Struct("<HBB4sII")
 _TRANSFER_LINEAR = 1
@@ -110,7 +124,13 @@ _QUALIFIERS = {"u": 0, "i": 0x40, "f": 0xC0}  # unsigned, signed, signed float
 _WRITER = "volprep (volpkg 1.0)"
 
 
-def header(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensions: Dimensions) -> bytes:
+def mipmap_shape(shape_zyx: Shape, level: int) -> Shape:
+    """Size of a level of a chain of mipmaps, as OpenGL counts it: halved so many times and rounded down, at least 1."""
+    z, y, x = (max(1, n >> level) for n in shape_zyx)
+    return z, y, x
+
+
+def header(texture_format: Ktx2Format, shape_zyx: Shape, dimensions: Dimensions, levels: int = 1) -> bytes:
     """Make everything that stands before the texels, for a texture whose texels come in pieces."""
     layout = _LAYOUTS[texture_format]
     depth, height, width = shape_zyx
@@ -118,45 +138,83 @@ def header(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], dimensio
     if min(shape_zyx) < 1 or max(shape_zyx) >= 2**32 or (dimensions == 2 and depth != 1) or flat_only:
         msg = f"no {dimensions}D texture has the shape {shape_zyx}"
         raise ValueError(msg)
+    if not 1 <= levels <= max(shape_zyx).bit_length():
+        msg = f"no texture of shape {shape_zyx} has {levels} levels"
+        raise ValueError(msg)
     descriptor = _descriptor(layout)
     orientation = "rd" if dimensions == 2 else "rdi"
     values = _entry("KTXorientation", orientation) + _entry("KTXwriter", _WRITER)
-    values_at = _HEADER.size + len(descriptor)
-    alignment = math.lcm(layout.texel_bytes, 4)
-    texels_at = -(-(values_at + len(values)) // alignment) * alignment
-    size = math.prod(layout.stored(shape_zyx)) * layout.dtype.itemsize
-    pixel_depth = depth if dimensions == 3 else 0
+    descriptor_at = _HEADER.size + levels * _LEVEL.size
+    values_at = descriptor_at + len(descriptor)
+    places = _places(layout, shape_zyx, levels, values_at + len(values))
     head = _HEADER.pack(
-        *(_IDENTIFIER, layout.vk_format, layout.dtype.itemsize, width, height, pixel_depth),
-        *(0, 1, 1, 0),  # no array, one face, one level, no supercompression
-        *(_HEADER.size, len(descriptor), values_at, len(values), 0, 0),
-        *(texels_at, size, size),
+        *(_IDENTIFIER, layout.vk_format, layout.dtype.itemsize, width, height, depth if dimensions == 3 else 0),
+        *(0, 1, levels, 0),  # no array, one face, no supercompression
+        *(descriptor_at, len(descriptor), values_at, len(values), 0, 0),
     )
-    return (head + descriptor + values).ljust(texels_at, b"\0")
+    index = b"".join(_LEVEL.pack(at, size, size) for at, size in places)
+    return (head + index + descriptor + values).ljust(places[-1][0], b"\0")
+
+
+def _places(layout: _Layout, shape_zyx: Shape, levels: int, end: int) -> list[tuple[int, int]]:
+    """Offset and size of each level, the finest first, of a file whose head ends at `end`."""
+    places = []
+    for level in reversed(range(levels)):
+        size = math.prod(layout.stored(mipmap_shape(shape_zyx, level))) * layout.dtype.itemsize
+        at = -(-end // layout.alignment) * layout.alignment
+        places.append((at, size))
+        end = at + size
+    return places[::-1]
+
+
+def encode_levels(
+    texture_format: Ktx2Format,
+    shape_zyx: Shape,
+    dimensions: Dimensions,
+    levels: Sequence[Iterable[bytes | memoryview]],
+) -> Iterator[bytes | memoryview]:
+    """Give a file in pieces from the pieces of each level's texels, the finest level first."""
+    layout = _LAYOUTS[texture_format]
+    yield header(texture_format, shape_zyx, dimensions, len(levels))
+    for level in reversed(range(len(levels))):
+        yield from levels[level]
+        size = math.prod(layout.stored(mipmap_shape(shape_zyx, level))) * layout.dtype.itemsize
+        if level:
+            yield bytes(-size % layout.alignment)
 
 
 def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
     """Give the file in pieces: the header, then the texels slice by slice, uncopied where they are in order."""
     layout = _LAYOUTS[image.format]
-    shape = layout.stored(image.shape_zyx)
-    if image.data.shape != shape or image.data.dtype.newbyteorder("<") != layout.dtype:
-        msg = f"{image.format} needs {layout.dtype} {shape}, not {image.data.dtype} {image.data.shape}"
-        raise ValueError(msg)
-    yield header(image.format, image.shape_zyx, image.dimensions)
-    for texels in image.data:
-        ordered = np.ascontiguousarray(texels, dtype=layout.dtype)
-        yield ordered.reshape(-1).view(np.uint8).data
+    for level, texels in enumerate(image.levels):
+        shape = layout.stored(mipmap_shape(image.shape_zyx, level))
+        if texels.shape != shape or texels.dtype.newbyteorder("<") != layout.dtype:
+            msg = f"{image.format} needs {layout.dtype} {shape}, not {texels.dtype} {texels.shape}"
+            raise ValueError(msg)
+    levels = [_slices(texels, layout) for texels in image.levels]
+    yield from encode_levels(image.format, image.shape_zyx, image.dimensions, levels)
+
+
+def _slices(texels: NDArray[np.generic], layout: _Layout) -> Iterator[memoryview]:
+    for plane in texels:
+        yield np.ascontiguousarray(plane, dtype=layout.dtype).reshape(-1).view(np.uint8).data
 
 
 def decode(data: bytes, name: str) -> Ktx2Image:
     """Read a texture; `name` is for messages. The texels are a view of `data`.
 
-    Raises VP4030 for whatever is no whole KTX 2 texture of one level in one of the formats of `Ktx2Format`.
+    Raises VP4030 for whatever is no whole KTX 2 texture in one of the formats of `Ktx2Format`.
     """
     head = decode_head(data, len(data), name)
-    texels: NDArray[np.generic] = np.frombuffer(data, dtype=head.dtype, offset=head.texels_at)
-    shape = _LAYOUTS[head.format].stored(head.shape_zyx)
-    return Ktx2Image(head.format, head.shape_zyx, texels.reshape(shape), head.dimensions)
+    layout = _LAYOUTS[head.format]
+
+    def texels(level: int, at: int) -> NDArray[np.generic]:
+        shape = layout.stored(mipmap_shape(head.shape_zyx, level))
+        found: NDArray[np.generic] = np.frombuffer(data, head.dtype, math.prod(shape), at)
+        return found.reshape(shape)
+
+    finest, *coarser = (texels(level, at) for level, at in enumerate(head.levels_at))
+    return Ktx2Image(head.format, head.shape_zyx, finest, head.dimensions, tuple(coarser))
 
 
 def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
@@ -174,26 +232,41 @@ def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
     if texture_format is None:
         _refuse(name, f"vkFormat {vk_format} is none of {', '.join(_LAYOUTS)}")
     layout = _LAYOUTS[texture_format]
-    if (type_size, layers, faces, levels, scheme) != (layout.dtype.itemsize, 0, 1, 1, 0):
-        _refuse(name, "it has array layers, faces, levels, supercompression, or a wrong typeSize")
+    if (type_size, layers, faces, scheme) != (layout.dtype.itemsize, 0, 1, 0):
+        _refuse(name, "it has array layers, faces, supercompression, or a wrong typeSize")
     if width == 0 or height == 0 or (layout.block > 1 and depth):
         _refuse(name, f"its size is {width}×{height}×{depth}")
     shape_zyx = (max(depth, 1), height, width)
-    end = _check_sections(data, name, layout, fields[9:15])
-    offset, length, uncompressed = fields[15:]
-    size = math.prod(layout.stored(shape_zyx)) * layout.dtype.itemsize
-    if (length, uncompressed) != (size, size):
-        _refuse(name, f"its level has {length} bytes instead of {size}")
-    if offset % math.lcm(layout.texel_bytes, 4) or offset < end or offset + size != file_bytes:
-        _refuse(name, f"{size} bytes of texels at {offset} do not end the file of {file_bytes} bytes")
-    return Ktx2Head(texture_format, shape_zyx, 3 if depth else 2, layout.dtype, layout.channels, offset)
+    if not 1 <= levels <= max(shape_zyx).bit_length() or len(data) < _HEADER.size + levels * _LEVEL.size:
+        _refuse(name, f"it has {levels} levels, or ends before their entries do")
+    end = _check_sections(data, name, layout, levels, fields[9:])
+    entries = [_LEVEL.unpack_from(data, _HEADER.size + level * _LEVEL.size) for level in range(levels)]
+    _check_levels(entries, layout, shape_zyx, (end, file_bytes), name)
+    offsets = tuple(offset for offset, _, _ in entries)
+    return Ktx2Head(texture_format, shape_zyx, 3 if depth else 2, layout.dtype, layout.channels, offsets)
 
 
-def _check_sections(data: bytes, name: str, layout: _Layout, index: list[int]) -> int:
+def _check_levels(
+    entries: list[tuple[int, int, int]], layout: _Layout, shape_zyx: Shape, texels_within: tuple[int, int], name: str
+) -> None:
+    """Check that the texels lie within these offsets, the coarsest level first, and end where the file does."""
+    end, file_bytes = texels_within
+    for level, (offset, length, uncompressed) in reversed([*enumerate(entries)]):
+        size = math.prod(layout.stored(mipmap_shape(shape_zyx, level))) * layout.dtype.itemsize
+        if (length, uncompressed) != (size, size):
+            _refuse(name, f"its level {level} has {length} bytes instead of {size}")
+        if offset % layout.alignment or offset < end:
+            _refuse(name, f"the {size} bytes of texels at {offset} are not after what comes before, or not aligned")
+        end = offset + size
+    if end != file_bytes:
+        _refuse(name, f"its texels end at {end}, the file at {file_bytes}")
+
+
+def _check_sections(data: bytes, name: str, layout: _Layout, levels: int, index: list[int]) -> int:
     """Check that descriptor and key/value data are in order, and give the offset where they end."""
     descriptor_at, descriptor_size, values_at, values_size, global_at, global_size = index
     expected = _descriptor(layout)
-    if descriptor_at != _HEADER.size or descriptor_size != len(expected):
+    if descriptor_at != _HEADER.size + levels * _LEVEL.size or descriptor_size != len(expected):
         _refuse(name, f"its descriptor of {descriptor_size} bytes at {descriptor_at} is out of place")
     descriptor = data[descriptor_at : descriptor_at + descriptor_size]
     # Colour primaries (byte 13) and flags (byte 15) say nothing about the layout; other writers may set them.

@@ -51,7 +51,7 @@ class Ktx2Box:
         for k, j, count in runs:
             at = (k * height + j) * width + (0 if whole_rows else x.start)
             size = count * self.head.dtype.itemsize
-            self._read_into(target[done : done + size], self.head.texels_at + at * self.head.dtype.itemsize)
+            self._read_into(target[done : done + size], self.head.levels_at[0] + at * self.head.dtype.itemsize)
             done += size
         out[...] = texels.reshape(out.shape)
 
