@@ -61,6 +61,10 @@ class TextureSettings(Record):
     """Whether several channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all.
     "auto": those that are drawn together. "packed": all, for an app with shaders of its own. "apart": none, so that a
     device holds only the channel that it draws."""
+    mipmaps: bool = False
+    """Whether the levels are mipmaps of one 3D texture, so that an app chooses the level for each draw or each sample,
+    also between two, and without binding another texture. Every level halves all axes then; without mipmaps thick
+    slices are halved later than rows and columns."""
 
 
 class NormalSettings(Record):
@@ -225,6 +229,16 @@ class Scene(Record):
     def _lighting_has_normals_along_the_box(self) -> Self:
         if self.render.lighting != "none" and self.normals is not None and self.normals.space != "box":
             msg = f"render.lighting reads normals along the volume's axes, but normals.space is {self.normals.space}"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _mipmaps_are_alone(self) -> Self:
+        if self.textures.mipmaps and self.textures.compression != "none":
+            msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
+            raise ValueError(msg)
+        if self.textures.mipmaps and self.render.lighting != "none":
+            msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
             raise ValueError(msg)
         return self
 

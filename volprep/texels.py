@@ -121,6 +121,7 @@ def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Tex
         level=volume.level,
         channels=volume.channels or None,
         mosaic=volume.mosaic,
+        mipmap=volume.mipmap,
         part=part,
         filter=volume.filter,
         transfer=volume.transfer,

@@ -73,7 +73,7 @@ def levels_of(plan: "Plan", filters: Mapping[int, LevelFilter]) -> tuple[Level, 
             index=level.index,
             factors_zyx=level.factors_zyx,
             grid=(grid := _grid(plan.grid, level.factors_zyx)),
-            texture_from_box_per_mm_xyz=_per_mm_xyz(grid),
+            texture_from_box_per_mm_xyz=_per_mm_xyz(level.texels_zyx, grid.spacing_mm_zyx),
             filter=filters[level.index] if level.index else "none",
         )
         for level in plan.levels
@@ -95,6 +95,8 @@ def _grid(grid: Grid, factors_zyx: tuple[int, int, int]) -> Grid:
     return grid if factors_zyx == (1, 1, 1) else grid.coarser(factors_zyx)
 
 
-def _per_mm_xyz(grid: Grid) -> tuple[float, float, float]:
-    z, y, x = (1 / (n * h) for n, h in zip(grid.shape_zyx, grid.spacing_mm_zyx, strict=True))
+def _per_mm_xyz(
+    texels_zyx: tuple[int, int, int], spacing_mm_zyx: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    z, y, x = (1 / (n * h) for n, h in zip(texels_zyx, spacing_mm_zyx, strict=True))
     return x, y, z

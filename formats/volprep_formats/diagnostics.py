@@ -606,6 +606,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         "Leave that out, or editable.",
     ),
     # VP4xxx package
+    "VP3071": Diagnostic(
+        ExitStatus.SCENE,
+        "textures.mipmaps needs 3D textures, and profile {profile} has none",
+        "Choose a profile with 3D textures, or leave textures.mipmaps out: levels are mosaics of their own then.",
+    ),
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(
         ExitStatus.PACKAGE, "{path}: not a volume package: {problem}", "Name the folder that volprep build wrote."

@@ -39,9 +39,10 @@ class Fetch:
             self._program = stack.enter_context(self._gl.program("probe", vertex, ShaderText("probe", text)))
             self._textures = {}
             for volume in volumes:
-                image = ktx2.decode(package.read_bytes(volume.file), volume.file)
-                handle = stack.enter_context(self._gl.texture(volume, image.data))
-                self._textures[names[volume.part]] = (volume.gl.target, handle)
+                if not volume.mipmap:  # the finest brings the others along
+                    image = ktx2.decode(package.read_bytes(volume.file), volume.file)
+                    handle = stack.enter_context(self._gl.texture(volume, *image.levels))
+                    self._textures[names[volume.part]] = (volume.gl.target, handle)
             self._triangle = stack.enter_context(self._gl.triangle())
             self._target = stack.enter_context(self._gl.target("rgba32f", (_SIZE, _SIZE)))
             self._stack = stack.pop_all()
@@ -54,7 +55,7 @@ class Fetch:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
         self._stack.__exit__(kind, error, trace)
 
-    def plane(self, corner: Array, right: Array, up: Array) -> tuple[Array, Array]:
+    def plane(self, corner: Array, right: Array, up: Array, mipmap: float = 0.0) -> tuple[Array, Array]:
         """Positions [n, 3] of a parallelogram (box millimetres, xyz) and the stored values, 0 to 1, that are found."""
         box_from_clip = np.zeros((4, 4))
         box_from_clip[:3, 0], box_from_clip[:3, 1] = right / 2, up / 2
@@ -63,6 +64,7 @@ class Fetch:
         uniforms = {"u_box_from_clip": box_from_clip.astype(np.float32)}
         if "u_texture_from_box" in self._program.uniforms:
             uniforms["u_texture_from_box"] = self._scale
+        uniforms["u_mipmap"] = np.float32(mipmap)
         self._gl.draw(self._program, Bindings(self._textures, uniforms), self._target, self._triangle)
         found = self._gl.read(self._target)[..., 0]
         fractions = (np.arange(_SIZE) + 0.5) / _SIZE

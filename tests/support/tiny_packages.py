@@ -23,6 +23,7 @@ from volprep.plan import (
     SkipPlan,
     VolumePlan,
 )
+from volprep.plan.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.normals import plan_normals
 from volprep.plan.proxy import proxy_program
 from volprep.plan.room import Beside, one_channel
@@ -88,12 +89,13 @@ def tiny_package(
     lighting: Literal["none", "headlight"] = "none",
     proxy: ProxySettings | None = None,
     labels: bool = False,
+    mipmaps: bool = False,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
-    `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`.
-    `labels` says that codes are labels.
+    `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`. `labels` says
+    that codes are labels, `mipmaps` that levels are those of one texture.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -104,6 +106,10 @@ def tiny_package(
     if labels:
         nearest = tuple(volume.model_copy(update={"filter": "nearest"}) for volume in plan.volumes)
         plan = plan.model_copy(update={"volumes": nearest})
+    if mipmaps:
+        chained = mipmap_levels(grid, max(levels[-1].shape), profile, "box")
+        volumes = in_one_texture(plan.volumes, chained, profile, Beside(1, 0))
+        plan = plan.model_copy(update={"levels": tuple(chained), "volumes": tuple(volumes)})
     if skip is not None:
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})

@@ -10,6 +10,7 @@ from volprep.plan.classification import Tables, describe_tables
 from volprep.plan.functions import describe_functions
 from volprep.plan.labels import label_reason
 from volprep.plan.levels import by
+from volprep.plan.mipmaps import describe_mipmaps
 from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.room import Misfit, has_exact_16_bits, texture_bytes
@@ -51,6 +52,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *describe_codes(plan, grounds),
         *_levels(plan, grounds),
         *_layout(plan, grounds.scene),
+        *describe_mipmaps(plan.levels, plan.volumes),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
         *describe_functions(grounds.scene, plan.transfer_functions),
         *describe_tables(plan, grounds.tables),
@@ -143,11 +145,13 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
             layout = "3D texture"
             if volume.mosaic is not None:
                 layout = mosaic_text(volume.mosaic)
+            if volume.mipmap:
+                layout = f"mipmap of level {plan.volumes[0].level}"
             yield PlanItem(
                 name=name,
                 kept=True,
                 reason=f"{shape} voxels as a {volume.format} {layout}",
-                files=volume.files,
+                files=() if volume.mipmap else volume.files,
                 size_bytes=texture_bytes(volume),
             )
             continue

@@ -18,6 +18,7 @@ from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.labels import require_distinct_labels, step_voxels_of
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
+from volprep.plan.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
 from volprep.plan.proxy import describe_proxy, plan_proxy
 from volprep.plan.records import (
@@ -67,8 +68,8 @@ def make_plan(
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3043 for one
     that mixes labels, VP3050 for normals that it cannot hold, VP3060 for slices with what needs shaders, or without
-    need, VP3070 for a compressed format that the profile does not have, VP3080 for what cannot be had where functions
-    may be edited.
+    need, VP3070 for a compressed format that the profile does not have, VP3071 for mipmaps where it has no 3D textures,
+    VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
     if profile.api == API:
@@ -83,7 +84,8 @@ def make_plan(
     compression = choose_compression(scene, profile, info, measured, functions, values)
     # Devices compress no 3D textures, so that compressed levels, and what is sampled beside them, are mosaics.
     layouts = profile if compression.format is None else profile.model_copy(update={"max_3d_texture_size": 0})
-    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
+    list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
+    candidates = list_levels(grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
@@ -95,6 +97,8 @@ def make_plan(
         else fit_level(level, bits, layouts, others, scene.mosaic, compression.format, values.quantize.filter)
         for level, others in zip(candidates, with_normals, strict=True)
     ]
+    if scene.textures.mipmaps:
+        fits = in_one_texture(fits, candidates, profile, beside)
     levels, volumes = _kept(candidates, fits, profile)
     normals = plan_normals(wanted, layouts, levels, beside)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.levels import by
+from volprep.plan.mipmaps import in_one_texture
 from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, part_names
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
@@ -35,6 +36,9 @@ def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) 
     apart = sum(texture_bytes(volume) for plan in (group or plans) for volume in plan.volumes)
     reason = "the scene keeps them apart" if wanted == "apart" else next(_obstacles(group), None)
     volumes = [] if reason else [_packed(group, level, names, scene.mosaic.gutter) for level in group[0].levels]
+    if volumes and scene.textures.mipmaps:
+        levels, profile = group[0].levels, group[0].profile
+        volumes = in_one_texture(volumes, levels, profile, _beside(group, levels[0].index))
     misfit = next((volume for volume in volumes if isinstance(volume, Misfit)), None)
     if reason or misfit is not None:
         reason = reason or f"packed they do not fit: {misfit.reason if misfit else ''}"
@@ -46,7 +50,7 @@ def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) 
         name="packed channels",
         kept=True,
         reason=reason,
-        files=tuple(file for volume in made for file in volume.files),
+        files=tuple(dict.fromkeys(file for volume in made for file in volume.files)),
         size_bytes=sum(texture_bytes(volume) for volume in made),
     )
     return [_with_volumes(plan, made) if plan in group else plan for plan in plans], item

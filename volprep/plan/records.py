@@ -59,8 +59,15 @@ class LevelPlan(Record):
     """Voxels of level 0 along each axis that make one voxel of this level; powers of two."""
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along each axis."""
+    padded_zyx: tuple[Count, Count, Count] | None = None
+    """Texels along each axis where the level is a mipmap: what is beyond its voxels repeats the last of them."""
     filter: Literal["none", "auto"] | LevelFilter
     """Filter that makes the level from level 0, none for level 0; "auto": pictures decide when it is made."""
+
+    @property
+    def texels_zyx(self) -> tuple[int, int, int]:
+        """Number of texels along each axis of a 3D texture."""
+        return self.padded_zyx or self.shape_zyx
 
 
 class VolumePlan(Record):
@@ -82,6 +89,8 @@ class VolumePlan(Record):
     """How it is sampled: labels are not mixed."""
     channels: tuple[str, ...] = ()
     """Channels that share its texels, a component each; the first of them makes it. None where it holds one."""
+    mipmap: Index | None = None
+    """Which mipmap of its file it is, where levels share one; 0 is the finest."""
     transfer: str | None = None
     """Name of the transfer function by which its voxels are classified; none where it holds values."""
     reference_mm: float | None = None

@@ -12,6 +12,7 @@ import numpy as np
 
 from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.plan.levels import by
+from volprep.plan.mipmaps import chain_bytes
 from volprep.plan.records import (
     BlockRangesPlan,
     CropPlan,
@@ -22,7 +23,7 @@ from volprep.plan.records import (
     SkipTablePlan,
     VolumePlan,
 )
-from volprep.plan.room import one_channel, texture_bytes
+from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
 from volprep.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
@@ -155,7 +156,7 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
             return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
         units, beside_bytes = _normals_of(level, found.normals)
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
-        if texture_bytes(volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
+        if chain_bytes(found.volumes, volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
             return f"beside level {level.index} there is no room for a table of {size} bytes"
         if len(volume.files) + units + 2 > profile.texture_units:
             return f"{len(volume.files) + units} textures of level {level.index} leave no texture unit for it"

@@ -128,9 +128,8 @@ class Gl:
             yield LinkedProgram(handle, _active_uniforms(handle))
 
     @contextmanager
-    def texture(self, record: Texture, texels: NDArray[np.generic]) -> Iterator[int]:
-        """Upload `texels`, C-contiguous and of the record's size and type, with its filter and clamped edges."""
-        texels = np.ascontiguousarray(texels)
+    def texture(self, record: Texture, *levels: NDArray[np.generic]) -> Iterator[int]:
+        """Upload texels of the record's size and type, with its filter and clamped edges; mipmaps the finest first."""
         with (
             self._checked(f"uploading texture {record.name}"),
             self._object("texture", _new_texture, _delete_texture) as handle,
@@ -139,18 +138,22 @@ class Gl:
             target, internal = (_constant(word) for word in (gl.target, gl.internal_format))
             GLES3.glBindTexture(target, handle)
             GLES3.glPixelStorei(GLES3.GL_UNPACK_ALIGNMENT, 1)
-            depth, height, width = record.shape_zyx
+            texels = np.ascontiguousarray(levels[0])
+            _, height, width = record.shape_zyx
             pointer = texels.ctypes.data_as(ctypes.c_void_p)
             if gl.format is None or gl.type is None:
                 GLES3.glCompressedTexImage2D(target, 0, internal, width, height, 0, texels.nbytes, pointer)
             elif target == GLES3.GL_TEXTURE_3D:
-                pixels, kind = _constant(gl.format), _constant(gl.type)
-                GLES3.glTexImage3D(target, 0, internal, width, height, depth, 0, pixels, kind, pointer)
-                GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
+                _upload_3d(internal, _constant(gl.format), _constant(gl.type), levels)
             else:
                 pixels, kind = _constant(gl.format), _constant(gl.type)
                 GLES3.glTexImage2D(target, 0, internal, width, height, 0, pixels, kind, pointer)
             _filter(target, GLES3.GL_LINEAR if record.filter == "linear" else GLES3.GL_NEAREST)
+            if record.mipmap is not None:
+                between = "LINEAR" if record.filter == "linear" else "NEAREST"
+                mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
+                GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
+                GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
             yield handle
 
     @contextmanager
@@ -356,6 +359,15 @@ def _new_texture() -> int:
 
 def _delete_texture(handle: int) -> None:
     GLES3.glDeleteTextures(1, [handle])
+
+
+def _upload_3d(internal: int, pixels: int, kind: int, levels: Sequence[NDArray[np.generic]]) -> None:
+    for level, texels in enumerate(np.ascontiguousarray(each) for each in levels):
+        depth, height, width = texels.shape[:3]
+        pointer = texels.ctypes.data_as(ctypes.c_void_p)
+        target = GLES3.GL_TEXTURE_3D
+        GLES3.glTexImage3D(target, level, internal, width, height, depth, 0, pixels, kind, pointer)
+    GLES3.glTexParameteri(GLES3.GL_TEXTURE_3D, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
 
 
 def _filter(target: int, mode: int) -> None:

@@ -34,11 +34,13 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
     """
     program = _find_program(package, level, transfer)
     found = _find_level(package, program, level)
+    textures = find_textures(package, program, found.index)
     values: dict[str, ArrayLike] = {
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
+        "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
-    return Inputs(program, found, find_textures(package, program, found.index), values)
+    return Inputs(program, found, textures, values)
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:

@@ -4,23 +4,26 @@ from collections.abc import Sequence
 
 from volprep.render.gl_formats import size_bytes, texture_format
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Program, Texture
+from volprep_formats.package.manifest import Manifest, Program, Texture
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 
 _ES3_HEAD = "#version 300 es"
 
 
-def check_program(program: Program, textures: Sequence[Texture], profile: DeviceProfile) -> None:
-    """Check the textures that `program` reads, one for each of its samplers, and all of them together.
+def check_program(program: Program, textures: Sequence[Texture], manifest: Manifest) -> None:
+    """Check the textures that `program` reads, one for each of its samplers, and all with mipmaps together.
 
     Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5013 if there
     are more than units, VP5014 if they take too much memory together.
     """
+    profile = manifest.profile
     if len(textures) > profile.texture_units:
         raise VolprepError(
             "VP5013", name=program.name, count=len(textures), limit=profile.texture_units, profile=profile.name
         )
-    check_textures(program.name, textures, profile)
+    files = {texture.file for texture in textures if texture.mipmap is not None}
+    mipmaps = [each for each in manifest.textures if each.file in files and each not in textures]
+    check_textures(program.name, [*textures, *mipmaps], profile)
 
 
 def check_textures(name: str, textures: Sequence[Texture], profile: DeviceProfile) -> None:

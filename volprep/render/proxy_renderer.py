@@ -44,7 +44,7 @@ class ProxyRenderer(Renderer):
             raise VolprepError("VP5018", package=self._package.path, **fields)
         self._proxy, self._mesh, self._from_mesh = found
         textures = find_textures(self._package, self._from_mesh, self._level.index)
-        check_program(self._from_mesh, textures, self._package.manifest.profile)
+        check_program(self._from_mesh, textures, self._package.manifest)
 
     def __enter__(self) -> Self:
         """Open a context and upload everything; raises what `Renderer` does, and VP4039 for a broken mesh."""

@@ -58,7 +58,7 @@ class Renderer:
         inputs = level_inputs(package, level, transfer) if point is None else block_inputs(package, point, transfer)
         if edit is not None:
             inputs = edited_inputs(package, inputs, edit)
-        check_program(inputs.program, inputs.textures, package.manifest.profile)
+        check_program(inputs.program, inputs.textures, package.manifest)
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
@@ -77,7 +77,7 @@ class Renderer:
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
-                    stack.enter_context(self._gl.texture(texture, self._read_texture(texture))),
+                    stack.enter_context(self._gl.texture(texture, *self._read_texture(texture))),
                 )
                 for sampler, texture in zip(self._program.samplers, self._textures, strict=True)
             }
@@ -188,16 +188,18 @@ class Renderer:
             check_shader(shader.path, shader.text, profile)
         return vertex, fragment
 
-    def _read_texture(self, texture: Texture) -> NDArray[np.generic]:
+    def _read_texture(self, texture: Texture) -> tuple[NDArray[np.generic], ...]:
+        """Texels of all levels of the file, the finest first: one, unless it holds mipmaps."""
         if texture.name in self._inputs.texels:
-            return self._inputs.texels[texture.name]
+            return (self._inputs.texels[texture.name],)
         image = ktx2.decode(self._package.read_bytes(texture.file), texture.file)
         name = texture_format(texture.gl, self._package.manifest.profile.api)
-        found = (image.format, image.shape_zyx, image.dimensions)
+        shape_zyx = ktx2.mipmap_shape(image.shape_zyx, texture.mipmap or 0)
+        found = (image.format, shape_zyx, image.dimensions)
         named = (name and KTX2_FORMAT[name], texture.shape_zyx, _DIMENSIONS[texture.gl.target])
-        if found != named:
+        if found != named or (texture.mipmap or 0) >= len(image.levels):
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
-        return image.data
+        return image.levels
 
 
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:

@@ -110,8 +110,10 @@ def _lighting(draft: Draft, plan: Plan, program: ProgramPlan) -> Lighting | None
 
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
-        classified = program.classification == "preclassified"
-        return raycast_texture3d.sampling(classified=classified, component=_component(plan, plan.volumes[0]))
+        finest, classified = plan.volumes[0], program.classification == "preclassified"
+        return raycast_texture3d.sampling(
+            classified=classified, component=_component(plan, finest), mipmaps=finest.mipmap is not None
+        )
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     # The layout is constant in the shader, so a mosaic's program draws one level.

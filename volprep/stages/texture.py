@@ -1,6 +1,9 @@
-"""Levels become 3D textures, one file each."""
+"""Levels become 3D textures: one file each, or the mipmaps of one."""
 
 from collections.abc import Callable, Iterator
+from itertools import groupby
+
+import numpy as np
 
 from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import KTX2_FORMAT
@@ -22,19 +25,24 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     volumes = [volume for volume in plan.own_volumes if volume.mosaic is None]
     progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
-    textures = []
-    for volume in volumes:
-        draft.write(volume.files[0], "texture", _file(draft, plan, volume, progress))
-        textures.append(volume_texture(volume, 0, plan.profile))
-    return {"textures": with_textures(draft.manifest, tuple(textures))}
+    for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
+        chain = [*levels]
+        texels = [_texels(draft, plan, volume, progress) for volume in chain]
+        draft.write(file, "texture", ktx2.encode_levels(KTX2_FORMAT[chain[0].format], chain[0].shape_zyx, 3, texels))
+    textures = tuple(volume_texture(volume, 0, plan.profile) for volume in volumes)
+    return {"textures": with_textures(draft.manifest, textures)}
 
 
-def _file(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[bytes | memoryview]:
-    yield ktx2.header(KTX2_FORMAT[volume.format], volume.shape_zyx, 3)
+def _texels(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
     codes = codes_of_level(draft, plan, volume.level)
     read = _reader(draft, plan, volume, codes)
-    for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
-        yield bytes_of(read(z0, z1))
+    depth = codes.shape_zyx[0]
+    below, *beside = (texels - n for texels, n in zip(volume.shape_zyx, codes.shape_zyx, strict=True))
+    for z0, z1 in slab_ranges(depth, codes.slice_bytes):
+        slab = read(z0, z1)
+        # Beyond the voxels of a mipmap the last ones are repeated.
+        after = (below if z1 == depth else 0, *beside)
+        yield bytes_of(np.pad(slab, [(0, n) for n in (*after, *[0] * (slab.ndim - 3))], "edge") if any(after) else slab)
         progress.advance(z1 - z0)
 
 

@@ -15,6 +15,7 @@ from volprep_formats.package.channels import channel_views
 from volprep_formats.package.editing import Editing
 from volprep_formats.package.editing_agreement import editing_contradictions
 from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
+from volprep_formats.package.mipmap_agreement import mipmap_contradictions, mipmap_shapes
 from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.proxy_agreement import proxy_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
@@ -51,6 +52,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from _palettes(manifest)
     for program in manifest.programs:
         yield from _program(manifest, program)
+    yield from mipmap_contradictions(manifest)
     yield from skip_contradictions(manifest)
     yield from normals_contradictions(manifest)
     yield from proxy_contradictions(manifest)
@@ -115,9 +117,11 @@ def _levels(manifest: Manifest) -> Iterator[str]:
     grid = manifest.grid or manifest.source.info.grid
     if not _is_part(grid, manifest.source.info.grid):
         yield "the grid is no part of the source's grid"
+    texels = mipmap_shapes(manifest)
     for level in manifest.levels:
         expected = grid.coarser(level.factors_zyx)
-        scale = [1 / (n * h) for n, h in zip(level.grid.shape_zyx, level.grid.spacing_mm_zyx, strict=True)][::-1]
+        shape_zyx = texels.get(level.index, level.grid.shape_zyx)
+        scale = [1 / (n * h) for n, h in zip(shape_zyx, level.grid.spacing_mm_zyx, strict=True)][::-1]
         pairs: dict[str, tuple[ArrayLike, ArrayLike]] = {
             "shape_zyx": (level.grid.shape_zyx, expected.shape_zyx),
             "spacing_mm_zyx": (level.grid.spacing_mm_zyx, expected.spacing_mm_zyx),
@@ -171,6 +175,8 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} holds level {texture.level}, which is not among the levels"
     elif texture.mosaic is not None:
         yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, level))
+    elif texture.mipmap is not None:
+        pass  # mipmap_agreement.py knows them
     elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
         yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
     yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))

@@ -74,7 +74,9 @@ def _errors(package: Package) -> Iterator[VolprepError]:
     with np.errstate(all="ignore"):
         problems = list(contradictions(manifest))
     yield from (VolprepError("VP4011", path=path, problem=problem) for problem in problems)
-    textures = {texture.file: texture for texture in manifest.textures}
+    textures: dict[str, list[Texture]] = {}
+    for texture in manifest.textures:
+        textures.setdefault(texture.file, []).append(texture)
     meshes = {mesh.file: mesh for mesh in (manifest.proxy.meshes if manifest.proxy else ()) if mesh.file is not None}
     for record in manifest.files:
         try:
@@ -112,13 +114,15 @@ def _check_grid(package: Package, name: str, data: bytes) -> None:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
 
 
-def _check_texture(path: Path, texture: Texture, data: bytes) -> None:
+def _check_texture(path: Path, mipmaps: list[Texture], data: bytes) -> None:
+    """Check a file that holds one texture, or the mipmaps of one."""
+    texture = mipmaps[0]
     if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
         paletted.decode(data, texture.shape_zyx[1:], f"{path}: {texture.file}")
         return
     image = ktx2.decode(data, f"{path}: {texture.file}")
-    found = (image.format, image.shape_zyx, f"TEXTURE_{image.dimensions}D")
-    expected = (_ktx2_format(texture.gl), texture.shape_zyx, texture.gl.target)
+    found = (image.format, image.shape_zyx, f"TEXTURE_{image.dimensions}D", len(image.levels))
+    expected = (_ktx2_format(texture.gl), texture.shape_zyx, texture.gl.target, len(mipmaps))
     if found != expected:
         problem = f"{texture.file} holds {found}, the manifest says {expected}"
         raise VolprepError("VP4011", path=path, problem=problem)

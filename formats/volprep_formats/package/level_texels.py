@@ -21,8 +21,13 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     held = [each for each in package.manifest.textures if each.role == role and each.level == level]
     textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
     mosaic = textures[0].mosaic
-    images = [_texels(ktx2.decode(package.read_bytes(texture.file), texture.file), mosaic) for texture in textures]
-    voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+    files = [ktx2.decode(package.read_bytes(texture.file), texture.file) for texture in textures]
+    if textures[0].mipmap is None:
+        images = [_texels(file, mosaic) for file in files]
+        voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+    else:
+        shape_zyx = next(each.grid.shape_zyx for each in package.manifest.levels if each.index == level)
+        voxels = files[0].levels[textures[0].mipmap][tuple(slice(n) for n in shape_zyx)]
     return voxels[..., package.component_of(textures[0])] if len(textures[0].channels or ()) > 1 else voxels
 
 

@@ -105,7 +105,8 @@ class Level(Record):
     grid: Grid
     """Positions of the voxels."""
     texture_from_box_per_mm_xyz: Vector
-    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing)."""
+    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing), with n
+    texels, of which a mipmap may have more than the level has voxels."""
     filter: Literal["none"] | LevelFilter
     """Filter that made the level from level 0; none for level 0."""
 
@@ -171,7 +172,7 @@ SampleFilter = Literal["linear", "nearest"]
 
 
 class Texture(Record):
-    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE, no mipmaps."""
+    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE."""
 
     name: str
     """Name, unique in the package."""
@@ -191,6 +192,9 @@ class Texture(Record):
     """In a package of several channels those that the texture holds; several are components of the same texels."""
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
+    mipmap: Annotated[int, Field(ge=0)] | None = None
+    """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
+    texture, and read this mipmap of it."""
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of its mosaic or its stack of slices it is, from 0."""
     transfer: str | None = None
@@ -215,6 +219,7 @@ UniformSource = Literal[
     "box_from_clip",
     "step_mm",
     "texture_from_box",
+    "mipmap",
     "blocks_from_box",
     "block_low_mm",
     "block_high_mm",
@@ -236,9 +241,9 @@ class Uniform(Record):
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
     source: UniformSource
-    """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz,
-    blocks_from_box_per_mm_xyz of its skip table, what section 16 says of the sub-volumes around a point, or what
-    section 20 says of proxy geometry."""
+    """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz, the
+    mipmap of its texture, blocks_from_box_per_mm_xyz of its skip table, what section 16 says of the sub-volumes around
+    a point, or what section 20 says of proxy geometry."""
 
 
 class Sampler(Record):

@@ -1,5 +1,5 @@
-//: GLSL ES 3.00. In: u_subvolume_0 to _7, the pieces around a point of the grid, R8, R16 or R16F, 3D, LINEAR, CLAMP_TO_EDGE;
-//: number = 1 for the upper piece along x, + 2 along y, + 4 along z. A side of the point without pieces is never
+//: GLSL ES 3.00. In: u_subvolume_0 to _7, the pieces around a point of the grid, R8, R16 or R16F, 3D, LINEAR,
+//: CLAMP_TO_EDGE;
 //: reached: u_split lies outside the volume there.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. Positions are in voxels of the
 // level; the centre of voxel k is at k + 0.5.

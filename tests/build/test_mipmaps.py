@@ -1,0 +1,73 @@
+"""A scene that asks for mipmaps: sound, one file for all levels, and the pictures of levels apart."""
+
+import numpy as np
+import pytest
+from channel_scene import write_channel_scene
+from phantom_scene import write_phantom_scene
+
+from volprep.build import build
+from volprep.cut import cut
+from volprep.render.camera import standard_views
+from volprep.render.renderer import Renderer
+from volprep.request import load_request
+from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.check import check
+from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+TABLES = '\n[quantize]\nbits = {bits}\n\n[grid]\nsize = 12\nlayout = "single"\n\n[textures]\nmipmaps = {mipmaps}\n'
+
+
+def built(folder, profile: str, bits: int, mipmaps: str) -> Package:
+    folder.mkdir()
+    scene = write_phantom_scene(folder, profile)
+    # Voxels that are cubes: every level halves all axes, with mipmaps or without.
+    text = scene.read_text(encoding="utf-8").replace("[2.5, 0.75, 1.0]", "[1.0, 1.0, 1.0]")
+    text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
+    scene.write_text(text + TABLES.format(bits=bits, mipmaps=mipmaps), encoding="utf-8")
+    build(load_request(scene), folder / "phantom.volpkg", Silent())
+    return Package.open(folder / "phantom.volpkg")
+
+
+@pytest.mark.parametrize(("profile", "bits"), [("gles3", 8), ("gles3-norm16", 16)])
+def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, bits) -> None:
+    apart, chained = (built(tmp_path / mipmaps, profile, bits, mipmaps) for mipmaps in ("false", "true"))
+    assert check(chained.path) == []
+    assert [level.grid for level in chained.manifest.levels] == [level.grid for level in apart.manifest.levels]
+    named = [path for item in chained.manifest.plan if item.kept for path in item.files]
+    assert sorted(named) == [record.path for record in chained.manifest.files]
+    assert len(chained.manifest.files) == len(apart.manifest.files) - 2
+    grid = chained.manifest.grid
+    box_from_clip = standard_views(grid, "perspective")["left"].box_from_clip(grid, 1.0)
+    for level in (0, 1, 2):
+        np.testing.assert_array_equal(level_texels(chained, level), level_texels(apart, level))
+        with Renderer(apart, level=level) as one, Renderer(chained, level=level) as other:
+            expected = one.render(box_from_clip, (40, 40))
+            assert expected[..., 3].max() > 0.5
+            np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
+    # The whole level from which boxes are cut is the finest mipmap.
+    assert chained.manifest.subvolumes.whole == "textures/volume-0.ktx2"
+    start = cut(chained, (20.0, 16.0, 10.0), 9)
+    np.testing.assert_array_equal(start.texels, cut(apart, (20.0, 16.0, 10.0), 9).texels)
+    assert start.record.texel_bytes_read == 9**3 * bits // 8
+
+
+@pytest.mark.parametrize("together", ["packed", "apart"])
+def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> None:
+    scene = write_channel_scene(tmp_path)
+    wishes = f'[textures]\nchannels = "{together}"\nmipmaps = true\n\n[render]'
+    scene.write_text(scene.read_text(encoding="utf-8").replace("[render]", wishes), encoding="utf-8")
+    build(load_request(scene), tmp_path / "a.volpkg", Silent())
+    package = Package.open(tmp_path / "a.volpkg")
+    assert check(package.path) == []
+    volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
+    assert len({texture.file for texture in volumes}) == (1 if together == "packed" else 2)
+    assert {texture.gl.internal_format for texture in volumes} == {"RG8" if together == "packed" else "R8"}
+    for name, channel in channel_packages(package).items():
+        for level in channel.manifest.levels:
+            assert level_texels(channel, level.index).shape == level.grid.shape_zyx
+            with Renderer(channel, level=level.index) as renderer:
+                grid = level.grid
+                box_from_clip = standard_views(grid, "perspective")["left"].box_from_clip(grid, 1.0)
+                assert renderer.render(box_from_clip, (16, 16))[..., 3].max() > 0.1, name

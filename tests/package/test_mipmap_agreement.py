@@ -1,0 +1,90 @@
+"""What a manifest says about mipmaps must agree with its levels, programs and files."""
+
+import numpy as np
+import pytest
+from tiny_packages import ES3, function, tiny_package
+
+from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.check import check
+from volprep_formats.package.manifest import GlFormat, Manifest
+from volprep_formats.package.mipmap_agreement import mipmap_contradictions
+
+GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
+R8 = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    levels = [np.zeros(shape, np.uint8) for shape in ((9, 14, 1), (5, 7, 1), (3, 4, 1))]
+    return tiny_package(tmp_path_factory.mktemp("mipmaps") / "p", levels, GREY, ES3, mipmaps=True)
+
+
+def changed(manifest: Manifest, level: int, **fields) -> Manifest:
+    textures = tuple(
+        each.model_copy(update=fields) if (each.role, each.level) == ("volume", level) else each
+        for each in manifest.textures
+    )
+    return manifest.model_copy(update={"textures": textures})
+
+
+def without_uniform(manifest: Manifest) -> Manifest:
+    (program,) = manifest.programs
+    uniforms = tuple(uniform for uniform in program.uniforms if uniform.source != "mipmap")
+    return manifest.model_copy(update={"programs": (program.model_copy(update={"uniforms": uniforms}),)})
+
+
+def test_a_package_with_mipmaps_agrees_with_itself(package) -> None:
+    assert [each.shape_zyx for each in package.manifest.textures if each.role == "volume"] == [
+        (12, 16, 1),
+        (6, 8, 1),
+        (3, 4, 1),
+    ]
+    sealed_or_not = [problem for problem in contradictions(package.manifest) if "sealed" not in problem]
+    assert sealed_or_not == []
+
+
+CASES = {
+    "volume-0.ktx2 is shared by 3 textures, which are not its mipmaps 0 to 2 in order": {"level": 1, "mipmap": 2},
+    "volume-0.ktx2 holds mipmaps, but volume-1 is no volume in a 3D texture": {
+        "level": 1,
+        "gl": R8.model_copy(update={"target": "TEXTURE_2D"}),
+    },
+    "volume-0.ktx2 holds mipmap 1 of (6, 7, 1) texels, not those of (12, 16, 1)": {"level": 1, "shape_zyx": (6, 7, 1)},
+    "volume-0.ktx2 holds mipmaps of several formats": {
+        "level": 2,
+        "gl": R8.model_copy(update={"internal_format": "R16F"}),
+    },
+    "texture volume-0 has (8, 16, 1) texels, its level (9, 14, 1) voxels": {"level": 0, "shape_zyx": (8, 16, 1)},
+    "program ray-caster must have a uniform mipmap if and only if its levels are mipmaps": {"level": 1, "mipmap": None},
+}
+
+
+@pytest.mark.parametrize("says", CASES)
+def test_mipmaps_that_contradict_their_texture_are_found_out(package, says) -> None:
+    assert says in list(mipmap_contradictions(changed(package.manifest, **CASES[says])))
+
+
+def test_a_program_that_cannot_choose_a_mipmap_is_found_out(package) -> None:
+    assert any(
+        "must have a uniform mipmap" in each for each in mipmap_contradictions(without_uniform(package.manifest))
+    )
+
+
+def test_texture_coordinates_that_are_those_of_the_voxels_are_found_out(package) -> None:
+    (first, *others) = package.manifest.levels
+    scale = tuple(1 / (n * h) for n, h in zip(first.grid.shape_zyx[::-1], first.grid.spacing_mm_zyx[::-1], strict=True))
+    levels = (first.model_copy(update={"texture_from_box_per_mm_xyz": scale}), *others)
+    problems = contradictions(package.manifest.model_copy(update={"levels": levels}))
+    assert "texture_from_box_per_mm_xyz of level 0 does not follow from the grid and the factors" in list(problems)
+
+
+def test_a_file_with_another_number_of_mipmaps_is_a_finding(tmp_path) -> None:
+    folder = tmp_path / "p"
+    made = tiny_package(folder, [np.zeros((8, 8, 8), np.uint8), np.zeros((4, 4, 4), np.uint8)], GREY, ES3, mipmaps=True)
+    manifest = made.manifest
+    fewer = manifest.model_copy(update={"textures": tuple(each for each in manifest.textures if each.level != 1)})
+    (folder / "manifest.json").write_text(fewer.model_dump_json(exclude_none=True), encoding="utf-8")
+    says = (
+        "volume-0.ktx2 holds ('R8', (8, 8, 8), 'TEXTURE_3D', 2), the manifest says ('R8', (8, 8, 8), 'TEXTURE_3D', 1)"
+    )
+    assert any(says in finding.summary for finding in check(folder))
