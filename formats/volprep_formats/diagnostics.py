@@ -600,17 +600,17 @@ CATALOGUE: dict[str, Diagnostic] = {
         "textures.compression {wanted} needs textures of format {format}; profile {profile} has {known}",
         "Choose another textures.compression, or a profile that has the format.",
     ),
+    "VP3071": Diagnostic(
+        ExitStatus.SCENE,
+        "textures.mipmaps needs 3D textures, and profile {profile} has none",
+        "Choose a profile with 3D textures, or leave textures.mipmaps out: levels are mosaics of their own then.",
+    ),
     "VP3080": Diagnostic(
         ExitStatus.SCENE,
         "transfer functions cannot be editable with {what}, which depends on what they are now",
         "Leave that out, or editable.",
     ),
     # VP4xxx package
-    "VP3071": Diagnostic(
-        ExitStatus.SCENE,
-        "textures.mipmaps needs 3D textures, and profile {profile} has none",
-        "Choose a profile with 3D textures, or leave textures.mipmaps out: levels are mosaics of their own then.",
-    ),
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(
         ExitStatus.PACKAGE, "{path}: not a volume package: {problem}", "Name the folder that volprep build wrote."
