@@ -1,5 +1,6 @@
 """The walk over plain DICOM headers finds what pydicom finds, or finds nothing, whatever has been done to the file."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pydicom.data
 import pytest
 from dicom_files import compressed, image, save
+from dicom_walk import walked
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 from pydicom.tag import Tag
@@ -18,11 +20,12 @@ from pydicom.uid import (
     RLELossless,
 )
 
+from volprep_formats import _dicom
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers import dicom_file
 from volprep_formats.readers.dicom_any import any_slices
-from volprep_formats.readers.dicom_header import TAGS, interpreted, slice_image
-from volprep_formats.readers.dicom_plain import plain_header
+from volprep_formats.readers.dicom_header import PRIVATE_TAGS, TAGS, interpreted, slice_image
+from volprep_formats.readers.dicom_plain import plain_headers
 
 from .mutations import mutation
 
@@ -65,6 +68,11 @@ def by_pydicom(path):
         return any_slices(path, file, deflated=False)
 
 
+def plain_header(path):
+    (found,) = plain_headers([path])
+    return found
+
+
 def seen(slices):
     """Slices with errors that can be compared."""
     return tuple(replace(s, problem=None if s.problem is None else str(s.problem)) for s in slices)
@@ -87,13 +95,13 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
         tmp_path, syntax, plain_image(depth=2 * (syntax != ImplicitVRLittleEndian), private_bytes=40)
     ).read_bytes()
     file = tmp_path / "damaged"
-    walked = 0
+    plain_files = 0
     for case in range(1000):
         file.write_bytes(mutation(whole, 7, case))
         plain = plain_header(file)
         if plain is None:
             continue
-        walked += 1
+        plain_files += 1
         try:
             found = seen(dicom_file.read_slices(file))
         except VolprepError as error:
@@ -103,7 +111,21 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
         except VolprepError as error:
             expected = str(error)
         assert found == expected, f"case {case}"
-    assert walked > 250
+    assert plain_files > 250
+
+
+@pytest.mark.parametrize("syntax", PLAIN, ids=lambda syntax: syntax.name)
+def test_of_a_thousand_damaged_files_each_is_walked_as_by_the_slow_twin(tmp_path, syntax) -> None:
+    depth = 2 * (syntax != ImplicitVRLittleEndian)
+    whole = written(tmp_path, syntax, plain_image(depth=depth, private_bytes=40)).read_bytes()
+    files = [tmp_path / str(case) for case in range(1000)]
+    for case, file in enumerate(files):
+        file.write_bytes(mutation(whole, 19, case))
+    wanted = [*TAGS.values(), *PRIVATE_TAGS]
+    found = _dicom.plain_headers([os.fsencode(file) for file in files], wanted, threads=3)
+    assert found == [walked(file, wanted) for file in files]
+    assert sum(header is not None for header in found) > 250
+    assert _dicom.plain_headers([os.fsencode(file) for file in files], wanted, threads=1) == found
 
 
 def test_what_slices_share_is_interpreted_once_and_never_differently(tmp_path) -> None:
@@ -128,6 +150,7 @@ def test_the_samples_of_pydicom_are_read_as_pydicom_reads_them() -> None:
     plain = [path for path in SAMPLES if plain_header(path) is not None]
     assert len(plain) > 10
     for path in plain:
+        assert _dicom.plain_headers([os.fsencode(path)], [*TAGS.values()], threads=1) == [walked(path, TAGS.values())]
         assert seen(dicom_file.read_slices(path)) == seen(by_pydicom(path)), path.name
 
 
@@ -177,7 +200,17 @@ def test_what_is_odd_is_left_to_pydicom(tmp_path, damage) -> None:
 def test_a_header_longer_than_any_limit_is_left_to_pydicom(tmp_path) -> None:
     data = plain_image()
     data.add_new(0x00291011, "OB", bytes(2**25))
-    assert plain_header(written(tmp_path, data=data)) is None
+    file = written(tmp_path, data=data)
+    assert plain_header(file) is None
+    assert walked(file, TAGS.values()) is None
+
+
+def test_what_cannot_be_read_is_not_plain(tmp_path) -> None:
+    (tmp_path / "folder").mkdir()
+    names = [b"missing", b"folder", b"with a zero\0", b"\xff\xfe"]
+    found = _dicom.plain_headers([os.fsencode(tmp_path) + b"/" + name for name in names], [], threads=4)
+    assert found == [None] * 4
+    assert _dicom.plain_headers([], [], threads=4) == []
 
 
 def test_the_tags_are_those_of_the_dictionary() -> None:

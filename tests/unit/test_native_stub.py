@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
     ("module", "stub"),
     [
         ("volprep._native", ROOT / "volprep" / "_native.pyi"),
+        ("volprep_formats._dicom", ROOT / "formats" / "volprep_formats" / "_dicom.pyi"),
         ("volprep_formats._vdb", ROOT / "formats" / "volprep_formats" / "_vdb.pyi"),
     ],
 )

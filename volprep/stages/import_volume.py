@@ -6,7 +6,6 @@ Import comes before the plan, which needs what it measures; so it is no `Stage`.
 import hashlib
 import json
 import os
-import stat
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -18,6 +17,7 @@ from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec, VolumeSource
+from volprep_formats.tree import files_below
 
 NAME = "import"
 """Name of the stage."""
@@ -37,13 +37,11 @@ def import_key(specs: Sequence[SourceSpec], version: str) -> str:
 
 def _states(source: Path) -> list[tuple[str, int, int]]:
     """Path, size and time of change of a file, or of all files below a folder."""
-    states = []
-    below = (Path(parent, name) for parent, _, names in os.walk(source) for name in names)
-    for file in below if source.is_dir() else [source]:
-        with suppress(OSError):  # a link to nowhere; whoever reads the source says what is wrong with it
+    states: list[tuple[str, int, int]] = []
+    with suppress(OSError):  # whoever reads the source says what is wrong with it
+        for file in files_below(source) if source.is_dir() else [source]:
             found = file.stat()
-            if stat.S_ISREG(found.st_mode):
-                states.append((str(file), found.st_size, found.st_mtime_ns))
+            states.append((os.fspath(file), found.st_size, found.st_mtime_ns))
     return sorted(states)
 
 

@@ -6,7 +6,7 @@ Source: DICOM PS3.5 (7.1 data elements, A.4 encapsulated pixel data).
 import io
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import BinaryIO
 
 PIXEL_DATA, FLOAT_PIXELS, DOUBLE_PIXELS = 0x7FE0_0010, 0x7FE0_0008, 0x7FE0_0009
@@ -44,29 +44,37 @@ def pixel_element(stream: BinaryIO, implicit: bool, little: bool, *, encapsulate
     start = stream.tell()
     size = stream.seek(0, io.SEEK_END)
     stream.seek(start)
-    order = "<" if little else ">"
     header = stream.read(8 if implicit else 12)
     if len(header) < (8 if implicit else 12):
         return None
+    element = native_element(header, start, size, little=little)
+    if element is None or not (encapsulated or header[-4:] == UNDEFINED_LENGTH.to_bytes(4)):
+        return element
+    items: list[tuple[int, int]] = []
+    end = _walk(stream, size, items)
+    size_bytes = None if end > size else end - element.offset_bytes
+    return replace(element, size_bytes=size_bytes, items=tuple(items), table=_table(stream, items))
+
+
+def native_element(header: bytes, start: int, file_bytes: int, *, little: bool = True) -> PixelElement | None:
+    """Interpret the bytes at `start` as those of pixel data that is not encapsulated; None if they are none.
+
+    `header` is tag, type and length (12 bytes), or tag and length (8 bytes).
+    """
+    order = "<" if little else ">"
     group, number = struct.unpack(order + "HH", header[:4])
     if group != _PIXEL_GROUP:
         return None
     (length,) = struct.unpack(order + "L", header[-4:])
-    offset = stream.tell()
-    end = offset + length
-    items: list[tuple[int, int]] = []
-    table: tuple[int, ...] = ()
-    if length == UNDEFINED_LENGTH or encapsulated:
-        end = _walk(stream, size, items)
-        table = _table(stream, items)
+    offset_bytes = start + len(header)
     return PixelElement(
         is_float=group << 16 | number != PIXEL_DATA,
-        has_words=not implicit and header[4:6] == b"OW",
-        offset_bytes=offset,
-        size_bytes=None if end > size else end - offset,
-        present_bytes=size - offset,
-        items=tuple(items),
-        table=table,
+        has_words=len(header) == 12 and header[4:6] == b"OW",
+        offset_bytes=offset_bytes,
+        size_bytes=None if offset_bytes + length > file_bytes else length,
+        present_bytes=file_bytes - offset_bytes,
+        items=(),
+        table=(),
     )
 
 

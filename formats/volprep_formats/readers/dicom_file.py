@@ -6,7 +6,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_header import SliceImage, slice_image
 from volprep_formats.readers.dicom_inflate import DEFLATED, meta_end_bytes
 from volprep_formats.readers.dicom_mosaic import is_mosaic, mosaic_slices
-from volprep_formats.readers.dicom_plain import plain_header
+from volprep_formats.readers.dicom_plain import PlainHeader, plain_headers
 
 _HEAD_BYTES = 2**12
 _SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
@@ -19,16 +19,17 @@ def has_prefix(head: bytes) -> bool:
 
 
 def read_slices(path: Path) -> tuple[SliceImage, ...]:
-    """Read the header of one DICOM file: its slices; none when it is sound but holds no image (reports, plans).
+    """Read the header of one DICOM file: its slices. Raises what `slices_of` raises."""
+    return slices_of(path, plain_headers([path])[0])
+
+
+def slices_of(path: Path, plain: PlainHeader | None) -> tuple[SliceImage, ...]:
+    """Give the slices of a DICOM file, whose header is read if it is not plain; none if it is sound but has no image.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as DICOM and cannot be parsed, VP1031
     when it ends within its header, or its name says DICOM and it is none. Lesser faults stand in the `problem` of what
     it returns, which then may be the picture as a whole.
     """
-    try:
-        plain = plain_header(path)
-    except OSError as error:
-        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     if plain is None:
         return _unusual_slices(path)
     image = slice_image(path, plain.elements, plain.transfer_syntax, plain.pixels)

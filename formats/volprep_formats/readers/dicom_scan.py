@@ -1,17 +1,20 @@
 """Find the DICOM series in a folder tree that may hold anything else, and choose the one that is meant."""
 
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom_file import read_slices
+from volprep_formats.readers.dicom_file import slices_of
 from volprep_formats.readers.dicom_header import SliceImage
+from volprep_formats.readers.dicom_plain import PlainHeader, plain_headers
+from volprep_formats.tree import files_below
 
 _FEWEST_SLICES = 4
 """Localisers and key images come in ones, twos and threes."""
+_TOGETHER = 256
+"""Files whose headers are in memory at the same time."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +66,13 @@ def scan(path: Path, progress: Progress) -> Scan:
 
     Links to folders are not followed. Raises VolprepError VP1003 for a folder that cannot be read.
     """
-    # The parts as key: paths compare themselves in Python, which took longer for a folder than to read its headers.
-    files = [path] if path.is_file() else sorted(_files(path), key=lambda file: file.parts)
+    files = [path] if path.is_file() else _files(path)
     progress.start("reading DICOM headers", len(files))
     series: dict[str, list[SliceImage]] = {}
     damaged: list[VolprepError] = []
-    for file in files:
+    for file, plain in _with_headers(files):
         try:
-            slices = read_slices(file)
+            slices = slices_of(file, plain)
         except VolprepError as error:
             damaged.append(error)
             slices = ()
@@ -106,13 +108,19 @@ def choose_series(scanned: Scan, wanted: str | None) -> Series:
     raise VolprepError("VP1033", path=scanned.path, count=len(scanned.series), found=_listed(scanned.series))
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    def refuse(error: OSError) -> None:
-        raise VolprepError("VP1003", path=error.filename, error=error.strerror) from error
+def _with_headers(files: Sequence[Path]) -> Iterator[tuple[Path, PlainHeader | None]]:
+    for first in range(0, len(files), _TOGETHER):
+        some = files[first : first + _TOGETHER]
+        yield from zip(some, plain_headers(some), strict=True)
 
-    for parent, _, names in os.walk(folder, onerror=refuse):
-        # Devices and pipes would block.
-        yield from (file for file in (Path(parent, name) for name in names) if file.is_file())
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        files = [Path(entry.path) for entry in files_below(folder)]
+    except OSError as error:
+        raise VolprepError("VP1003", path=error.filename, error=error.strerror) from error
+    # The parts as key: paths compare themselves in Python, which took longer for a folder than to read its headers.
+    return sorted(files, key=lambda file: file.parts)
 
 
 def _listed(series: tuple[Series, ...]) -> str:

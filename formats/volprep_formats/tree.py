@@ -1,0 +1,20 @@
+"""The files of a folder tree."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+
+def files_below(folder: Path) -> Iterator[os.DirEntry[str]]:
+    """Give all regular files below a folder, in no order; links to files are followed, links to folders are not.
+
+    Raises OSError for a folder that cannot be read.
+    """
+    folders = [os.fspath(folder)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append(entry.path)
+                elif entry.is_file():  # devices and pipes would block
+                    yield entry
