@@ -10,6 +10,7 @@ from volprep.cut import cut
 from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
+from volprep.validation.uncut import uncut
 from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
@@ -46,6 +47,8 @@ def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, 
             expected = one.render(box_from_clip, (40, 40))
             assert expected[..., 3].max() > 0.5
             np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
+    for program in chained.manifest.programs:
+        assert uncut(chained, program, chained.manifest.render) is not None
     # The whole level from which boxes are cut is the finest mipmap.
     assert chained.manifest.subvolumes.whole == "textures/volume-0.ktx2"
     start = cut(chained, (20.0, 16.0, 10.0), 9)

@@ -66,5 +66,6 @@ def _sampling(package: Package, program: Program) -> Sampling:
     component = component_letter(volume.gl.format, package.component_of(volume))
     if volume.mosaic is None:
         classified = program.classification == "preclassified"
-        return raycast_texture3d.sampling(classified=classified, component=component)
+        mipmaps = volume.mipmap is not None
+        return raycast_texture3d.sampling(classified=classified, component=component, mipmaps=mipmaps)
     return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, component, volume.filter)
