@@ -41,15 +41,18 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         imported = import_draft(request, partial, progress)
         draft = imported.draft
         progress.start("plan", 1)
-        plan = plan_draft(draft, request.scene, request.profile, imported.measured)
+        # Trying compressed forms begins tasks of its own.
         progress.advance()
+        plan = plan_draft(draft, request.scene, request.profile, imported.measured, progress)
         made = run_stages(draft, plan, request.scene, progress)
         progress.start("check", 1)
         require_sound(partial)
         progress.advance()
         # Before the package, so that a package never stands without it.
         levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
-        write_origin(target, Origin(scene_path=str(request.scene_path), scene=request.scene, levels=levels))
+        forms = tuple(form for each in plan.every for form in each.forms)
+        origin = Origin(scene_path=str(request.scene_path), scene=request.scene, levels=levels, forms=forms)
+        write_origin(target, origin)
         publish(partial, target)
         return draft.manifest
 

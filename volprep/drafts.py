@@ -30,6 +30,7 @@ _BLANK: dict[str, object] = {
     "render": None,
     "skipping": None,
     "proxy": None,
+    "compression": (),
     "plan": (),
 }
 
@@ -123,7 +124,7 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
 
     draft = Draft.open(folder)
     scene = change(scene_of(draft))
-    plan = plan_draft(draft, scene, draft.manifest.profile)
+    plan = plan_draft(draft, scene, draft.manifest.profile, progress=progress)
     stage = next(stage for stage in STAGES if stage.name == name)
     require_inputs(draft, stage, plan)
     run_stage(draft, stage, plan, scene, progress)

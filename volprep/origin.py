@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from volprep.plan.records import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -24,6 +25,8 @@ class Origin(Record):
     """The scene as it was then; the path of its source is absolute."""
     levels: tuple[LevelChoice, ...] = ()
     """How each level was made, what else was tried, and how long that took; without the tables."""
+    forms: tuple[FormTrial, ...] = ()
+    """Compressed forms that were tried, and what encoding each took."""
 
 
 def origin_path(package: Path) -> Path:

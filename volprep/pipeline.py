@@ -5,6 +5,8 @@ import json
 
 from volprep.merge import merged, plans_of, with_transfers
 from volprep.plan import Plan, make_plans
+from volprep.plan.records import FormTrial
+from volprep.plan.whole import WholeSource
 from volprep.pyramid.chosen import choices_of
 from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
@@ -24,12 +26,12 @@ from volprep.stages import (
     transfer,
 )
 from volprep.statistics import Measured, measure_again
-from volprep.work import SCENE, generator, is_current, source_volume
+from volprep.work import FORMS, SCENE, generator, is_current, source_volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, StageRecord
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.progress import Progress
+from volprep_formats.progress import Progress, Silent
 
 STAGES: tuple[Stage, ...] = (
     quantize.STAGE,
@@ -72,6 +74,9 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     changes = merged(draft.manifest.model_copy(update={"channels": channels}), each, scene)
     # Every step leaves the scene that it was made for; only drafts hold it.
     draft.write(SCENE, "work", scene.model_dump_json().encode())
+    forms = [form for each in plan.every for form in each.forms]
+    if forms:
+        draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in forms]).encode())
     common = {
         "name": scene.name,
         "channels": channels,
@@ -79,6 +84,7 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
         "profile": plan.profile,
         "plan": plan.items,
         "render": plan.render,
+        "compression": tuple(form.as_record for form in forms),
     }
     names = [each.name for each in STAGES]
     # Of a draft whose stages ran in another order, or for another scene, nothing may stay that rests on older things.
@@ -105,11 +111,16 @@ def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
 
 
 def plan_draft(
-    draft: Draft, scene: Scene, profile: DeviceProfile, measured: tuple[Measured, ...] | None = None
+    draft: Draft,
+    scene: Scene,
+    profile: DeviceProfile,
+    measured: tuple[Measured, ...] | None = None,
+    progress: Progress | None = None,
 ) -> Plan:
     """Make the plan for a draft whose source has been imported; `measured` is what import has just found, if it ran.
 
-    Raises what `make_plans` raises.
+    A scene that wants compression has forms tried on the whole source, unless an earlier verb has done it. Raises what
+    `make_plans` raises.
     """
     manifest = draft.manifest
     if manifest.channels is None:
@@ -118,7 +129,18 @@ def plan_draft(
         records = [(each.source, each.statistics, source_volume(draft, each.name)) for each in manifest.channels]
     if measured is None:
         measured = tuple(measure_again(*record) for record in records)
-    return make_plans(scene, profile, [record[0].info for record in records], measured)
+    tried = _tried(draft)
+    wholes = [
+        WholeSource(volume, source.info, source.sha256, progress or Silent(), tried) for source, _, volume in records
+    ]
+    return make_plans(scene, profile, [record[0].info for record in records], measured, wholes)
+
+
+def _tried(draft: Draft) -> list[FormTrial]:
+    """Compressed forms that were tried when an earlier plan was made for the draft."""
+    if all(record.path != FORMS for record in draft.manifest.files):
+        return []
+    return [FormTrial.model_validate(each) for each in json.loads(draft.read_bytes(FORMS))]
 
 
 def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:

@@ -6,7 +6,6 @@ float is at most 2^-12 off in the upper half of the range and less below: 8 time
 """
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.mosaic import slice_of_mosaic
 
 Texels = NDArray[np.generic]
 
@@ -96,18 +94,13 @@ def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDAr
     compressed = next((name for name in BLOCKS if name == volume.format), None)
     if layout is None or compressed is None:
         return None
-    from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - for those who compress
+    from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
 
-    @lru_cache(maxsize=1)
-    def part(index: int) -> NDArray[np.float32]:
-        file = volume.files[index]
-        blocks = np.asarray(ktx2.decode(draft.read_bytes(file), file).data[0], np.uint8)
-        return decode_blocks(blocks, compressed, layout.texture_shape_yx, layout.channels)
+    def blocks(part: int) -> NDArray[np.uint8]:
+        file = volume.files[part]
+        return np.asarray(ktx2.decode(draft.read_bytes(file), file).data[0], np.uint8)
 
-    def read(z0: int, z1: int) -> NDArray[np.float32]:
-        return np.stack([slice_of_mosaic(part, layout, slice_) for slice_ in range(z0, z1)])
-
-    return read
+    return decoded_slices(blocks, layout, compressed)
 
 
 def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:

@@ -19,6 +19,10 @@ SCENE = "work/scene.json"
 """The scene, with the absolute path of the source."""
 
 
+FORMS = "work/forms.json"
+"""Compressed forms that were tried: what trying them took is not spent again by the next verb."""
+
+
 def source_name(channel: str | None) -> str:
     """Give the name of the stored values of the source, in its type; of a channel where there are several."""
     return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"

@@ -15,6 +15,7 @@ from volprep.plan.make import Common, make_plan
 from volprep.plan.packing import pack_channels
 from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
 from volprep.plan.slices import API
+from volprep.plan.whole import WholeSource
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep_formats.diagnostics import VolprepError
@@ -26,15 +27,23 @@ _Parts = TypeVar("_Parts", VolumePlan, NormalTexturePlan)
 _OF_ALL = frozenset(("preview", "empty border", "early ray termination"))
 
 
-def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo], measured: Sequence[Measured]) -> Plan:
+def make_plans(
+    scene: Scene,
+    profile: DeviceProfile,
+    infos: Sequence[SourceInfo],
+    measured: Sequence[Measured],
+    wholes: Sequence[WholeSource] | None = None,
+) -> Plan:
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`; the first has the others.
+
+    `wholes` are their sources, where they have been imported; compression is decided on them.
 
     Raises what `make_plan` raises, and VP1244 for what cannot be made of several channels.
     """
     drawn = drawn_channels(scene)
     if len(infos) == 1:
         alone = scene.model_copy(update={"source": drawn[0].spec})
-        plan = make_plan(alone, profile, infos[0], measured[0])
+        plan = make_plan(alone, profile, infos[0], measured[0], whole=wholes[0] if wholes else None)
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
     if profile.api == API:
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
@@ -42,13 +51,21 @@ def make_plans(scene: Scene, profile: DeviceProfile, infos: Sequence[SourceInfo]
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     scenes = [scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec}) for channel in drawn]
     channels = list(zip(scenes, infos, measured, strict=True))
+    sources: Sequence[WholeSource | None] = wholes or [None] * len(channels)
     crop = _common_crop(channels, profile)
-    plans = [make_plan(each, profile, info, found, Common(crop)) for each, info, found in channels]
+
+    def made(common: Common) -> list[Plan]:
+        return [
+            make_plan(scene, profile, info, found, common, whole)
+            for (scene, info, found), whole in zip(channels, sources, strict=True)
+        ]
+
+    plans = made(Common(crop))
     cutoffs = {plan.render.opacity_cutoff for plan in plans}
     steps_mm = {plan.render.step_mm for plan in plans}
     if len(cutoffs) > 1 or len(steps_mm) > 1:
         common = Common(crop, min(steps_mm), cutoff=len(cutoffs) > 1 or None not in cutoffs)
-        plans = [make_plan(each, profile, info, found, common) for each, info, found in channels]
+        plans = made(common)
     stages = tuple(dict.fromkeys(stage for plan in plans for stage in plan.stages))
     named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
     named, packing = pack_channels(named, scene, ())
@@ -70,7 +87,8 @@ def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]], profile
 def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
     """Give the plan of a channel names of its own for what does not belong to a transfer function."""
     volumes = tuple(_parts_of_channel(volume, channel) for volume in plan.volumes)
-    changes: dict[str, object] = {"channel": channel, "volumes": volumes, "stages": stages}
+    forms = tuple(form.model_copy(update={"channel": channel}) for form in plan.forms)
+    changes: dict[str, object] = {"channel": channel, "volumes": volumes, "stages": stages, "forms": forms}
     before: list[str] = [file for volume in plan.volumes for file in volume.files]
     after: list[str] = [file for volume in volumes for file in volume.files]
     if plan.skip is not None:

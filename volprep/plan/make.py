@@ -4,22 +4,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from volprep.plan.classification import (
-    CLASSIFIED_BITS,
-    StepLengths,
-    choose_tables,
-    require_classification,
-    tables_bytes,
-)
-from volprep.plan.compression import choose_compression
+from volprep.plan.classification import StepLengths, choose_tables, require_classification
+from volprep.plan.compression import CompressionGrounds, choose_compression
 from volprep.plan.crop import choose_crop
 from volprep.plan.editing import describe_editing, for_edits, plan_editing
 from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.labels import require_distinct_labels, step_voxels_of
-from volprep.plan.levels import candidate_levels, filter_of, fit_level
-from volprep.plan.mipmaps import in_one_texture, mipmap_levels
-from volprep.plan.normals import beside_level, normal_items, plan_normals, wanted_normals
+from volprep.plan.normals import normal_items, plan_normals, wanted_normals
 from volprep.plan.proxy import describe_proxy, plan_proxy
 from volprep.plan.records import (
     CropPlan,
@@ -32,15 +24,14 @@ from volprep.plan.records import (
     SubvolumesPlan,
     VolumePlan,
 )
-from volprep.plan.room import Beside, Misfit
 from volprep.plan.skip import Found, describe_skip, plan_skip
 from volprep.plan.slices import API, plan_of_slices, refuse_slices
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
+from volprep.plan.whole import WholeSource
 from volprep.scene import RenderWishes, Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings, Statistics
 from volprep_formats.package.profile import DeviceProfile
@@ -60,10 +51,17 @@ class Common:
     """Whether rays may stop early, if it is not what the channel would have."""
 
 
-def make_plan(
-    scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured, common: Common | None = None
+def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the source is, and what is given beside
+    scene: Scene,
+    profile: DeviceProfile,
+    info: SourceInfo,
+    measured: Measured,
+    common: Common | None = None,
+    whole: WholeSource | None = None,
 ) -> Plan:
     """Decide everything that the stages need to know; for one of several channels, with what they have in common.
+
+    Without the whole source, compression is decided by a sample of it, and the plan says so.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3043 for one
@@ -81,26 +79,11 @@ def make_plan(
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
-    compression = choose_compression(scene, profile, info, measured, functions, values)
-    # Devices compress no 3D textures, so that compressed levels, and what is sampled beside them, are mosaics.
-    layouts = profile if compression.format is None else profile.model_copy(update={"max_3d_texture_size": 0})
-    list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
-    candidates = list_levels(grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
-    table_bytes = tables_bytes(scene.render, profile, values.entries)
-    beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
-    bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
-    wanted = wanted_normals(scene)
-    with_normals = [beside_level(beside, level, wanted, layouts) for level in candidates]
-    fits = [
-        others
-        if isinstance(others, Misfit)
-        else fit_level(level, bits, layouts, others, scene.mosaic, compression.format, values.quantize.filter)
-        for level, others in zip(candidates, with_normals, strict=True)
-    ]
-    if scene.textures.mipmaps:
-        fits = in_one_texture(fits, candidates, profile, beside)
-    levels, volumes = _kept(candidates, fits, profile)
-    normals = plan_normals(wanted, layouts, levels, beside)
+    compressing = CompressionGrounds(scene, profile, info, measured, functions, values, crop, grid)
+    compression = choose_compression(compressing, whole)
+    layout = compression.layout
+    levels, volumes = layout.levels, layout.volumes
+    normals = plan_normals(wanted_normals(scene), layout.profile, levels, layout.beside)
     subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
     voxel_mm = _finest_spacing_mm(grid, levels[0])
     step_mm = step_voxels_of(scene, functions, voxel_mm) * voxel_mm
@@ -108,7 +91,7 @@ def make_plan(
     step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
     tables = choose_tables(scene, profile, functions, values, measured, step)
     found = Found(
-        layouts, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable
+        layout.profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable
     )
     skip = plan_skip(scene.skip, functions, found)
     programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
@@ -141,10 +124,11 @@ def make_plan(
             projection=scene.render.projection,
             tolerance=scene.tolerance,
         ),
+        forms=compression.forms,
         stages=_stages(levels, volumes, subvolumes, skip, proxy, normals),
         items=(),
     )
-    grounds = Grounds(scene, info, values, candidates, fits, opacity, tables)
+    grounds = Grounds(scene, info, values, layout.candidates, layout.fits, opacity, tables)
     skipping = describe_skip(skip, functions, scene.skip, found)
     meshes = describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()
     return plan.model_copy(
@@ -159,22 +143,6 @@ def make_plan(
             )
         }
     )
-
-
-def _kept(
-    candidates: list[LevelPlan], fits: list[VolumePlan | Misfit], profile: DeviceProfile
-) -> tuple[tuple[LevelPlan, ...], tuple[VolumePlan, ...]]:
-    """Take every level that fits as a 3D texture; as mosaics the finest, and each with an eighth of the voxels."""
-    fitting = [(level, fit) for level, fit in zip(candidates, fits, strict=True) if isinstance(fit, VolumePlan)]
-    if not fitting:
-        coarsest = fits[-1]
-        assert isinstance(coarsest, Misfit)  # noqa: S101 - what is not a VolumePlan
-        raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=coarsest.reason)
-    kept = fitting[:1]
-    for level, volume in fitting[1:]:
-        if volume.mosaic is None or math.prod(level.factors_zyx) >= 8 * math.prod(kept[-1][0].factors_zyx):
-            kept.append((level, volume))
-    return tuple(level for level, _ in kept), tuple(volume for _, volume in kept)
 
 
 def _programs(

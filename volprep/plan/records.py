@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid
+from volprep_formats.package.compression import CompressedForm
 from volprep_formats.package.manifest import (
     ClassificationName,
     LevelFilter,
@@ -14,6 +15,7 @@ from volprep_formats.package.manifest import (
     ProxyForm,
     RenderSettings,
     SampleFilter,
+    Sha256,
 )
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
@@ -352,6 +354,20 @@ class ProxyPlan(Record):
     """Programs that begin at these meshes."""
 
 
+class FormTrial(CompressedForm):
+    """A compressed form of the finest level that was tried."""
+
+    seconds: Annotated[float, Field(ge=0.0)] | None = None
+    """What encoding the level took; none where a sample was enough."""
+    key: Sha256 | None = None
+    """Digest of all that it depends on; none where a sample was enough, which is as quickly done again."""
+
+    @property
+    def as_record(self) -> CompressedForm:
+        """What a manifest says of it, whose bytes hang on no clock."""
+        return CompressedForm.model_validate(self.model_dump(exclude={"seconds", "key"}))
+
+
 class Plan(Record):
     """All that the stages need to know, and the reasons."""
 
@@ -387,6 +403,8 @@ class Plan(Record):
     """How empty space is skipped, where it is."""
     normals: NormalsPlan | None = None
     """Normals, where the scene wants them or its lighting needs them."""
+    forms: tuple[FormTrial, ...] = ()
+    """Compressed forms that were tried on the whole level or on a sample, where the scene wants one."""
     programs: tuple[ProgramPlan, ...]
     """A program for each transfer function, in their order."""
     render: RenderSettings

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep.plan.records import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import ByteCount, Manifest, Sha256, Tolerance
@@ -365,6 +366,8 @@ class Report(Record):
     """What each program draws."""
     made: tuple[LevelChoice, ...] = ()
     """How each coarse level was made and what else was tried, as the build noted it beside the package."""
+    forms: tuple[FormTrial, ...] = ()
+    """Compressed forms that were considered; what encoding took stands beside the package."""
     driver: Driver
     """The OpenGL ES that drew the pictures."""
     cost: Cost

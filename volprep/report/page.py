@@ -1,5 +1,6 @@
 """index.html: one page that needs nothing from outside its folder, made from the report's data alone."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from volprep.proxy.files import DRACO_RULE
 from volprep.report import text
 from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep.report.pictures import colours, css_bytes, css_colour
-from volprep.report.plots import Plot, error_against_step, error_against_time, transfer_plot
+from volprep.report.plots import Plot, error_against_size, error_against_step, error_against_time, transfer_plot
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
 
@@ -69,6 +70,8 @@ def page(report: Report) -> str:
         manifest=manifest,
         plots={program.program: _plots(program, report) for program in report.programs},
         transfer_plots=_transfer_plots(manifest),
+        size_plot=error_against_size(report),
+        plain_bytes=math.prod(manifest.levels[0].grid.shape_zyx) if report.forms else 0,
         seen_from=_SEEN_FROM,
         kept=[item for item in manifest.plan if item.kept],
         left_out=[item for item in manifest.plan if not item.kept],

@@ -16,9 +16,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
+from volprep.plan.records import FormTrial
+from volprep.plan.values import SHARE
 from volprep.report.data import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
 from volprep.report.pictures import css_colour
 from volprep.report.text import plain, ratio
+from volprep.report.verdict import share_of
 from volprep_formats.package.transfer_function import TransferFunction
 
 _INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"
@@ -57,6 +60,15 @@ def error_against_time(program: ProgramResult, report: Report) -> Plot:
 def error_against_step(program: ProgramResult, report: Report) -> Plot:
     """RMSE against step size at the finest level, with the data error and a line of the expected order."""
     return _plot(lambda axes: _draw_error_against_step(axes, program.sweep, report), f"{program.program}-step")
+
+
+def error_against_size(report: Report) -> Plot | None:
+    """Share of the tolerance against the size of the finest level, of all compressed forms; None if there are none.
+
+    The share is the larger one of RMSE and largest error, as the verdict has it. What loses nothing has none.
+    """
+    forms = [form for form in report.forms if form.maximum > 0]
+    return _plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
 
 
 def transfer_plot(function: TransferFunction, window: tuple[float, float], unit: str) -> Plot:
@@ -131,6 +143,34 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
             label=f"order {order:g}",
         )
     _floor(axes, sweep.floors[0], report)
+
+
+def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Report) -> None:
+    _logarithmic(axes, "megabytes of the finest level", "error, share of the tolerance")
+    for kept, label, series in ((True, "in the package", 0), (False, "refused", 1)):
+        found = [form for form in forms if form.kept == kept]
+        if found:
+            axes.plot(
+                [form.size_bytes / 1e6 for form in found],
+                [share_of(form, report.tolerance) for form in found],
+                color=_SERIES[series],
+                marker=_MARKERS[series],
+                linestyle="none",
+                label=label,
+            )
+    for number, form in enumerate(sorted(forms, key=lambda each: share_of(each, report.tolerance))):
+        # Beside each other, names of forms of one size would lie on each other.
+        axes.annotate(
+            form.format if form.channel is None else f"{form.channel}: {form.format}",
+            (form.size_bytes / 1e6, share_of(form, report.tolerance)),
+            xytext=(7, 5 if number % 2 else -5),
+            textcoords="offset points",
+            va="center",
+            color=_MUTED,
+            fontsize=8.5,
+        )
+    axes.margins(x=0.25, y=0.2)
+    axes.axhline(SHARE, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
 
 
 def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str) -> None:

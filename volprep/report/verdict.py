@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from volprep.plan.records import FormTrial
 from volprep.report.data import ErrorNumbers, ProgramResult, Verdict
 from volprep_formats.package.manifest import Tolerance
 
@@ -14,7 +15,7 @@ def passes(total: ErrorNumbers, tolerance: Tolerance) -> bool:
     return total.rmse <= tolerance.rmse and total.maximum <= tolerance.maximum
 
 
-def share_of(total: ErrorNumbers, tolerance: Tolerance) -> float:
+def share_of(total: ErrorNumbers | FormTrial, tolerance: Tolerance) -> float:
     """Give the error over the tolerance, the larger of rmse's and maximum's; above 1 is beyond it."""
     return max(
         total.rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),

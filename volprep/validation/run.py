@@ -8,6 +8,7 @@ from pathlib import Path
 
 from volprep import _native
 from volprep.origin import read_origin
+from volprep.plan.records import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep.render.choose import API_OF_SLICES
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
@@ -27,6 +28,7 @@ from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 
@@ -85,6 +87,7 @@ def validate(
             verdict=judge(programs, subject.render.tolerance),
             programs=programs,
             made=_made(path),
+            forms=_forms(path, package.manifest),
             driver=driver,
             cost=Cost(
                 seconds=clock.so_far(),
@@ -130,6 +133,14 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
 def _made(path: Path) -> tuple[LevelChoice, ...]:
     origin = read_origin(path.resolve())
     return () if origin is None else origin.levels
+
+
+def _forms(path: Path, manifest: Manifest) -> tuple[FormTrial, ...]:
+    """What the manifest says of compressed forms, with the times that the build noted beside the package."""
+    origin = read_origin(path.resolve())
+    noted = {form.as_record: form for form in (() if origin is None else origin.forms)}
+    plain = (FormTrial.model_validate(form.model_dump()) for form in manifest.compression)
+    return tuple(noted.get(form.as_record, form) for form in plain)
 
 
 def _facts(package: Package) -> PackageFacts:

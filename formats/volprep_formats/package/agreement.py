@@ -31,6 +31,8 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     """Give every problem of the manifest that can be seen without opening another file."""
     yield from _unique(manifest)
     yield from _roles(manifest)
+    if manifest.state == "sealed":
+        yield from _compression(manifest)
     if manifest.channels is None:
         for texture in manifest.textures:
             if texture.channels is not None:
@@ -108,6 +110,17 @@ def _roles(manifest: Manifest) -> Iterator[str]:
         yield from (f"nothing uses {path}" for path, role in roles.items() if role != "work" and path not in used)
         missing = {path for item in manifest.plan for path in item.files if item.kept} - roles.keys()
         yield from (f"the plan names {path}, which is not among the files" for path in sorted(missing))
+
+
+def _compression(manifest: Manifest) -> Iterator[str]:
+    """A form that was kept is the form of its level's textures."""
+    for form in (form for form in manifest.compression if form.kept):
+        volumes = [each for each in manifest.textures if (each.role, each.level) == ("volume", form.level)]
+        found = {
+            each.gl.internal_format for each in volumes if form.channel is None or form.channel in (each.channels or ())
+        }
+        if found != {BLOCKS[form.format].gl_name}:
+            yield f"level {form.level} is said to be compressed as {form.format}, but its textures are not"
 
 
 def _levels(manifest: Manifest) -> Iterator[str]:

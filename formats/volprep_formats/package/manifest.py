@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.package.compression import CompressedForm
 from volprep_formats.package.editing import Editing
 from volprep_formats.package.normals import Normals
 from volprep_formats.package.palette import Palette
@@ -452,6 +453,8 @@ class Manifest(Record):
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
     """Proxy geometry."""
+    compression: tuple[CompressedForm, ...] = ()
+    """Compressed forms that were considered for the finest level, and what each loses."""
     render: RenderSettings | None = None
     """How the package wants to be drawn."""
     preview: PackagePath | None = None

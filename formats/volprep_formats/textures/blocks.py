@@ -11,6 +11,8 @@ manifest.
 
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
 from typing import Any
@@ -18,8 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.package.manifest import MosaicLayout
 from volprep_formats.textures import astc_child
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape
+from volprep_formats.textures.mosaic import slice_of_mosaic
 
 ASTC_QUALITY = 60
 """Preset "medium" of astcenc."""
@@ -101,6 +105,24 @@ def decode_blocks(
     inside = texels[: shape_yx[0], : shape_yx[1]]
     picture: NDArray[np.float32] = np.ascontiguousarray(inside[..., 0] if channels == 1 else inside[..., :channels])
     return picture
+
+
+def decoded_slices(
+    blocks: Callable[[int], NDArray[np.uint8]], layout: MosaicLayout, texture_format: CompressedFormat
+) -> Callable[[int, int], NDArray[np.float32]]:
+    """Give a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, as `decode_blocks` gives them.
+
+    `blocks(part)` gives the blocks of one of its textures; those of the last one asked for are kept decoded.
+    """
+
+    @lru_cache(maxsize=1)
+    def texels(part: int) -> NDArray[np.float32]:
+        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.channels)
+
+    def read(z0: int, z1: int) -> NDArray[np.float32]:
+        return np.stack([slice_of_mosaic(texels, layout, slice_) for slice_ in range(z0, z1)])
+
+    return read
 
 
 def _decode_eac(blocks: NDArray[np.uint8]) -> NDArray[np.float32]:

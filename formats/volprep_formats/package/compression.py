@@ -1,0 +1,39 @@
+"""What a package says about compressed forms of its levels: those that were considered, and what each would lose."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.record import Record
+from volprep_formats.textures.block_formats import CompressedFormat
+
+ByteCount = Annotated[int, Field(ge=0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+
+
+class CompressedForm(Record):
+    """One form of the finest level, encoded and decoded again."""
+
+    format: CompressedFormat
+    """Format of its textures."""
+    channel: str | None = None
+    """Channel that it was considered for, where there are several."""
+    kept: bool
+    """Whether the package has it."""
+    level: Annotated[int, Field(ge=0)]
+    """The finest level that fits."""
+    size_bytes: ByteCount
+    """Size of the textures of that level."""
+    basis: Literal["level", "sample"]
+    """What was encoded: the level, whose standard views were drawn by the oracle; or a sample of the source, with rays
+    along z, which was enough to refuse it, or all that a plan without a build has."""
+    pictures: Annotated[int, Field(ge=1)]
+    """Standard views that were drawn, of all transfer functions together, until one was beyond half of the tolerance; 1
+    for the rays of a sample."""
+    psnr_db: float | None
+    """Peak signal to noise of the codes; null where nothing is lost."""
+    rmse: NonNegative
+    """Largest root mean square error of a picture, premultiplied linear values from 0 to 1: against the source, at a
+    coarser level against means of its values; of a sample against its codes."""
+    maximum: NonNegative
+    """Largest error of one channel of one pixel of these pictures."""
