@@ -1,7 +1,7 @@
 """volprep import: begin a draft, or list the DICOM series that could become one."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -32,6 +32,13 @@ Level = Annotated[
 Grid = Annotated[
     str | None, typer.Option(help="Name of the grid in an OpenVDB file that holds several. Replaces the scene's.")
 ]
+Rgb = Annotated[
+    Literal["luminance"] | None,
+    typer.Option(
+        help="What to do with pictures in colour: luminance makes them grey. Without it they are refused. Replaces the "
+        "scene's."
+    ),
+]
 Repair = Annotated[
     list[str],
     typer.Option(
@@ -60,6 +67,7 @@ def import_source(
     channel: Channel = None,
     level: Level = None,
     grid: Grid = None,
+    rgb: Rgb = None,
     repair: Repair = [],  # noqa: B006 - typer asks for a list, and nothing changes it
     only_list: List = False,
     as_json: Json = False,
@@ -88,7 +96,7 @@ def import_source(
     if unknown := set(repair) - {"gaps", "tilt"}:
         msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
         raise typer.BadParameter(msg)
-    told = {"series": series, "volume": volume, "channel": channel, "level": level, "grid": grid}
+    told = {"series": series, "volume": volume, "channel": channel, "level": level, "grid": grid, "rgb": rgb}
     choices: dict[str, object] = {key: value for key, value in told.items() if value is not None}
     if repair:
         choices["repair"] = tuple(repair)

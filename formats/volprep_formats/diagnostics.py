@@ -128,7 +128,7 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
         "Choose the grey series that this picture was made from. Uncompressed colours become grey with "
-        'rgb = "luminance" in [source].',
+        'rgb = "luminance" in [source], or --rgb luminance.',
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,
@@ -275,7 +275,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1164": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the picture has {what}; a volume needs one grey value in each pixel",
-        'Convert the pictures to grey, or write rgb = "luminance" in [source].',
+        'Convert the pictures to grey, or write rgb = "luminance" in [source], or give import --rgb luminance.',
     ),
     "VP1165": Diagnostic(
         ExitStatus.SOURCE,
@@ -396,6 +396,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "{path}: {what} cannot be made of a volume of several channels",
         "Leave it out, or give the scene transfer functions of one channel only.",
+    ),
+    "VP1245": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: the picture {name} cannot be drawn: {reason}",
+        "Leave [together] out, name other transfer functions there, or change what the message names.",
     ),
     "VP1250": Diagnostic(
         ExitStatus.PACKAGE,
@@ -849,9 +854,9 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP6014": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: its shaders light the volume ({lighting}), and there is no true picture with light to compare with: "
-        "the gradient of a trilinear field jumps between voxels, and every kernel smooths it in another way",
-        "Build the scene with render.lighting none, and validate that: its codes and tables are made in the same way.",
+        "{path}: its shaders light labels, and there is no true picture of lit labels to compare with: their normals "
+        "depend on how they are numbered",
+        "Validate a package of the same scene without render.lighting.",
     ),
     "VP6015": Diagnostic(
         ExitStatus.TOLERANCE,

@@ -3,10 +3,11 @@
 import numpy as np
 import OpenImageIO
 import pytest
+from command_line import volprep
 from dicom_files import compressed, image, save, save_all
 from pydicom.uid import ExplicitVRBigEndian, ImplicitVRLittleEndian, RLELossless
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.luminance import luminance
@@ -67,6 +68,17 @@ def test_a_dicom_series_in_colour_becomes_grey_on_request(tmp_path, planes, fact
     assert voxels.dtype == colours.dtype
     assert any("luminance" in remark for remark in info.remarks)
     assert not any("left out" in remark for remark in info.remarks)
+
+
+def test_the_command_makes_colours_grey_on_request(tmp_path) -> None:
+    save_all(dicom(COLOURS), tmp_path / "series", ImplicitVRLittleEndian)
+    refused = volprep("import", tmp_path / "series", "-o", tmp_path / "a.volpkg")
+    assert (refused.returncode, "VP1035" in refused.stderr) == (ExitStatus.SOURCE, True)
+    done = volprep("import", tmp_path / "series", "-o", tmp_path / "a.volpkg", "--rgb", "luminance")
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(
+        np.fromfile(tmp_path / "a.volpkg/work/level0.raw", np.uint8), rounded(COLOURS).ravel()
+    )
 
 
 OTHER_COLOURS = {

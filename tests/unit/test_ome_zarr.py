@@ -344,6 +344,28 @@ EDITS = {
 }
 
 
+def cubes(folder, shape: int, chunk: int):
+    """A store of a cube in chunks that are cubes, all of them missing."""
+    store(folder, compressors=None)
+    grid = {"name": "regular", "configuration": {"chunk_shape": [chunk] * 3}}
+    change(folder / "0/zarr.json", lambda array: array.update(shape=[shape] * 3, chunk_grid=grid))
+    return folder
+
+
+def test_many_chunks_of_a_few_voxels_are_refused_before_any_is_read(tmp_path) -> None:
+    for shape, chunk, told in ((17, 1, "4913 chunks of 1 voxels"), (119, 7, "4913 chunks of 343 voxels")):
+        error = refusal(cubes(tmp_path / f"{chunk}.zarr", shape, chunk))
+        assert error.code == "VP1225"
+        assert told in str(error)
+
+
+def test_a_few_small_chunks_or_many_larger_ones_are_read(tmp_path) -> None:
+    for shape, chunk in ((16, 1), (136, 8)):
+        folder = cubes(tmp_path / f"{chunk}.zarr", shape, chunk)
+        with open_source(SourceSpec(path=str(folder)), tmp_path, Silent()) as source:
+            assert source.info.grid.shape_zyx == (shape, shape, shape)
+
+
 @pytest.mark.parametrize("name", EDITS)
 def test_what_an_array_may_not_say_is_refused(tmp_path, name) -> None:
     store(tmp_path / "a.zarr", compressors=None)

@@ -5,6 +5,7 @@ value, as the format says.
 """
 
 import json
+import math
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
@@ -36,6 +37,8 @@ from volprep_formats.source import SourceInfo, SourceSpec
 
 _MOST_SERIES, _MOST_CHANNELS, _MOST_TIMES = 1000, 2**16, 2**20
 _PART_BYTES, _ROW_BYTES = 2**22, 2**25
+_FEW_CHUNKS, _LEAST_CHUNK_VOXELS = 2**12, 2**9
+"""More chunks than so few must have voxels enough: each costs its 0.2 ms, however little is in it."""
 _KEPT_BYTES = 2**28
 """Rows of chunks up to this size are decoded once, however thin the slabs are that are asked for."""
 
@@ -160,6 +163,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
             error = f"its array has {len(facts.shape)} axes, its metadata {len(picture.axes)}"
             raise VolprepError("VP1220", path=path, error=error)
         volume = _Volume(array, facts, _space_axes(picture), _fixed(path, picture, facts, spec))
+        _check_chunks(path, volume)
         grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
         if not picture.has_units:
             remarks.append("the file does not say its unit of length; millimetres are taken")
@@ -178,6 +182,15 @@ def channel_names(spec: SourceSpec, path: Path) -> list[str]:
         array = ArrayRequest(store, f"{prefix}{picture.levels[0].path}")
         facts = _facts(pool, array)
         return _channels(path, picture, facts)
+
+
+def _check_chunks(path: Path, volume: _Volume) -> None:
+    """Raise VP1225 for a volume in crumbs, which would take hours."""
+    count = math.prod(-(-n // m) for n, m in zip(volume.shape_zyx, volume.chunk_zyx, strict=True))
+    voxels = math.prod(volume.chunk_zyx)
+    if count > _FEW_CHUNKS and voxels < _LEAST_CHUNK_VOXELS:
+        limit = f"{_FEW_CHUNKS} chunks of fewer than {_LEAST_CHUNK_VOXELS} voxels"
+        raise VolprepError("VP1225", path=path, size=f"{count} chunks of {voxels} voxels", limit=limit)
 
 
 def _ask(pool: Workers, request: Request) -> Any:
