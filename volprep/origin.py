@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from volprep.plan.records import FormTrial
+from volprep.forms import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
 from volprep_formats.diagnostics import VolprepError

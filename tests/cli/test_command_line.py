@@ -13,7 +13,9 @@ from pathlib import Path
 
 import pytest
 from command_line import COMMAND, volprep
+from dicom_files import save_all, stack
 from phantom_scene import SCENE, phantom, write_phantom_scene
+from pydicom.uid import ExplicitVRLittleEndian
 
 from volprep_cli.main import main
 from volprep_formats.diagnostics import ExitStatus
@@ -221,6 +223,19 @@ atexit.register(lambda: print("LOADED", *sorted({HEAVY!r} & set(sys.modules)), f
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         taken.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     assert min(taken) < 0.3
+
+
+def test_import_of_a_series_loads_neither_the_planner_nor_a_stage_nor_pydicom(tmp_path) -> None:
+    save_all(stack(5), tmp_path / "series", ExplicitVRLittleEndian)
+    code = f"""
+import atexit, sys
+not_needed = {{"volprep.plan", "volprep.pipeline", "volprep.stages.quantize", "volprep.render", "pydicom", "rich"}}
+atexit.register(lambda: print("LOADED", *sorted(not_needed & set(sys.modules)), file=sys.stderr))
+{COMMAND[-1]}
+"""
+    command = [sys.executable, "-c", code, "import", tmp_path / "series", "-o", tmp_path / "a.volpkg"]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert run.stderr.splitlines()[-1] == "LOADED"
 
 
 def test_help_tells_every_exit_status() -> None:

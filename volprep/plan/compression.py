@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.forms import FormTrial
 from volprep.plan.layout import Layout, lay_out
 from volprep.plan.probe import Codes, PictureError, difference, picture
-from volprep.plan.records import CropPlan, FormTrial
+from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
 from volprep.plan.values import ValueChoice, within_share
 from volprep.plan.whole import LevelData, WholeLevel, WholeSource

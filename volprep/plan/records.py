@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep.forms import FormTrial
 from volprep_formats.grid import Count, Grid
-from volprep_formats.package.compression import CompressedForm
 from volprep_formats.package.manifest import (
     ClassificationName,
     LevelFilter,
@@ -15,7 +15,6 @@ from volprep_formats.package.manifest import (
     ProxyForm,
     RenderSettings,
     SampleFilter,
-    Sha256,
 )
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
@@ -307,6 +306,17 @@ class ProgramPlan(Record):
     """Name of the transfer function that it draws."""
 
 
+class TogetherPlan(Record):
+    """One picture of several channels."""
+
+    name: str
+    """Name of the picture."""
+    transfers: tuple[str, ...]
+    """Transfer functions that show something, each of another channel."""
+    programs: tuple[ProgramPlan, ...]
+    """Programs that draw it."""
+
+
 class SubvolumesPlan(Record):
     """Level 0 in pieces that share a layer of voxels with their neighbours."""
 
@@ -352,20 +362,6 @@ class ProxyPlan(Record):
     """One for each level of each transfer function for which it pays."""
     programs: tuple[ProgramPlan, ...]
     """Programs that begin at these meshes."""
-
-
-class FormTrial(CompressedForm):
-    """A compressed form of the finest level that was tried."""
-
-    seconds: Annotated[float, Field(ge=0.0)] | None = None
-    """What encoding the level took; none where a sample was enough."""
-    key: Sha256 | None = None
-    """Digest of all that it depends on; none where a sample was enough, which is as quickly done again."""
-
-    @property
-    def as_record(self) -> CompressedForm:
-        """What a manifest says of it, whose bytes hang on no clock."""
-        return CompressedForm.model_validate(self.model_dump(exclude={"seconds", "key"}))
 
 
 class Plan(Record):
@@ -415,6 +411,8 @@ class Plan(Record):
     """Every decision with its reason, cost and files; of all channels."""
     channel: str | None = None
     """Channel that it is for, where there are several."""
+    together: TogetherPlan | None = None
+    """What is drawn of several channels together; stands in the plan of the first."""
     others: "tuple[Plan, ...]" = ()
     """Plans of the other channels: of the same profile and grid. What is drawn of them has names of its own."""
 

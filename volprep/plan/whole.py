@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep.forms import FormTrial
 from volprep.mosaic import pack_mosaic
 from volprep.plan.probe import PictureError, difference
-from volprep.plan.records import CropPlan, FormTrial, LevelPlan, QuantizePlan, VolumePlan
+from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.plan.values import within_share
 from volprep.render.camera import standard_views
 from volprep.scene import RenderWishes

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.plan.records import FormTrial
+from volprep.forms import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import ByteCount, Manifest, Sha256, Tolerance

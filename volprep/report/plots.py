@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from volprep.plan.records import FormTrial
+from volprep.forms import FormTrial
 from volprep.plan.values import SHARE
 from volprep.report.data import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
 from volprep.report.pictures import css_colour

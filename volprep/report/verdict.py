@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from volprep.plan.records import FormTrial
+from volprep.forms import FormTrial
 from volprep.report.data import ErrorNumbers, ProgramResult, Verdict
 from volprep_formats.package.manifest import Tolerance
 
