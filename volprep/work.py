@@ -1,6 +1,7 @@
 """The working data of a draft: volumes without a header, the scene, and the keys of what has run."""
 
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,11 @@ def source_name(channel: str | None) -> str:
 def codes_name(level: int, channel: str | None = None) -> str:
     """Give the name of the codes of a level; of a channel where there are several."""
     return f"work/stored{level}.raw" if channel is None else f"work/stored{level}-{channel}.raw"
+
+
+def classified_name(level: int) -> str:
+    """Give the name of the voxels of a coarser level, RGBA, where a package has classified voxels."""
+    return f"work/classified{level}.raw"
 
 
 def choice_name(level: int, channel: str | None = None) -> str:
@@ -90,6 +96,7 @@ def is_current(name: str, key: str, manifest: Manifest) -> bool:
     return any(record.name == name and record.key == key for record in manifest.stages)
 
 
+@cache
 def generator() -> str:
     """Program and version, as manifests name them."""
     return f"volprep {version('volprep')}"

@@ -125,7 +125,7 @@ def test_the_same_stages_write_the_same_bytes(tmp_path: Path, build_package) -> 
 def test_a_manifest_has_sorted_keys_two_spaces_and_a_newline_and_reads_back_as_itself(draft: Draft) -> None:
     data = encode_manifest(draft.manifest)
     assert data == (draft.folder / "manifest.json").read_bytes()
-    assert data.startswith(b'{\n  "files": [\n    {\n      "path": ')
+    assert data.startswith(b'{\n  "compression": [],\n  "files": [\n    {\n      "path": ')
     assert data.endswith(b"\n}\n")
     assert decode_manifest(data, draft.folder) == draft.manifest
     assert b"0.7," in data  # a float has the fewest digits that give it back

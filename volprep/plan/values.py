@@ -101,8 +101,12 @@ def choose_values(
             return is_exact(codes.bits, codes.window, info, measured.statistics)
         return within_share(error, scene.tolerance)
 
-    trials = [best_window(bits) for bits in _possible_bits(settings, profile)]
-    error, codes = next((trial for trial in trials if enough(*trial)), trials[-1])
+    trials: list[tuple[PictureError, Codes]] = []
+    for bits in _possible_bits(settings, profile):
+        trials.append(best_window(bits))
+        if enough(*trials[-1]):
+            break
+    error, codes = trials[-1]
     narrow_error = trials[0][0] if codes is not trials[0][1] else None
     if scene.editable:
         entries = min(_EDITABLE_ENTRIES[codes.bits], lengths[-1])
