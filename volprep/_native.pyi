@@ -540,6 +540,42 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
+def render_oracle_sum(volumes: Sequence[numpy.typing.NDArray[numpy.generic]], slopes: Sequence[float], intercepts: Sequence[float], points: Sequence[numpy.typing.NDArray[numpy.float64]], spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the picture of several volumes on one grid and a bound on the error of each pixel.
+
+    For each pixel the integral of sum(c_i tau_i) exp(-optical depth) along its ray and 1 - exp(-optical depth), where the
+    optical depth is the integral of sum(tau_i), exact up to `bound` for the trilinear fields of the voxels and the piecewise
+    linear transfer functions.
+
+    Parameters
+    ----------
+    volumes
+        1 to 16 arrays [z, y, x] of one shape and one type: uint8, int16, uint16 or float32, finite.
+    slopes, intercepts
+        Of each volume: physical = slope * stored + intercept.
+    points
+        Of each volume: float64 [n, 5], control points of its transfer function: value, linear RGB not negative, extinction
+        not negative. Values ascend; two points at one value make a jump.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    tolerance
+        The error to aim at, at least 1e-13.
+    rgba, bound
+        float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def pack_tiles(planes: Sequence[numpy.typing.NDArray[numpy.uint8]], step: int, gutter: int, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None:
     """
     Lay slices side by side in a strip of a 2D texture: a row of mosaic tiles.

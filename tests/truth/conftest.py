@@ -208,4 +208,13 @@ def slow_light(volume, points, ray_mm, spacing_mm_xyz=(1.0, 1.0, 1.0), normals=N
 
 @pytest.fixture(scope="session")
 def oracle():
-    return SimpleNamespace(point=Point, ray=ray, draw=draw, slow_light=slow_light, classify=classify)
+    return SimpleNamespace(
+        point=Point,
+        ray=ray,
+        draw=draw,
+        slow_light=slow_light,
+        classify=classify,
+        trilinear=trilinear,
+        inside_box=inside_box,
+        cuts_along=cuts_along,
+    )

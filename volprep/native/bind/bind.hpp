@@ -39,6 +39,7 @@ void mode_reduce(nb::module_& module);
 void nearest_reduce(nb::module_& module);
 void normals(nb::module_& module);
 void oracle(nb::module_& module);
+void oracle_sum(nb::module_& module);
 void pack_tiles(nb::module_& module);
 void preintegrate(nb::module_& module);
 void quantize(nb::module_& module);

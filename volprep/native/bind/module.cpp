@@ -21,6 +21,7 @@ NB_MODULE(_native, module) {
     volprep::bind::nearest_reduce(module);
     volprep::bind::normals(module);
     volprep::bind::oracle(module);
+    volprep::bind::oracle_sum(module);
     volprep::bind::pack_tiles(module);
     volprep::bind::preintegrate(module);
     volprep::bind::quantize(module);

@@ -1,0 +1,234 @@
+"""The oracle of several media in one picture: against its slow twin, closed forms, and the oracle of one medium."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from volprep import _native
+
+TWIN_ROUNDING = 4e-14
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
+
+
+def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, shape_hw=(1, 1), threads=1):
+    """Picture and bound of volumes of one type, each with control points."""
+    volumes = [volume for volume, _ in media]
+    rows = [np.array([[p.value, *p.colour, p.extinction_per_mm] for p in points], dtype=float) for _, points in media]
+    rgba, bound = np.full((*shape_hw, 4), np.nan), np.full(shape_hw, np.nan)
+    ones, zeros = [1.0] * len(media), [0.0] * len(media)
+    extent = tuple(np.array(volumes[0].shape[::-1]) * spacing)
+    _native.render_oracle_sum(
+        volumes, ones, zeros, rows, tuple(spacing), extent, camera, tolerance, rgba, bound, threads=threads
+    )
+    return rgba, bound
+
+
+def slow_sum(oracle, media, ray_mm, spacing):
+    """The light of one ray by brute force, as the twin of one medium finds it: pieces between all cuts of all media."""
+    origin, direction = np.array(ray_mm[0], dtype=float), np.array(ray_mm[1], dtype=float)
+    direction /= np.linalg.norm(direction)
+    shape = media[0][0].shape
+    start, end = oracle.inside_box(origin, direction, ray_mm[2], np.array(shape[::-1]) * spacing)
+    if start >= end:
+        return np.zeros(4)
+    planes = {start, end}
+    for axis in np.flatnonzero(direction):
+        centres = (np.arange(shape[2 - axis]) + 0.5) * spacing[axis]
+        planes |= {t for t in (centres - origin[axis]) / direction[axis] if start < t < end}
+
+    def field(volume, t):
+        return oracle.trilinear(volume.astype(float), origin + np.multiply.outer(t, direction), spacing)
+
+    cuts = sorted(
+        {
+            cut
+            for volume, points in media
+            for cut in oracle.cuts_along(lambda t, volume=volume: field(volume, t), points, sorted(planes))
+        }
+    )
+    depth, colour = 0.0, np.zeros(3)
+    for low, high in pairwise(cuts):
+        segments = [
+            int(np.searchsorted([p.value for p in points], field(volume, (low + high) / 2), side="right"))
+            for volume, points in media
+        ]
+
+        def each(t, segments=segments):
+            for (volume, points), segment in zip(media, segments, strict=True):
+                values = field(volume, t)
+                extinction = oracle.classify(points, segment, values, [p.extinction_per_mm for p in points])
+                yield extinction, oracle.classify(points, segment, values, np.array([p.colour for p in points]))
+
+        def extinction(t, each=each):
+            return sum(one for one, _ in each(t))
+
+        piece = (high - low) / 2 * WEIGHTS @ extinction((low + high) / 2 + (high - low) / 2 * NODES)
+        for first, last in pairwise(np.linspace(low, high, 1 + max(1, int(np.ceil(2 * piece))))):
+            half = (last - first) / 2
+            t = first + half * (1 + NODES)
+            inner = first + np.multiply.outer((t - first) / 2, 1 + NODES)
+            through = np.exp(-depth - (t - first) / 2 * (extinction(inner) @ WEIGHTS)) * half * WEIGHTS
+            colour = colour + sum((through * one) @ shade for one, shade in each(t))
+            depth += half * WEIGHTS @ extinction(t)
+    return np.append(colour, -np.expm1(-depth))
+
+
+def random_media(oracle, rng, scale):
+    shape, kind = tuple(rng.integers(1, 5, 3)), rng.choice([np.uint8, np.float32])
+    media = []
+    for _ in range(rng.integers(2, 5)):
+        count = rng.integers(1, 5)
+        values = np.sort(rng.uniform(0, 255, count))
+        if count > 2 and rng.random() < 0.4:
+            values[1] = values[2]  # a jump
+        extinctions = np.where(rng.random(count) < 0.3, 0.0, rng.uniform(0, scale, count))
+        points = [oracle.point(v, e, tuple(rng.uniform(0, 1, 3))) for v, e in zip(values, extinctions, strict=True)]
+        media.append((rng.integers(0, 256, shape).astype(kind), points))
+    return media, rng.choice([0.01, 0.3, 1.0, 1.7], 3)
+
+
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    depth=st.floats(-3, 2).map(lambda power: 10.0**power),
+    tolerance=st.floats(-9, -2).map(lambda power: 10.0**power),
+    axis=st.sampled_from([None, None, 0, 1, 2]),
+)
+@example(seed=1, depth=30.0, tolerance=1e-4, axis=None)
+def test_random_rays_agree_within_the_bound(oracle, seed, depth, tolerance, axis):
+    rng = np.random.default_rng(seed)
+    media, spacing = random_media(oracle, rng, depth)
+    extent = np.array(media[0][0].shape[::-1]) * spacing
+    origin, target = rng.uniform(-0.3, 1.3, 3) * extent, rng.uniform(0, 1, 3) * extent
+    if axis is not None:
+        target[axis] = origin[axis]
+    length = np.linalg.norm(target - origin) * rng.uniform(0.5, 3)
+    rgba, bound = draw(media, oracle.ray(origin, target - origin, length), spacing, tolerance)
+    truth = slow_sum(oracle, media, (origin, target - origin, length), spacing)
+    assert bound[0, 0] <= tolerance
+    assert np.abs(rgba[0, 0] - truth).max() <= bound[0, 0] + TWIN_ROUNDING
+
+
+@pytest.mark.parametrize("depths", [(1e-6, 2e-6), (0.1, 0.4), (3.0, 20.0), (0.2, 1e5), (1e9, 1e9)])
+def test_homogeneous_media_mix_as_their_extinctions(oracle, depths):
+    volume = np.full((3, 4, 5), 7, np.uint8)
+    colours = np.array([(1.0, 0.2, 0.0), (0.1, 0.5, 0.9)])
+    media = [(volume, [oracle.point(7, tau / 5, tuple(c))]) for tau, c in zip(depths, colours, strict=True)]
+    rgba, bound = draw(media, oracle.ray((-1, 1.7, 1.2), (1, 0, 0), 20))
+    alpha = -np.expm1(-sum(depths))
+    truth = np.append(np.array(depths) @ colours / sum(depths) * alpha, alpha)
+    assert bound[0, 0] <= 1e-6
+    assert np.abs(rgba[0, 0] - truth).max() <= bound[0, 0] + 4 * np.finfo(float).eps
+
+
+def picture_scene(oracle, media_count=2):
+    rng = np.random.default_rng(5)
+    media = []
+    for colours in (((1, 0, 0), (0, 1, 0)), ((0, 0, 1), (1, 1, 1)), ((1, 1, 0), (0, 1, 1)))[:media_count]:
+        points = [oracle.point(40, 0.0, colours[0]), oracle.point(150, 1.5, colours[1])]
+        points += [oracle.point(150, 0.2, colours[0]), oracle.point(240, 3.0, colours[1])]
+        media.append((rng.integers(0, 256, (6, 5, 7)).astype(np.uint8), points))
+    camera = oracle.ray((3.5, 2.5, -4.0), (0.1, 0.2, 1.0), 14.0)
+    camera[:3, 0], camera[:3, 1] = (3.0, 0.1, 0.0), (0.0, 2.5, 0.2)
+    return media, camera
+
+
+def halved(media):
+    volume, points = media
+    return volume, [point._replace(extinction_per_mm=point.extinction_per_mm / 2) for point in points]
+
+
+def test_a_medium_twice_at_half_extinction_is_the_medium_itself(oracle):
+    media, camera = picture_scene(oracle)
+    single = oracle.draw(*media[0], camera, shape_hw=(9, 9), tolerance=1e-8)
+    rgba, bound = draw([halved(media[0])] * 2, camera, tolerance=1e-8, shape_hw=(9, 9))
+    assert bound.max() <= 1e-8
+    assert single.rgba[..., 3].max() > 0.9
+    assert np.all(np.abs(rgba - single.rgba).max(axis=-1) <= bound + single.bound)
+
+
+def test_a_medium_alone_has_the_picture_of_the_other_oracle_bit_for_bit(oracle):
+    media, camera = picture_scene(oracle)
+    single = oracle.draw(*media[0], camera, shape_hw=(9, 9))
+    dark = (media[1][0], [point._replace(extinction_per_mm=0.0) for point in media[1][1]])
+    for shown in ([media[0]], [media[0], dark], [dark, media[0]]):
+        rgba, bound = draw(shown, camera, shape_hw=(9, 9))
+        np.testing.assert_array_equal(rgba, single.rgba)
+        np.testing.assert_array_equal(bound, single.bound)
+
+
+def test_the_order_of_the_media_changes_nothing(oracle):
+    media, camera = picture_scene(oracle, 3)
+    rgba, bound = draw(media, camera, tolerance=1e-9, shape_hw=(9, 9))
+    other, other_bound = draw(media[::-1], camera, tolerance=1e-9, shape_hw=(9, 9))
+    assert np.abs(rgba - other).max() <= bound.max() + other_bound.max() <= 2e-9
+
+
+def test_the_number_of_threads_changes_nothing(oracle):
+    media, camera = picture_scene(oracle, 3)
+    for first, second in zip(
+        draw(media, camera, shape_hw=(9, 9)), draw(media, camera, shape_hw=(9, 9), threads=2), strict=True
+    ):
+        np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize("extinction", [1e3, 1e6, 1e9])
+def test_walls_in_a_haze_keep_their_bound(oracle, extinction):
+    # A wall at a jump of one field, in a haze of another one: stiff, and the place of the wall is uncertain.
+    ramp = np.broadcast_to(np.arange(9, dtype=np.float32), (3, 4, 9)).copy()
+    wall = [oracle.point(4.3, 0.0, (1, 0, 0)), oracle.point(4.3, extinction, (1, 0, 0))]
+    haze = [oracle.point(0, 0.1, (0, 0, 1)), oracle.point(8, 0.3, (0, 1, 1))]
+    rgba, bound = draw([(ramp, wall), (ramp, haze)], oracle.ray((-1, 1.9, 1.3), (1, 0.05, 0.02), 14))
+    haze_before, _ = draw([(ramp[..., :5].copy(), haze)], oracle.ray((-1, 1.9, 1.3), (1, 0.05, 0.02), 14))
+    assert bound[0, 0] <= 1e-6
+    assert 1 - rgba[0, 0, 3] <= bound[0, 0]
+    # Behind the haze nothing but red.
+    assert 0.0 < rgba[0, 0, 2] < haze_before[0, 0, 2] + 0.1
+    assert abs(rgba[0, 0, 0] + rgba[0, 0, 2] - 1.0) <= 2 * bound[0, 0] + 3e-1 / extinction
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"volumes": []}, "expected 1 to 16"),
+        ({"slopes": [1.0]}, "an entry for each volume"),
+        ({"volumes": [np.zeros((2, 3, 4), np.uint8), np.zeros((2, 3, 5), np.uint8)]}, r"expected \(2, 3, 4\)"),
+        ({"points": [np.zeros((0, 5)), np.zeros((1, 5))]}, "at least one row"),
+        ({"tolerance": 0.0}, "at least 1e-13"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change, says):
+    given_ = {
+        "volumes": [np.zeros((2, 3, 4), np.uint8)] * 2,
+        "slopes": [1.0, 1.0],
+        "intercepts": [0.0, 0.0],
+        "points": [np.zeros((1, 5))] * 2,
+        "spacing_mm_xyz": (1.0, 1.0, 1.0),
+        "extent_mm_xyz": (4.0, 3.0, 2.0),
+        "box_from_clip": np.eye(4),
+        "tolerance": 1e-6,
+        "rgba": np.zeros((1, 1, 4)),
+        "bound": np.zeros((1, 1)),
+    }
+    with pytest.raises(ValueError, match=says):
+        _native.render_oracle_sum(**(given_ | change))
+
+
+def test_volumes_of_two_types_are_refused():
+    volumes = [np.zeros((2, 3, 4), np.uint8), np.zeros((2, 3, 4), np.int16)]
+    with pytest.raises(TypeError, match="int16, expected uint8"):
+        _native.render_oracle_sum(
+            volumes,
+            [1.0] * 2,
+            [0.0] * 2,
+            [np.zeros((1, 5))] * 2,
+            (1.0,) * 3,
+            (4.0, 3.0, 2.0),
+            np.eye(4),
+            1e-6,
+            np.zeros((1, 1, 4)),
+            np.zeros((1, 1)),
+        )

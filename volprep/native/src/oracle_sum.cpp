@@ -1,0 +1,297 @@
+// The light of one piece of a ray that lies in several media, to a prescribed bound.
+//
+// On a piece, y in [-1, 1], every extinction tau_i and every colour c_i is a cubic. With h half of its length, the
+// optical depth T from its start is h times the integral of tau = sum(tau_i), a polynomial of degree 4, exact; and its
+// light is h times the integral of E exp(-T), where E = sum(c_i tau_i) has degree 6. There is no single slope of colour
+// by which one could integrate by parts, as for one medium (oracle_beam.cpp): Gauss's rule is applied to E exp(-T).
+//
+// Its error, as there: with T0 = T(0) and W(r) a bound of |T - T0| on the Bernstein ellipse r, the terms
+// (T - T0)^j E with 4 j + 6 <= 2n - 1 are integrated exactly by n points; with m the number of these terms, what is
+// left is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and |error| <= h 64/15 M r^-2n / (1 - r^-2).
+//
+// Rounding. The light is the integral of k dA with A = 1 - exp(-T) and the colour of the mixture, k = sum(w_i c_i) with
+// weights w_i = tau_i / tau. As for one medium, an error of T costs where k changes. On a piece every field is
+// monotone, and so are tau_i and c_i: their values at the ends bound the range of w_i. w_i is a quotient of cubics,
+// whose derivative has at most 4 zeros, so that it varies by 5 times its range at most; and as the weights add up to 1,
+// k by sum(w_i |change of c_i|) + 5 sum(range of w_i) times half of the span of the colours. An error of tau_i alone
+// also shifts the weights: by the span times |error of tau_i| per length.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "volprep/oracle/extinction.hpp"
+#include "volprep/oracle/gauss.hpp"
+#include "volprep/oracle/sum.hpp"
+
+namespace volprep::oracle {
+
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRuns = 5.0;  // in which a weight rises or falls
+constexpr Segment kIdentity{0.0, 0.0, 1.0, {}, {}, 0.0, false};
+
+// Terms (T - T0)^j E that a rule of kRules integrates exactly, and their number's factorial.
+constexpr std::array<int, kRules.size()> kExactTerms{0, 0, 1, 2, 3};
+constexpr std::array<double, kRules.size()> kFactorials{1.0, 1.0, 1.0, 2.0, 6.0};
+
+using Media = std::vector<SumMedium>;
+
+// origin + slope * (field - segment's origin) as a polynomial.
+Cubic along(const SumMedium& medium, double origin, double slope) {
+    const double offset = (medium.base - medium.segment->origin) + medium.value.c0;
+    return {origin + slope * offset, slope * medium.value.c1, slope * medium.value.c2, slope * medium.value.c3};
+}
+
+Cubic extinction_of(const SumMedium& medium) {
+    return along(medium, medium.segment->extinction, medium.segment->extinction_slope);
+}
+
+Cubic colour_of(const SumMedium& medium, int channel) {
+    return along(medium, medium.segment->colour[channel], medium.segment->colour_slope[channel]);
+}
+
+// The largest value on the disc |y| <= radius.
+double largest(const Cubic& cubic, double radius) {
+    return std::fabs(cubic.c0) +
+           radius * (std::fabs(cubic.c1) + radius * (std::fabs(cubic.c2) + radius * std::fabs(cubic.c3)));
+}
+
+Extinction total_extinction(const Media& media, double length_mm) {
+    Cubic sum{0.0, 0.0, 0.0, 0.0};
+    for (const SumMedium& medium : media) {
+        const Cubic tau = extinction_of(medium);
+        sum = {sum.c0 + tau.c0, sum.c1 + tau.c1, sum.c2 + tau.c2, sum.c3 + tau.c3};
+    }
+    return Extinction(Piece{&kIdentity, sum, 0.0, length_mm, 0.0});
+}
+
+// The largest |E| of any colour on the disc |y| <= radius.
+double largest_emission(const Media& media, double radius) {
+    double most = 0.0;
+    for (int channel = 0; channel < 3; ++channel) {
+        double sum = 0.0;
+        for (const SumMedium& medium : media) {
+            sum += largest(colour_of(medium, channel), radius) * largest(extinction_of(medium), radius);
+        }
+        most = std::max(most, sum);
+    }
+    return most;
+}
+
+struct Choice {
+    const GaussRule* rule;  // none: no rule has a bound
+    double error;           // of the light
+};
+
+// The smallest rule whose error is within `allowed`; the best there is, where none is.
+Choice choose_rule(const Media& media, const Extinction& extinction, double allowed) {
+    Choice choice{nullptr, std::numeric_limits<double>::infinity()};
+    for (const double ellipse : kEllipses) {
+        const double radius = 0.5 * (ellipse + 1.0 / ellipse);
+        const double spread = extinction.spread(radius);
+        if (spread > kWidest) continue;
+        const double inverse_square = 1.0 / (ellipse * ellipse);
+        const double scale = extinction.half_length * 64.0 / 15.0 * largest_emission(media, radius) *
+                             std::exp(spread - extinction.depth_at_0()) / (1.0 - inverse_square);
+        for (std::size_t k = 0; k < kRules.size(); ++k) {
+            double error = scale / kFactorials[k];
+            for (int i = 0; i < kExactTerms[k]; ++i) error *= spread;
+            for (int i = 0; i < kRules[k].count; ++i) error *= inverse_square;
+            if (error < choice.error) choice = {&kRules[k], error};
+            if (error <= allowed) return choice;
+        }
+        return choice;
+    }
+    return choice;
+}
+
+void integrate(double light[3], const GaussRule& rule, const Media& media, const Extinction& extinction) {
+    const double start = extinction.antiderivative(-1.0);
+    for_each_node(rule, [&](double y, double weight) {
+        const double through = weight * extinction.half_length * std::exp(start - extinction.antiderivative(y));
+        for (const SumMedium& medium : media) {
+            const double strength = through * extinction_of(medium).at(y);
+            for (int channel = 0; channel < 3; ++channel) light[channel] += strength * colour_of(medium, channel).at(y);
+        }
+    });
+}
+
+// The colour of the mixture, E / tau, at an end of a piece; nowhere known where there is no extinction.
+bool mixed_colour(const Media& media, double y, double colour[3]) {
+    double total = 0.0;
+    std::fill_n(colour, 3, 0.0);
+    for (const SumMedium& medium : media) {
+        const double tau = std::max(0.0, extinction_of(medium).at(y));
+        total += tau;
+        for (int channel = 0; channel < 3; ++channel) colour[channel] += tau * colour_of(medium, channel).at(y);
+    }
+    for (int channel = 0; channel < 3; ++channel) colour[channel] /= total;
+    return total > 0.0;
+}
+
+double difference(const double a[3], const double b[3]) {
+    return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
+}
+
+// How the colour of the mixture behaves on a piece.
+struct Mixture {
+    double span = 0.0;       // between any colours of any media, also those that the ray may still be in
+    double variation = 0.0;  // up and down together
+
+    explicit Mixture(const Media& media) noexcept {
+        double low[3];
+        double high[3];
+        std::fill_n(low, 3, std::numeric_limits<double>::infinity());
+        std::fill_n(high, 3, 0.0);
+        double least = 0.0;  // extinction of all
+        double most = 0.0;
+        for (const SumMedium& medium : media) {
+            for (int channel = 0; channel < 3; ++channel) {
+                const Cubic colour = colour_of(medium, channel);
+                const double front = medium.front != nullptr ? medium.front->colour[channel] : colour.at(1.0);
+                low[channel] = std::min({low[channel], colour.at(-1.0), colour.at(1.0), front});
+                high[channel] = std::max({high[channel], colour.at(-1.0), colour.at(1.0), front});
+            }
+            least += ends_of(medium).low;
+            most += ends_of(medium).high;
+        }
+        span = difference(high, low);
+        double weights = 0.0;
+        for (const SumMedium& medium : media) {
+            const Ends own = ends_of(medium);
+            if (!(own.high > 0.0)) continue;
+            const double least_weight = own.low / (own.low + (most - own.high));
+            const double most_weight = own.high / (own.high + (least - own.low));
+            weights += most_weight - (own.low > 0.0 ? least_weight : 0.0);
+            double change = 0.0;
+            for (int channel = 0; channel < 3; ++channel) {
+                const Cubic colour = colour_of(medium, channel);
+                change = std::max(change, std::fabs(colour.at(1.0) - colour.at(-1.0)));
+            }
+            variation += most_weight * change;
+        }
+        variation += 0.5 * kRuns * weights * span;
+    }
+
+  private:
+    struct Ends {
+        double low;
+        double high;
+    };
+    static Ends ends_of(const SumMedium& medium) noexcept {
+        const Cubic tau = extinction_of(medium);
+        const double first = std::max(0.0, tau.at(-1.0));
+        const double last = std::max(0.0, tau.at(1.0));
+        return {std::min(first, last), std::max(first, last)};
+    }
+};
+
+// What rounding, and jumps whose place is not known, make of one medium on a piece.
+struct Doubt {
+    double before = 0.0;  // of the optical depth, in front of the piece
+    double depth = 0.0;   // of the optical depth of the piece
+    double weight = 0.0;  // of the mixture
+    double value = 0.0;   // of the colours
+};
+
+Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimits& limits) {
+    Doubt doubt;
+    double all = 0.0;
+    for (const SumMedium& medium : media) all += largest(extinction_of(medium), 1.0);
+    for (const SumMedium& medium : media) {
+        const double own = largest(extinction_of(medium), 1.0);
+        const double rounding = 24.0 * kEpsilon * own * length_mm +
+                                std::fabs(medium.segment->extinction_slope) * medium.value_error * length_mm;
+        // The ends of a piece are those of all its media: where they are off, the mixture is not.
+        doubt.depth += 2.0 * limits.position_error_mm * own + rounding + 4.0 * kEpsilon;
+        doubt.weight += rounding;
+        doubt.value += medium.segment->colour_steepness * medium.value_error * alpha;
+        if (medium.front != nullptr) {
+            const double front = medium.front->extinction;
+            doubt.before += 2.0 * front * length_mm;
+            doubt.depth += std::fabs(medium.segment->extinction - front) * length_mm;
+            // Before the jump the others and what is in front give light; behind it the mixture is what it is.
+            doubt.weight += (front + (all - own)) * length_mm;
+        }
+    }
+    return doubt;
+}
+
+// Adds a piece whose light is known, up to `light_error`.
+void add(Beam& beam, const Media& media, const Extinction& extinction, const RayLimits& limits, const double light[3],
+         double light_error) {
+    const double through = std::exp(-extinction.depth());
+    const Mixture mixture(media);
+    const Doubt doubt = doubt_of(media, 2.0 * extinction.half_length, 1.0 - through, limits);
+    for (int channel = 0; channel < 3; ++channel) {
+        beam.colour[channel] += beam.transmittance * std::max(0.0, light[channel]);
+    }
+    double first[3];
+    double last[3];
+    // Where an end has no extinction, its colour is any of the span.
+    const bool has_first = mixed_colour(media, -1.0, first);
+    const bool has_last = mixed_colour(media, 1.0, last);
+    const double open = (has_first ? 0.0 : mixture.span) + (has_last ? 0.0 : mixture.span);
+    for (int channel = 0; channel < 3; ++channel) {
+        const double any = colour_of(media.front(), channel).at(1.0);
+        if (!has_first) first[channel] = any;
+        if (!has_last) last[channel] = any;
+    }
+    beam.depth_error += doubt.before;
+    beam.colour_error += beam.transmittance_error() * difference(first, beam.last_colour);
+    beam.depth_error += doubt.depth;
+    beam.colour_error += beam.transmittance_error() * (mixture.variation + open) +
+                         beam.transmittance * (light_error + doubt.value + mixture.span * doubt.weight +
+                                               32.0 * kEpsilon * (limits.colour_max + mixture.span));
+    std::copy_n(last, 3, beam.last_colour);
+    beam.transmittance *= through;
+    beam.stopped = beam.transmittance * limits.colour_max <= 0.25 * limits.tolerance;
+}
+
+void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts);
+
+void gather_halves(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, double place, int cuts) {
+    const auto part = [&](double from, double to) {
+        Media result = media;
+        for (SumMedium& medium : result) medium.value = medium.value.between(from, to);
+        gather_cut(beam, result, length_mm * 0.5 * (to - from), limits, cuts + 1);
+    };
+    part(-1.0, place);
+    if (!beam.stopped) part(place, 1.0);
+}
+
+void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts) {
+    const Extinction extinction = total_extinction(media, length_mm);
+    const double depth = extinction.depth();
+    if (depth > kStiff && cuts < kDeepestCut) {
+        gather_halves(beam, media, length_mm, limits, place_of_depth_one(extinction), cuts);
+        return;
+    }
+    // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
+    const double alpha = 1.0 - std::exp(-depth);
+    const double allowed = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
+    const Choice choice = choose_rule(media, extinction, allowed);
+    if (choice.error > allowed && cuts < kDeepestCut) {
+        gather_halves(beam, media, length_mm, limits, 0.0, cuts);
+        return;
+    }
+    double light[3] = {0.0, 0.0, 0.0};
+    if (choice.rule != nullptr) integrate(light, *choice.rule, media, extinction);
+    add(beam, media, extinction, limits, light, choice.rule != nullptr ? choice.error : limits.colour_max * alpha);
+}
+
+}  // namespace
+
+void gather_sum(Beam& beam, const std::vector<SumMedium>& media, double length_mm, const RayLimits& limits) noexcept {
+    if (media.empty() || !(length_mm > 0.0)) return;
+    if (media.size() == 1 && media[0].front == nullptr) {
+        const SumMedium& only = media[0];
+        gather(beam, {only.segment, only.value, only.base, length_mm, only.value_error}, limits);
+        return;
+    }
+    gather_cut(beam, media, length_mm, limits, 0);
+}
+
+}  // namespace volprep::oracle
