@@ -30,6 +30,7 @@ _BLANK: dict[str, object] = {
     "render": None,
     "skipping": None,
     "proxy": None,
+    "together": None,
     "compression": (),
     "plan": (),
 }

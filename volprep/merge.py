@@ -46,7 +46,9 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
             by_index = {level.index: level for level in reversed([*_chained(each)])}
             result[key] = tuple(by_index[index] for index in sorted(by_index))
         elif key in {"palettes", "programs", "transfer_functions"}:
-            names = [transfer.name for transfer in scene.transfer]
+            # What is drawn of several channels comes first: it is the default picture.
+            together = () if scene.together is None else (scene.together.name,)
+            names = [*together, *(transfer.name for transfer in scene.transfer)]
             result[key] = tuple(sorted(_chained(each), key=lambda item: names.index(_transfer_of(item))))
         elif key in _OF_CHANNELS or all(changes == first for changes in each):
             result[key] = first

@@ -3,9 +3,9 @@
 import hashlib
 import json
 
+from volprep.forms import FormTrial
 from volprep.merge import merged, plans_of, with_transfers
 from volprep.plan import Plan, make_plans
-from volprep.plan.records import FormTrial
 from volprep.plan.whole import WholeSource
 from volprep.pyramid.chosen import choices_of
 from volprep.pyramid.records import LevelChoice
@@ -31,6 +31,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, StageRecord
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.together import Together
 from volprep_formats.progress import Progress, Silent
 
 STAGES: tuple[Stage, ...] = (
@@ -84,12 +85,18 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
         "profile": plan.profile,
         "plan": plan.items,
         "render": plan.render,
+        "together": _together(plan),
         "compression": tuple(form.as_record for form in forms),
     }
     names = [each.name for each in STAGES]
     # Of a draft whose stages ran in another order, or for another scene, nothing may stay that rests on older things.
     stale = {name for name in names if name not in plan.stages or names.index(name) > names.index(stage.name)}
     draft.commit(StageRecord(name=stage.name, key=key), stale, **(common | dict(changes)))
+
+
+def _together(plan: Plan) -> Together | None:
+    wanted = plan.together
+    return None if wanted is None else Together(name=wanted.name, transfers=wanted.transfers)
 
 
 def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:

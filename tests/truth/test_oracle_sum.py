@@ -13,7 +13,7 @@ TWIN_ROUNDING = 4e-14
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 
 
-def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, shape_hw=(1, 1), threads=1):
+def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, *, shape_hw=(1, 1), threads=1):
     """Picture and bound of volumes of one type, each with control points."""
     volumes = [volume for volume, _ in media]
     rows = [np.array([[p.value, *p.colour, p.extinction_per_mm] for p in points], dtype=float) for _, points in media]

@@ -15,6 +15,7 @@ from volprep.plan.make import Common, make_plan
 from volprep.plan.packing import pack_channels
 from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
 from volprep.plan.slices import API
+from volprep.plan.together import choose_together, plan_together
 from volprep.plan.whole import WholeSource
 from volprep.scene import Scene
 from volprep.statistics import Measured
@@ -68,9 +69,11 @@ def make_plans(
         plans = made(common)
     stages = tuple(dict.fromkeys(stage for plan in plans for stage in plan.stages))
     named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
-    named, packing = pack_channels(named, scene, ())
-    items = (*_items(named), packing, *_left_out(scene, named[0]))
-    return named[0].model_copy(update={"others": tuple(named[1:]), "items": items})
+    drawn_together = choose_together(named, measured, scene)
+    named, packing = pack_channels(named, scene, [*drawn_together.transfers])
+    together, of_picture = plan_together(named, drawn_together, packing, scene)
+    items = (*_items(named), packing, *of_picture, *_left_out(scene, named[0]))
+    return named[0].model_copy(update={"together": together, "others": tuple(named[1:]), "items": items})
 
 
 def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]], profile: DeviceProfile) -> CropPlan:

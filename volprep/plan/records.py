@@ -422,6 +422,11 @@ class Plan(Record):
         return (self, *self.others)
 
     @property
+    def is_classified(self) -> bool:
+        """Whether voxels are classified: colours in place of values."""
+        return any(volume.transfer is not None for volume in self.volumes)
+
+    @property
     def own_volumes(self) -> tuple[VolumePlan, ...]:
         """Those of `volumes` that are made for this channel: not those whose texels another one comes first in."""
         return tuple(volume for volume in self.volumes if not volume.channels or volume.channels[0] == self.channel)

@@ -47,11 +47,14 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
     """Textures in the order of the program's samplers. Raises VP5018 where one is missing."""
     found = []
     for sampler in program.samplers:
+        transfer = sampler.transfer or program.transfer
+        channel = _channel_of(package, transfer)
         matches = [
             texture
             for texture in package.manifest.textures
             if (texture.role, texture.part) == (sampler.role, sampler.part)
-            and _is_for(texture, program.transfer, level)
+            and _is_for(texture, transfer, level)
+            and (channel is None or texture.channels is None or channel in texture.channels)
         ]
         # A level's own table stands for the common one.
         matches = [texture for texture in matches if texture.level == level] or matches
@@ -87,6 +90,12 @@ def _find_level(package: Package, program: Program, level: int | None) -> Level:
 def _is_for(texture: Texture, transfer: str, level: int) -> bool:
     """Say whether what a texture holds is for this level and this transfer function, or for all."""
     return texture.level in {None, level} and texture.transfer in {None, transfer}
+
+
+def _channel_of(package: Package, transfer: str) -> str | None:
+    """Name of the channel of a transfer function, where the package shows several."""
+    channels = package.manifest.channels or ()
+    return next((channel.name for channel in channels if transfer in channel.transfers), None)
 
 
 def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ from volprep.render.techniques.lighting import Lighting, headlight
 from volprep.render.techniques.proxy import Entry, depth_shader
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
+from volprep.render.techniques.together import drawn_together
 from volprep.stages import Changes, Stage
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Program
@@ -30,16 +31,18 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
         *plan.programs,
         *(() if plan.subvolumes is None else plan.subvolumes.programs),
         *(() if plan.proxy is None else plan.proxy.programs),
+        *(() if plan.together is None else (plan.together,)),
     )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     around_points = () if plan.subvolumes is None else plan.subvolumes.programs
+    together = () if plan.together is None else plan.together.programs
     at_meshes = () if plan.proxy is None or draft.manifest.proxy is None else plan.proxy.programs
-    progress.start("shaders", len(plan.programs) + len(around_points) + len(at_meshes))
+    progress.start("shaders", len(together) + len(plan.programs) + len(around_points) + len(at_meshes))
     # Programs share the vertex shader, and two may have the same fragment shader.
     texts: dict[str, str] = {}
-    changes: dict[str, object] = {"programs": _programs(draft, plan, plan.programs, texts, progress)}
+    changes: dict[str, object] = {"programs": _programs(draft, plan, (*together, *plan.programs), texts, progress)}
     subvolumes = draft.manifest.subvolumes
     if subvolumes is not None:
         programs = _programs(draft, plan, around_points, texts, progress)
@@ -81,6 +84,8 @@ def _programs(
 
 
 def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
+    if plan.together is not None and program in plan.together.programs:
+        return _ray_caster_together(draft, plan, program, plan.together.transfers)
     manifest = draft.manifest
     classified = classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
     z, y, x = plan.grid.extent_mm_zyx
@@ -94,6 +99,19 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
         Entry((x, y, z), min(plan.grid.spacing_mm_zyx)) if program.vertex == PROXY_VERTEX else None,
     )
     return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
+
+
+def _ray_caster_together(draft: Draft, plan: Plan, program: ProgramPlan, transfers: tuple[str, ...]) -> RayCaster:
+    channel_of = {function.name: each.channel or "" for each in plan.every for function in each.transfer_functions}
+    sampling, classified = drawn_together(
+        draft.manifest,
+        {name: channel_of[name] for name in transfers},
+        program.levels[0],
+        _spacing_mm_zyx(plan, program.levels[0]),
+        program.classification,
+    )
+    z, y, x = plan.grid.extent_mm_zyx
+    return ray_caster(sampling, classified, (x, y, z), plan.render)
 
 
 def _skip_tables(plan: Plan) -> tuple[SkipTablePlan, ...]:
@@ -111,9 +129,8 @@ def _lighting(draft: Draft, plan: Plan, program: ProgramPlan) -> Lighting | None
 def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
         finest, classified = plan.volumes[0], program.classification == "preclassified"
-        return raycast_texture3d.sampling(
-            classified=classified, component=_component(plan, finest), mipmaps=finest.mipmap is not None
-        )
+        component = None if classified else _component(plan, finest)
+        return raycast_texture3d.sampling(component, mipmaps=finest.mipmap is not None)
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     # The layout is constant in the shader, so a mosaic's program draws one level.
@@ -122,9 +139,14 @@ def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
     if volume.mosaic is None:
         msg = f"program {program.name} draws level {level}, which is no mosaic"
         raise ValueError(msg)
+    component = _component(plan, volume)
+    return raycast_mosaic.sampling(volume.mosaic, _spacing_mm_zyx(plan, level), component, volume.filter)
+
+
+def _spacing_mm_zyx(plan: Plan, level: int) -> tuple[float, float, float]:
     factors = plan.level(level).factors_zyx
     z, y, x = (factor * spacing for factor, spacing in zip(factors, plan.grid.spacing_mm_zyx, strict=True))
-    return raycast_mosaic.sampling(volume.mosaic, (z, y, x), _component(plan, volume), volume.filter)
+    return z, y, x
 
 
 def _component(plan: Plan, volume: VolumePlan) -> str:

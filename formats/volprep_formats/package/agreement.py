@@ -20,6 +20,7 @@ from volprep_formats.package.normals_agreement import normals_contradictions
 from volprep_formats.package.proxy_agreement import proxy_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.package.slices_agreement import slices_contradictions
+from volprep_formats.package.together_agreement import together_contradictions
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
 
@@ -40,6 +41,7 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
         yield from _of_one_channel(manifest)
         return
     yield from channel_contradictions(manifest)
+    yield from together_contradictions(manifest)
     for name, view in channel_views(manifest).items():
         yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
 

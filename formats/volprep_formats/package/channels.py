@@ -22,8 +22,10 @@ def channel_packages(package: Package) -> dict[str, Package]:
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
     """Give the package as it is for the channel of a transfer function, the default one if None.
 
-    A name that no channel knows gives the package itself.
+    A name that no channel knows gives the package itself, and so does None where channels are drawn together.
     """
+    if transfer is None and package.manifest.together is not None:
+        return package
     functions = package.manifest.transfer_functions
     name = functions[0].name if transfer is None and functions else transfer
     for channel in package.manifest.channels or ():
@@ -62,6 +64,7 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
             "stored_type": channel.stored_type,
             "quantization": channel.quantization,
             "channels": None,
+            "together": None,
             "textures": textures,
             "levels": channel.levels,
             "transfer_functions": tuple(each for each in manifest.transfer_functions if each.name in transfers),

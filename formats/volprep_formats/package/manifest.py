@@ -12,6 +12,7 @@ from volprep_formats.package.palette import Palette
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import Skipping
 from volprep_formats.package.slices import SliceLayout
+from volprep_formats.package.together import Together
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName, SourceInfo, StoredType
@@ -92,6 +93,7 @@ LevelFilter = Literal[
     "feature-preserving",
     "least-squares",
     "appearance",
+    "transmittance",
 ]
 """Filters that make a level from level 0."""
 
@@ -255,6 +257,8 @@ class Sampler(Record):
     role: Literal["volume", "transfer", "preintegrated", "skip", "normals", "subvolume"]
     """Which texture to bind: the level's volume or normals, the table of the program's transfer function, its skip
     table for the level, or one of the sub-volumes around a point."""
+    transfer: str | None = None
+    """In a program that draws several transfer functions the one whose table it is, or whose channel's volume."""
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of a mosaic, from 0; of sub-volumes 1 for upper along x, plus 2 along y, plus 4 along z."""
 
@@ -277,7 +281,7 @@ class Program(Record):
     levels: tuple[int, ...]
     """Levels that the program can draw."""
     transfer: str
-    """Name of the transfer function that it draws."""
+    """Name of the transfer function that it draws, or of the picture of several."""
     uniforms: tuple[Uniform, ...]
     """Every active uniform that is no sampler."""
     samplers: tuple[Sampler, ...]
@@ -429,6 +433,8 @@ class Manifest(Record):
     """Values of the scan."""
     channels: Annotated[tuple[Channel, ...], Field(min_length=2)] | None = None
     """Channels, where there are several; what the manifest says of its source is said of the first of them."""
+    together: Together | None = None
+    """Channels that are drawn into one picture, which is the default one then."""
     grid: Grid | None = None
     """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
     stored_type: StoredType | None = None

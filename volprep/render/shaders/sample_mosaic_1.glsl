@@ -7,6 +7,4 @@ vec4 voxel_texel(vec3 at) {
   // At the last slice the one above it has weight 0.
   return mix(tile_texel(lower, at.xy), tile_texel(lower + 1.0, at.xy), slice - lower);
 }
-float stored_value(vec3 at) {
-  return voxel_texel(at).$COMPONENT;
-}
+//#part stored_value

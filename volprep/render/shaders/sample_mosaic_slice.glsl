@@ -3,6 +3,4 @@
 vec4 voxel_texel(vec3 at) {
   return tile_texel(0.0, at.xy);
 }
-float stored_value(vec3 at) {
-  return voxel_texel(at).$COMPONENT;
-}
+//#part stored_value

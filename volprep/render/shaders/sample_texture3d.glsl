@@ -1,14 +1,9 @@
-//: GLSL ES 3.00. In: u_volume, R8, R16 or R16F, 3D, LINEAR, CLAMP_TO_EDGE; u_texture_from_box, per millimetre.
-//: The mipmap is named, because inside a loop that not all pixels run there are no derivatives to choose one. Slot:
-//: mipmap declares what names it, where there are several.
-// The volume as a 3D texture: normalised stored values, 0 to 1. u_texture_from_box is 1 / (voxels * spacing) of the
-// level; the sampler's CLAMP_TO_EDGE holds the outer half voxel.
-uniform highp sampler3D u_volume;
-uniform vec3 u_texture_from_box;
-//#part mipmap
-vec3 position(vec3 box_mm) {
-  return box_mm * u_texture_from_box;
-}
-float stored_value(vec3 at) {
-  return textureLod(u_volume, at, $LOD).$COMPONENT;
+//: GLSL ES 3.00. In: u_volume, R8, R16 or R16F, or several channels as RG8, RGB8 or RGBA8; 3D, CLAMP_TO_EDGE, LINEAR or
+//: NEAREST. Slot: place, where no other part has given positions. $OF tells channels apart in a picture of several.
+//: $LOD names the mipmap, because inside a loop that not all pixels run there are no derivatives to choose one.
+// The volume as a 3D texture: normalised stored values, 0 to 1. The sampler's CLAMP_TO_EDGE holds the outer half voxel.
+uniform highp sampler3D u_volume$OF;
+//#part place
+float stored_value$OF(vec3 at) {
+  return textureLod(u_volume$OF, at, $LOD).$COMPONENT;
 }

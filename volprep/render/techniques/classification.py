@@ -6,7 +6,7 @@ All give the same words to the loop of the ray caster, so that any of them goes 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from volprep.render.compose import literal
+from volprep.render.compose import Slot, literal
 from volprep_formats.package.manifest import ClassificationName, Manifest, Program, Sampler, Texture
 from volprep_formats.package.palette import Palette
 
@@ -15,7 +15,7 @@ from volprep_formats.package.palette import Palette
 class Classification:
     """Parts of the shader, and what they read."""
 
-    parts: Mapping[str, str | None]
+    parts: Mapping[str, Slot]
     """Files of the slots `classification`, `first` (before the loop) and `medium` (in it)."""
     constants: Mapping[str, str]
     """Words that these files use."""
@@ -44,7 +44,7 @@ def classification(
 def _lookup(table: Texture) -> Classification:
     return Classification(
         parts={"classification": f"classify_{_form(table)}", "first": None, "medium": "medium_sample"},
-        constants=_words(table),
+        constants={"OF": "", **_words(table)},
         samplers=(Sampler(name="u_transfer", role="transfer"),),
     )
 
@@ -66,6 +66,7 @@ def _palette(palette: Palette) -> Classification:
     return Classification(
         parts={"classification": "classify_palette", "first": None, "medium": "medium_sample"},
         constants={
+            "OF": "",
             "ENTRIES": str(len(entries)),
             "LAST_ENTRY": literal(len(entries) - 1),
             "PALETTE": ",\n  ".join(entries),

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from volprep.render.compose import Dialect, compose, literal
+from volprep.render.compose import Dialect, Slot, compose, literal
 from volprep.render.techniques.classification import Classification
 from volprep.render.techniques.lighting import Lighting
 from volprep.render.techniques.proxy import Entry
@@ -31,7 +31,7 @@ class Sampling:
 
     dialect: Dialect
     """Version of the shading language."""
-    parts: Mapping[str, str | None]
+    parts: Mapping[str, Slot]
     """File of the slot `sampling`, and of the slots in it."""
     constants: Mapping[str, str]
     """Words that these files use."""
@@ -78,7 +78,7 @@ def ray_caster(
 ) -> RayCaster:
     """Compose the shaders for a volume of this true extent."""
     skipping, lighting, entry = additions.skipping, additions.lighting, additions.entry
-    parts: dict[str, str | None] = {
+    parts: dict[str, Slot] = {
         "dialect": f"dialect_{sampling.dialect}",
         "ray_ends": "ray_ends",
         "box": "box",

@@ -15,12 +15,12 @@ from volprep_formats.textures.mosaic import tiles_of
 def sampling(
     layout: MosaicLayout,
     spacing_mm_zyx: tuple[float, float, float],
-    component: str = "r",
+    component: str | None = "r",
     between: SampleFilter = "linear",
 ) -> Sampling:
     """How a level of this spacing is read, and what is between its voxels.
 
-    Values are in a component of the texels where these hold one slice.
+    Values are in a component of the texels where these hold one slice; if None, all components are read.
     """
     height, width = layout.tile_shape_yx
     rows, columns = layout.texture_shape_yx
@@ -61,7 +61,8 @@ def sampling(
         parts["sampling"] = f"sample_mosaic_nearest_{layout.channels}"
         parts["nearest_channel"] = f"nearest_channel_{layout.order}"
     elif _part(layout) in {"slice", "1"}:
-        constants["COMPONENT"] = component
+        parts["stored_value"] = None if component is None else "stored_value"
+        constants |= {} if component is None else {"COMPONENT": component}
     return Sampling(dialect="es100", parts=parts, constants=constants, uniforms=(), samplers=samplers)
 
 

@@ -1,0 +1,57 @@
+"""Whether a picture of several channels agrees with the channels, and with the programs that draw it."""
+
+from collections import Counter
+from collections.abc import Iterator
+
+from volprep_formats.package.manifest import Manifest, Program
+
+
+def together_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Give every problem of programs that draw no single transfer function; others are another matter."""
+    channels = manifest.channels or ()
+    of_transfer = {name: channel.name for channel in channels for name in channel.transfers}
+    known = {function.name for function in manifest.transfer_functions}
+    wanted = manifest.together
+    for program in manifest.programs:
+        if program.transfer not in known and (wanted is None or program.transfer != wanted.name):
+            yield f"program {program.name} draws {program.transfer}, which is no transfer function and no picture"
+    if wanted is None:
+        return
+    if wanted.name in known:
+        yield f"{wanted.name} names a transfer function and a picture of several"
+    drawn = [of_transfer.get(name) for name in wanted.transfers]
+    if None in drawn or len(set(drawn)) < len(drawn):
+        yield f"the picture {wanted.name} draws {', '.join(wanted.transfers)}, which are not of one channel each"
+        return
+    programs = [program for program in manifest.programs if program.transfer == wanted.name]
+    if manifest.state == "sealed" and not programs:
+        yield f"no program draws the picture {wanted.name}"
+    for program in programs:
+        yield from (f"program {program.name} {problem}" for problem in _program(manifest, program, of_transfer))
+
+
+def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) -> Iterator[str]:
+    transfers = manifest.together.transfers if manifest.together else ()
+    held = {channel.name: {level.index for level in channel.levels} for channel in manifest.channels or ()}
+    for name in transfers:
+        missing = set(program.levels) - held[of_transfer[name]]
+        yield from (f"draws level {level}, which channel {of_transfer[name]} has not" for level in sorted(missing))
+    tables = Counter(each.transfer for each in program.samplers if each.role == "transfer")
+    if program.classification == "lookup" and tables != Counter(transfers):
+        yield f"samples tables of {', '.join(map(str, sorted(map(str, tables))))}, and draws {', '.join(transfers)}"
+    sampled = set()
+    for sampler in program.samplers:
+        if sampler.role == "volume":
+            channel = of_transfer.get(sampler.transfer or "")
+            sampled |= {
+                name
+                for texture in manifest.textures
+                if texture.role == "volume" and channel in (texture.channels or ())
+                for name in texture.channels or ()
+            }
+    unread = sorted({of_transfer[name] for name in transfers} - sampled)
+    yield from (f"samples no volume of channel {name}" for name in unread)
+    if program.classification not in {"lookup", "palette"} or program.lighting != "none":
+        yield f"classifies {program.classification} and lights {program.lighting}, which several channels cannot"
+    if len(program.samplers) > manifest.profile.texture_units:
+        yield f"reads {len(program.samplers)} textures; the profile has {manifest.profile.texture_units} units"

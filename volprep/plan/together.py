@@ -1,0 +1,144 @@
+"""Which channels are drawn into one picture, from which textures; which are left out of it, for they show nothing.
+
+The light of several media in one place is the sum of what each emits, behind the sum of what all absorb (Max 1995): the
+integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in front of another, and their order is
+nothing.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from volprep.plan.mipmaps import chain_bytes
+from volprep.plan.records import Plan, ProgramPlan, TogetherPlan, VolumePlan
+from volprep.render.gl_formats import size_bytes
+from volprep.scene import Scene
+from volprep.statistics import Measured
+from volprep.transfer.table import Table
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+
+
+@dataclass(frozen=True)
+class DrawnTogether:
+    """The channels of a picture that show something."""
+
+    transfers: dict[str, str]
+    """Name of the transfer function of each channel, in the order of the scene."""
+    items: tuple[PlanItem, ...]
+    """What was left out."""
+
+
+def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: Scene) -> DrawnTogether:
+    """Choose the channels of the picture that the scene wants; none where fewer than two show something.
+
+    Raises VP1245 for what cannot be drawn together.
+    """
+    if scene.together is None:
+        return DrawnTogether({}, ())
+    names = scene.together.transfers or tuple(plan.transfer_functions[0].name for plan in plans)
+    seen: dict[str, str] = {}
+    items: list[PlanItem] = []
+    for name in names:
+        plan, found = next(
+            (plan, each)
+            for plan, each in zip(plans, measured, strict=True)
+            if name in {function.name for function in plan.transfer_functions}
+        )
+        if plan.channel in seen:
+            _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
+        function = next(each for each in plan.transfer_functions if each.name == name)
+        low, high = found.statistics.minimum, found.statistics.maximum
+        if Table.exact(function).largest_extinction(low, high) > 0:
+            seen[plan.channel or ""] = name
+            continue
+        reason = f"{name} shows none of its values, {low:g} to {high:g}"
+        items.append(PlanItem(name=f"{scene.together.name}: channel {plan.channel}", kept=False, reason=reason))
+    if len(seen) < 2:
+        shown = ", ".join(seen.values()) or "none"
+        reason = f"fewer than two channels show something: {shown}"
+        return DrawnTogether({}, (*items, PlanItem(name=scene.together.name, kept=False, reason=reason)))
+    obstacle = next(_obstacles([plan for plan in plans if plan.channel in seen], scene), None)
+    if obstacle is not None:
+        _refuse(scene, obstacle)
+    return DrawnTogether(seen, tuple(items))
+
+
+def plan_together(
+    plans: Sequence[Plan], drawn: DrawnTogether, packing: PlanItem, scene: Scene
+) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
+    """Give the programs of the picture, where there is one, and what was decided.
+
+    `packing` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
+    """
+    if not drawn.transfers or scene.together is None:
+        return None, drawn.items
+    name = scene.together.name
+    group = [plan for plan in plans if plan.channel in drawn.transfers]
+    packed = bool(group[0].volumes[0].channels)
+    if not packed and group[0].volumes[0].mosaic is not None:
+        _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packing.reason}")
+    common = set.intersection(*({volume.level for volume in plan.volumes} for plan in group))
+    levels = [volume for volume in group[0].volumes if volume.level in common and _fits(group, volume.level)]
+    if not levels:
+        profile = group[0].profile
+        limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
+        _refuse(scene, f"at no level are there {limit} of profile {profile.name} enough for all channels")
+    # The layout of a mosaic is constant in a shader.
+    parts = [levels] if levels[0].mosaic is None else [[volume] for volume in levels]
+    programs = tuple(
+        _program(f"raycast-{name}" if len(parts) == 1 else f"raycast-{name}-{part[0].level}", name, part, scene)
+        for part in parts
+    )
+    item = PlanItem(
+        name=name,
+        kept=True,
+        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
+        f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
+        files=tuple(program.fragment for program in programs),
+    )
+    together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs)
+    return together, (*drawn.items, item)
+
+
+def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
+    if scene.render.lighting != "none":
+        yield "channels are lit by normals of their own, and where they overlap there is no common one"
+    if scene.render.classification not in {"lookup", "palette"}:
+        yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
+    labels = [str(plan.channel) for plan in group if plan.quantize.labels]
+    if labels:
+        yield f"{', '.join(labels)} holds labels, which are no densities"
+
+
+def _refuse(scene: Scene, reason: str) -> NoReturn:
+    name = scene.together.name if scene.together else ""
+    raise VolprepError("VP1245", path=scene.name, name=name, reason=reason)
+
+
+def _fits(group: Sequence[Plan], level: int) -> bool:
+    """Say whether a device holds a level of all channels, and their tables, at one time."""
+    profile = group[0].profile
+    # Channels that share texels have the same files.
+    sizes = {
+        volume.files: chain_bytes(plan.volumes, volume)
+        for plan in group
+        for volume in plan.volumes
+        if volume.level == level
+    }
+    each = [[size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups] for plan in group]
+    tables = [max(of_channel, default=0) for of_channel in each]
+    units = sum(len(files) for files in sizes) + sum(1 for size in tables if size)
+    return units <= profile.texture_units and sum(sizes.values()) + sum(tables) <= profile.max_texture_bytes
+
+
+def _program(file: str, name: str, volumes: Sequence[VolumePlan], scene: Scene) -> ProgramPlan:
+    return ProgramPlan(
+        name=file,
+        technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
+        classification=scene.render.classification,
+        vertex="shaders/raycast.vert",
+        fragment=f"shaders/{file}.frag",
+        levels=tuple(volume.level for volume in volumes),
+        transfer=name,
+    )
