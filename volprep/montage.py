@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 
 from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.normals.codes import decoded
+from volprep.render.picture import encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.manifest import Texture
 from volprep_formats.package.normals import NormalCode
 from volprep_formats.package.reader import Package
+from volprep_formats.package.slice_texels import slice_texels
 from volprep_formats.png import write_png
 
 LARGEST = 4096
@@ -24,7 +27,8 @@ class Montage:
     """A picture of slices."""
 
     pixels: NDArray[np.uint8]
-    """[H, W, 1], row 0 on top: the largest stored value is white. [H, W, 3] for normals: -1 is 0, 1 is 255."""
+    """[H, W, 1], row 0 on top: the largest stored value is white. [H, W, 3] for normals, -1 is 0 and 1 is 255; and for
+    colours, sRGB over black."""
     level: int
     """Level that it shows."""
     shown: int
@@ -42,16 +46,16 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
     """
     if path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
-    role: Literal["volume", "normals"] = "normals" if normals else "volume"
+    role: Literal["volume", "normals", "slices"] = "normals" if normals else "volume"
+    if not normals and any(each.role == "slices" for each in package.manifest.textures):
+        role = "slices"
     textures = [each for each in package.manifest.textures if each.role == role]
     held = sorted({each.level for each in textures if each.level is not None})
     if not held or level not in {None, *held}:
         wanted = f"{'' if level is None else level} with normals".strip() if normals else level
         raise VolprepError("VP1250", path=package.path, level=wanted, found=", ".join(map(str, held)) or "none")
     chosen = held[0] if level is None else level
-    texels = level_texels(package, chosen, role=role)
-    meaning = textures[0].normals
-    made = montage(texels if meaning is None else _colours(texels, meaning.code), chosen)
+    made = montage(_of_slices(package, textures) if role == "slices" else _of_level(package, chosen, role), chosen)
     try:
         write_png(path, made.pixels)
     except OSError as error:
@@ -77,6 +81,19 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
         shown = np.rint(shown.astype(np.float32) / 257).astype(np.uint8)
     strips = list(pack_mosaic(lambda z0, z1: shown[z0:z1], layout))
     return Montage(np.concatenate(strips).astype(np.uint8, copy=False), level, len(shown), every, layout.tiles_x)
+
+
+def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) -> NDArray[np.generic]:
+    texels = level_texels(package, level, role=role)
+    meaning = next(each.normals for each in package.manifest.textures if each.role == role)
+    return texels if meaning is None else _colours(texels, meaning.code)
+
+
+def _of_slices(package: Package, textures: list[Texture]) -> NDArray[np.uint8]:
+    """Give the stack of the first transfer function across z, or another axis where z has none, over black."""
+    first = textures[0].transfer
+    axes = {each.slices.axis for each in textures if each.slices is not None and each.transfer == first}
+    return np.stack([encoded(each / 255, "black") for each in slice_texels(package, first or "", max(axes))])
 
 
 def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:

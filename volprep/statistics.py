@@ -224,7 +224,7 @@ def _patch_ranges(length: int) -> list[slice]:
     """Up to _PATCHES ranges of equal length, in the middles of equal parts of `length`."""
     size = min(length, _PATCH_VOXELS)
     count = min(_PATCHES, length // size)
-    starts = [(2 * part + 1) * length // (2 * count) - (size + 1) // 2 for part in range(count)]
+    starts = [(2 * part + 1) * length // (2 * count) - size // 2 for part in range(count)]
     return [slice(start, start + size) for start in starts]
 
 

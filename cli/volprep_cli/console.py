@@ -78,13 +78,13 @@ class _Bars:
 
 
 def print_remarks(manifest: "Manifest") -> None:
-    """Print to stderr what the readers noticed and a user should know."""
-    sources = (
-        {"": manifest.source} if manifest.channels is None else {f"{c.name}: ": c.source for c in manifest.channels}
-    )
-    for name, source in sources.items():
-        for remark in source.info.remarks:
-            print(f"note: {name}{remark}", file=sys.stderr)
+    """Print to stderr what a user should know of a package."""
+    from volprep.remarks import remarks, warnings  # noqa: PLC0415 - keeps volprep --help fast
+
+    for text in remarks(manifest):
+        print(f"note: {text}", file=sys.stderr)
+    for text in warnings(manifest):
+        print(f"warning: {text}", file=sys.stderr)
 
 
 def print_json(value: object) -> None:

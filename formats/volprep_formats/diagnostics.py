@@ -417,6 +417,12 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{path}: the ending says no format that can be written",
         "Use .nii, .nii.gz, .nrrd, .raw or .vdb; a name without an ending becomes a folder of DICOM files.",
     ),
+    "VP1253": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: holds the colours that its transfer functions make of the scan, and no values",
+        "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for a "
+        "profile with shaders, with classified samples in place of voxels.",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",
@@ -589,6 +595,11 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "labels would get colours of other labels: {problem}",
         "Set render.classification to lookup, or render.palette_entries to 256.",
+    ),
+    "VP3044": Diagnostic(
+        ExitStatus.SCENE,
+        "filter transmittance averages the light of classified voxels, and voxels of this scene are values",
+        "Choose another pyramid.filter, or set render.classification to preclassified.",
     ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,

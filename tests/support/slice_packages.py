@@ -91,8 +91,9 @@ def colours_of(package: Package, texture: Texture) -> np.ndarray:
 
 
 def stack_of(package: Package, axis: str) -> np.ndarray:
-    """Give the slices of a stack [slice, row, column, RGBA], cut out of their textures as the manifest says."""
+    """Give the slices of the first stack across `axis` [slice, row, column, RGBA], as the manifest says."""
     textures = [each for each in package.manifest.textures if each.slices and each.slices.axis == axis]
+    textures = [each for each in textures if each.transfer == textures[0].transfer]
     found = []
     for texture in sorted(textures, key=lambda each: each.part):
         layout, texels = texture.slices, colours_of(package, texture)

@@ -106,3 +106,14 @@ def test_every_plane_across_an_axis_has_its_physical_range(slope, monkeypatch) -
     for axis, others in enumerate(((1, 2), (0, 2), (0, 1))):
         expected = np.column_stack([physical.min(axis=others), physical.max(axis=others)])
         assert np.array_equal(found[axis], expected)
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 17, 24, 25, 49, 100])
+def test_patches_of_scans_of_any_width_lie_inside_apart_and_are_not_empty(length) -> None:
+    stored = voxels(np.uint8, (3, length, 5))
+    stored[:] = np.arange(length)[:, None]
+    patches = measure(InMemory(stored), Silent()).patches[:, 0, :, 0]
+    assert patches.shape == (min(3, max(1, length // 24)), min(length, 24))
+    found = patches.ravel()
+    assert len(np.unique(found)) == len(found)
+    assert (np.diff(patches, axis=1) == 1).all()

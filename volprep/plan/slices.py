@@ -82,6 +82,7 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
     needs = {
         "render.lighting": scene.render.lighting != "none",
         "[normals]": scene.normals is not None,
+        "[proxy]": scene.proxy is not None,
         "[grid]": scene.grid is not None,
         "skip.ranges": scene.skip.ranges,
         f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},

@@ -59,7 +59,8 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     """Open a level of the package or draft at `path`, the finest if None, of the only channel if None.
 
     Level 0 of a draft is the whole scan as it was imported. Raises VP1221 and VP1222 (choice of a channel), VP1250 (no
-    such level), VP4008 (working data of another size) and what `Package` and the texture reader raise.
+    such level), VP1253 (colours in place of values), VP4008 (working data of another size) and what `Package` and the
+    texture reader raise.
     """
     whole = Package.open(path, allow_draft=True)
     packages = channel_packages(whole)
@@ -76,6 +77,8 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
         if (item.role, item.transfer) == ("volume", None) and item.level is not None
     }
     held_level = min(held, default=0) if level is None else level
+    if not held and work is None and any(item.reference_mm is not None for item in manifest.textures):
+        raise VolprepError("VP1253", path=path)
     if held_level not in held:
         found = sorted(held | ({0} if work is not None else set()))
         raise VolprepError("VP1250", path=path, level=held_level, found=", ".join(map(str, found)) or "none")
