@@ -141,7 +141,7 @@ def _import_table(rows: list[ImportRow]) -> Table:
     for row in rows:
         table.add_row(
             row.series,
-            "in a process that runs" if row.running else "as a command",
+            row.how,
             f"{row.ours_s:.2f}",
             row.peer,
             f"{row.peer_s:.2f}",

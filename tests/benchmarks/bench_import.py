@@ -3,8 +3,11 @@
 Two ways: each as a person would start it, in a process of its own; and in a process that runs already, as one that
 imports many series, where the second import counts. dcm2niix starts in milliseconds, so that its command is the measure
 of both. All run in turn, round after round; the best round counts. Python finds its modules compiled, as it does where
-a package is installed. volprep also measures the values and makes the digest that names the scan, and does not return
-before all of it is safe on the disk.
+a package is installed.
+
+volprep also measures the values and makes the digest that names the scan, and does not return before all of it is safe
+on the disk. A third way is without these three, and says what they cost. What Python and the libraries take to start,
+which no import can be faster than, stands beside the command.
 """
 
 import os
@@ -43,6 +46,22 @@ for _ in range(2):
     import_draft(request_for_source(Path(sys.argv[1])), Path(sys.argv[2]), Silent())
     print(time.perf_counter() - start)
 """
+_OURS_BARE = (
+    """
+import hashlib, os
+from volprep.statistics import Gauge
+class NoDigest:
+    def __init__(self, data=b""): pass
+    def update(self, data): pass
+    def hexdigest(self): return "0" * 64
+measured = Gauge.add
+Gauge.add = lambda gauge, slab: None if gauge._slices else measured(gauge, slab)
+hashlib.sha256 = NoDigest
+os.fsync = lambda descriptor: None
+"""
+    + _OURS_RUNNING
+)
+_LIBRARIES = "import numpy, pydantic.main, typer"
 _SIMPLEITK = """
 import sys, SimpleITK
 reader = SimpleITK.ImageSeriesReader()
@@ -64,16 +83,16 @@ for _ in range(2):
 
 @dataclass(frozen=True)
 class ImportRow:
-    """One series, imported by volprep and by one other."""
+    """One series, imported by volprep in one way, and by one other."""
 
     series: str
     """Its size, x×y×z."""
-    running: bool
-    """Whether we, and SimpleITK, run already; else what it takes to start counts too."""
+    how: str
+    """"command", where what it takes to start counts too, "running", or "running, bare"."""
     ours_s: float
     """Our best time."""
     peer: str
-    """Who else does it."""
+    """Who else does it; or the start of the libraries alone."""
     peer_s: float
     """Its best time."""
     ratio: float
@@ -125,11 +144,13 @@ def _contest(size: str, series: Path, out: Path) -> list[ImportRow]:
     commands: dict[str, Sequence[str | Path]] = {
         "volprep": [*python, _OURS, "import", series, "-o", out / "x.volpkg"],
         "SimpleITK": [*python, _SIMPLEITK, files, out / "x.nii"],
+        "its libraries": [*python, _LIBRARIES],
     }
     if shutil.which("dcm2niix"):
         commands["dcm2niix"] = ["dcm2niix", "-z", "n", "-b", "n", "-f", "x", "-o", out, series]
     running: dict[str, Sequence[str | Path]] = {
         "volprep": [*python, _OURS_RUNNING, series, out / "x.volpkg"],
+        "volprep, bare": [*python, _OURS_BARE, series, out / "x.volpkg"],
         "SimpleITK": [*python, _SIMPLEITK_RUNNING, files, out / "x.nii"],
     }
     best = dict.fromkeys(commands, float("inf"))
@@ -148,9 +169,8 @@ def _contest(size: str, series: Path, out: Path) -> list[ImportRow]:
             told = subprocess.run(command, check=True, capture_output=True, text=True, env=compiled).stdout
             best_running[who] = min(best_running[who], float(told.split()[-1]))
             shutil.rmtree(out)
-    peers = [(False, best, peer, best[peer]) for peer in best if peer != "volprep"]
-    peers += [(True, best_running, peer, best_running.get(peer, best[peer])) for peer in best if peer != "volprep"]
-    return [
-        ImportRow(size, is_running, ours["volprep"], peer, seconds, ours["volprep"] / seconds)
-        for is_running, ours, peer, seconds in peers
-    ]
+    rows = [("command", best["volprep"], peer, best[peer]) for peer in best if peer != "volprep"]
+    for how, ours_s in (("running", best_running["volprep"]), ("running, bare", best_running["volprep, bare"])):
+        peers = {"SimpleITK": best_running["SimpleITK"], **{name: best[name] for name in best if name == "dcm2niix"}}
+        rows += [(how, ours_s, peer, seconds) for peer, seconds in peers.items()]
+    return [ImportRow(size, how, ours_s, peer, peer_s, ours_s / peer_s) for how, ours_s, peer, peer_s in rows]
