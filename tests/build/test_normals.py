@@ -83,11 +83,6 @@ def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
     validate(package.path, tmp_path / "report", Silent(), picture_size=16)
 
 
-def test_there_is_no_true_picture_of_a_lit_package(lit, tmp_path):
-    with pytest.raises(VolprepError, match=r"VP6014 .*light the volume \(headlight\)"):
-        validate(lit, tmp_path / "report", Silent())
-
-
 def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
     package = Package.open(built(tmp_path, '[render]\nlighting = "headlight"\n', "gles2-2048"))
     manifest = package.manifest

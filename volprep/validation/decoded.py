@@ -10,10 +10,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.normals.codes import interpolated
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest, Quantization, Texture
+from volprep_formats.package.normals import GradientKernel
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -37,11 +39,20 @@ class Volume:
     """physical = slope · stored + intercept."""
     nearest: bool = False
     """Whether the field is constant in each voxel, as labels are."""
+    normals: GradientKernel | NDArray[np.float32] | None = None
+    """Where it is lit: the kernel that measures its gradients, or a vector for each voxel, [z, y, x, (x, y, z)]."""
 
 
 def holds_labels(manifest: Manifest) -> bool:
     """Say whether the voxels of a package of one channel are labels, which it samples without mixing them."""
     return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
+
+
+def kernel_of_light(manifest: Manifest) -> GradientKernel | None:
+    """Give the kernel of the normals by which programs light what they draw; None where they do not."""
+    if all(program.lighting == "none" for program in manifest.programs):
+        return None
+    return next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
 
 
 def level_volume(package: Package, level: int) -> Volume:
@@ -54,8 +65,21 @@ def level_volume(package: Package, level: int) -> Volume:
     scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
     stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
     return Volume(
-        np.ascontiguousarray(stored), grid, quantization.slope * scale, quantization.intercept, holds_labels(manifest)
+        np.ascontiguousarray(stored),
+        grid,
+        quantization.slope * scale,
+        quantization.intercept,
+        holds_labels(manifest),
+        None if kernel_of_light(manifest) is None else _level_normals(package, level),
     )
+
+
+def _level_normals(package: Package, level: int) -> NDArray[np.float32]:
+    """Decode the normals of `level`, as long as their codes make them."""
+    textures = package.manifest.textures
+    code = next(each.normals.code for each in textures if each.level == level and each.normals is not None)
+    octets = np.asarray(level_texels(package, level, "normals"), np.uint8)
+    return np.ascontiguousarray(interpolated(octets, code))
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:

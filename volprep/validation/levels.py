@@ -16,9 +16,10 @@ from volprep_formats.package.manifest import Level, Program
 def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePicture) -> tuple[LevelComparison, ...]:
     """Compare the coarse levels that are drawn like `program` with what the box filter would have made of the scan.
 
-    Nothing where samples are not classified by lookup tables: there no level has a table of its own.
+    Nothing where samples are not classified by lookup tables: there no level has a table of its own. Nor where channels
+    are drawn together: each is compared by itself.
     """
-    if program.classification != "lookup":
+    if program.classification != "lookup" or bench.subject.package.manifest.together is not None:
         return ()
     subject = bench.subject
     wanted = set(subject.levels(program))
@@ -64,4 +65,4 @@ def _box_level(subject: Subject, level: Level) -> Volume:
     values += np.float32(scan.intercept)
     means = np.empty(_native.box_reduced_shape(values.shape, level.factors_zyx), np.float32)
     _native.box_reduce(values, means, level.factors_zyx)
-    return Volume(means, level.grid, 1.0, 0.0, scan.nearest)
+    return Volume(means, level.grid, 1.0, 0.0, scan.nearest, scan.normals)

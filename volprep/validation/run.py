@@ -7,8 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from volprep import _native
+from volprep.forms import FormTrial
 from volprep.origin import read_origin
-from volprep.plan.records import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep.render.choose import API_OF_SLICES
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
@@ -17,12 +17,14 @@ from volprep.report.verdict import judge
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
+from volprep.validation.decoded import holds_labels, kernel_of_light
 from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.levels import compare_levels
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
+from volprep.validation.together import subject_together
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
@@ -57,7 +59,7 @@ def validate(
     Raises
     ------
     VolprepError
-        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one that is lit, VP6012 and VP6013 when
+        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
         the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
         renderer raise. A package beyond the tolerance is no error here: the verdict says so.
     """
@@ -65,14 +67,16 @@ def validate(
     with report_folder(report_path) as folder, clock.part("all"):
         with clock.part("checking"):
             package = open_whole(path)
-            _require_no_light(package)
+            _require_no_lit_labels(package)
         found = find_scan(path, source)
         size = picture_size or found.picture_size
         with clock.part("reading"):
-            subjects = [
-                Subject(part, read_scan(part.manifest, found.spec_of(name), progress), size)
+            channels = {
+                name: Subject(part, read_scan(part.manifest, found.spec_of(name), progress), size)
                 for name, part in channel_packages(package).items()
-            ]
+            }
+        together = subject_together(package, channels)
+        subjects = [*([] if together is None else [together]), *channels.values()]
         subject = subjects[0]
         programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
         report = Report(
@@ -93,18 +97,18 @@ def validate(
                 seconds=clock.so_far(),
                 threads=_native.max_threads(),
                 peak_memory_bytes=_peak_memory_bytes(),
-                source_bytes=sum(each.scan.stored.nbytes for each in subjects),
+                source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
         folder.write(report)
     return report
 
 
-def _require_no_light(package: Package) -> None:
-    """Raise VP6014 if a program lights what it draws: the oracle knows emission and absorption only."""
-    lit = next((program.lighting for program in package.manifest.programs if program.lighting != "none"), None)
-    if lit is not None:
-        raise VolprepError("VP6014", path=package.path, lighting=lit)
+def _require_no_lit_labels(package: Package) -> None:
+    """Raise VP6014 if a program lights labels."""
+    for part in channel_packages(package).values():
+        if holds_labels(part.manifest) and kernel_of_light(part.manifest) is not None:
+            raise VolprepError("VP6014", path=package.path)
 
 
 def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Driver]:

@@ -13,7 +13,7 @@ from volprep.request import at_place
 from volprep.scene import RenderWishes, load_scene
 from volprep.slabs import bytes_of
 from volprep.statistics import Gauge, source_slabs
-from volprep.validation.decoded import Volume, holds_labels
+from volprep.validation.decoded import Volume, holds_labels, kernel_of_light
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.progress import Progress
@@ -86,4 +86,5 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])
     # Of several channels the first says where the voxels are, as in the package; all are registered with it.
-    return Volume(stored, manifest.source.info.grid, info.slope, info.intercept, holds_labels(manifest))
+    labels, kernel = holds_labels(manifest), kernel_of_light(manifest)
+    return Volume(stored, manifest.source.info.grid, info.slope, info.intercept, labels, kernel)

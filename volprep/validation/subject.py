@@ -56,7 +56,7 @@ class Subject:
 
     def on_codes(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the codes of `level` with the control points of the transfer function."""
-        return self.on_volume(self._level(level), transfer, view)
+        return self.on_volume(self.level(level), transfer, view)
 
     def on_volume(self, volume: Volume, transfer: str, view: str) -> OraclePicture:
         """Draw any volume with the control points of the transfer function."""
@@ -70,13 +70,17 @@ class Subject:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
         if self._is_classified:
             return self.truth(transfer, view)
-        return self._integrate(self._level(level), table_function(self.package, transfer, level), view)
+        return self._integrate(self.level(level), table_function(self.package, transfer, level), view)
 
     def levels(self, program: Program) -> list[int]:
         """Levels at which the transfer function of `program` is drawn in the same way, finest first."""
         same = (program.technique, program.transfer)
         programs = self.package.manifest.programs
         return sorted({level for each in programs if (each.technique, each.transfer) == same for level in each.levels})
+
+    def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
+        """Give all transfer functions that a program draws: of this one channel the one of this name."""
+        return (self.function(transfer),)
 
     def function(self, transfer: str) -> TransferFunction:
         """Give the transfer function of this name."""
@@ -93,9 +97,11 @@ class Subject:
             box_from_clip,
             self.shape_hw,
             nearest=volume.nearest,
+            normals=volume.normals,
         )
 
-    def _level(self, level: int) -> Volume:
+    def level(self, level: int) -> Volume:
+        """Decode what the package holds of `level`."""
         if level not in self._levels:
             self._levels[level] = level_volume(self.package, level)
         return self._levels[level]

@@ -5,11 +5,13 @@ own, letter for letter, does the text without it say anything about the package.
 """
 
 from volprep.render.techniques import raycast_mosaic, raycast_texture3d
-from volprep.render.techniques.classification import classification_of
+from volprep.render.techniques.classification import Classification, classification_of
 from volprep.render.techniques.components import component_letter
+from volprep.render.techniques.lighting import Lighting, headlight
 from volprep.render.techniques.proxy import Entry
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
+from volprep.render.techniques.together import drawn_together
 from volprep.validation.altered import Altered
 from volprep_formats.package.manifest import Manifest, Program, RenderSettings
 from volprep_formats.package.reader import Package
@@ -43,14 +45,30 @@ def unskipped(package: Package, program: Program, render: RenderSettings) -> Pac
 def _shaders(package: Package, program: Program, render: RenderSettings, *, skips: bool = True) -> RayCaster:
     manifest = package.manifest
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
-    classified = classification_of(manifest, program)
     level = min(program.levels)
+    if manifest.together is not None and program.transfer == manifest.together.name:
+        return ray_caster(*_together(manifest, program, level), (x, y, z), render)
+    classified = classification_of(manifest, program)
     additions = Additions(
         skipping_of(manifest, program.transfer, level, program.classification) if skips else None,
-        None,
+        _lighting(manifest, program, level),
         _entry(manifest, program, (x, y, z)),
     )
     return ray_caster(_sampling(package, program), classified, (x, y, z), render, additions)
+
+
+def _together(manifest: Manifest, program: Program, level: int) -> tuple[Sampling, Classification]:
+    channel_of = {name: channel.name for channel in manifest.channels or () for name in channel.transfers}
+    transfers = manifest.together.transfers if manifest.together else ()
+    spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
+    drawn = {name: channel_of[name] for name in transfers}
+    return drawn_together(manifest, drawn, level, spacing_mm_zyx, program.classification)
+
+
+def _lighting(manifest: Manifest, program: Program, level: int) -> Lighting | None:
+    if program.lighting == "none":
+        return None
+    return headlight(next(each for each in manifest.textures if (each.role, each.level) == ("normals", level)))
 
 
 def _entry(manifest: Manifest, program: Program, extent_mm_xyz: tuple[float, float, float]) -> Entry | None:
@@ -65,7 +83,6 @@ def _sampling(package: Package, program: Program) -> Sampling:
     volume = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("volume", level.index))
     component = component_letter(volume.gl.format, package.component_of(volume))
     if volume.mosaic is None:
-        classified = program.classification == "preclassified"
-        mipmaps = volume.mipmap is not None
-        return raycast_texture3d.sampling(classified=classified, component=component, mipmaps=mipmaps)
+        wanted = None if program.classification == "preclassified" else component
+        return raycast_texture3d.sampling(wanted, mipmaps=volume.mipmap is not None)
     return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, component, volume.filter)
