@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 from volprep.plan import Plan, VolumePlan
 from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume
-from volprep.transfer.preclassified import classified_texels
-from volprep.transfer.table import Table
-from volprep.work import codes_of_level
+from volprep.transfer.preclassified import Voxels
+from volprep.work import classified_name, codes_of_level, codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
 
@@ -47,8 +45,10 @@ def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int]
 def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
     """Give a function that reads slices z0 to z1 - 1 of a level as the texels of its textures.
 
-    [z, y, x], or [z, y, x, component] where several channels share texels.
+    [z, y, x], or [z, y, x, component] where several channels share texels, or voxels are classified.
     """
+    if volume.transfer is not None:
+        return classified_reader(draft, plan, volume)
     if not volume.channels:
         return texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
     each = [codes_of_level(draft, plan, volume.level, channel) for channel in volume.channels]
@@ -60,19 +60,28 @@ def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int
     return read
 
 
-def classified_reader(
-    volume: RawVolume, function: TransferFunction, window: tuple[float, float], reference_mm: float
-) -> Callable[[int, int], Texels]:
-    """Give a function that reads slices z0 to z1 - 1 of `volume` as classified texels [z, y, x, RGBA]."""
-    codes = 2 ** (8 * volume.dtype.itemsize)
-    by_code = classified_texels(Table.exact(function), np.linspace(*window, codes), reference_mm)
+def classified_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
+    """Give a function that reads slices z0 to z1 - 1 of a level of classified voxels as texels [z, y, x, RGBA]."""
+    if volume.level > 0:
+        z, y, x = plan.level(volume.level).shape_zyx
+        texels = RawVolume(draft.folder / classified_name(volume.level), (z, y, 4 * x), np.dtype(np.uint8))
+        return lambda z0, z1: texels.read_slab(z0, z1).reshape(z1 - z0, y, x, 4)
+    codes = codes_of_source(draft, plan)
+    by_code = voxels_of(plan).texels(256**codes.dtype.itemsize)
 
     def read(z0: int, z1: int) -> Texels:
-        slab: NDArray[Any] = volume.read_slab(z0, z1)
-        texels: Texels = by_code[slab]
-        return texels
+        slab: NDArray[Any] = codes.read_slab(z0, z1)
+        return np.asarray(by_code[slab])
 
     return read
+
+
+def voxels_of(plan: Plan) -> Voxels:
+    """Say how codes become voxels, where they are classified."""
+    volume = plan.volumes[0]
+    function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
+    assert volume.reference_mm is not None  # noqa: S101 - as every level with a transfer function
+    return Voxels(function, plan.quantize.window, volume.reference_mm)
 
 
 def encode_strip(strip: Texels, file_format: ktx2.Ktx2Format) -> Texels:

@@ -2,7 +2,8 @@
 
 Truth is the oracle on the scan itself. What is measured is the oracle on the level's codes with the table that
 classifies them, so that neither a renderer nor a step length is in the numbers. The filter is chosen and the tables are
-fitted as a build does it: along random rays, never in the views that are measured.
+fitted as a build does it: along random rays, never in the views that are measured. Beside it stands the level of an
+editable package: no transfer function is in its filter and histogram, so that each row is that of an edit.
 """
 
 import os
@@ -25,12 +26,14 @@ from volprep.pyramid.records import Trial
 from volprep.render.camera import standard_views
 from volprep.request import Request, load_request
 from volprep.slabs import RawVolume
-from volprep.stages.pyramid import CANDIDATES
+from volprep.stages.pyramid import CANDIDATES, FREE_CANDIDATES
+from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.oracle import oracle_picture
 from volprep.work import codes_of_source, source_volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.editing import encode_histogram
 from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
@@ -125,6 +128,14 @@ class LevelRow:
     """Error of what was chosen."""
     gain: float
     """By what part it is lower."""
+    editable: str
+    """Filter of a package whose transfer functions users may edit."""
+    editable_gain: float
+    """By what part its error is lower, with the table of its joint histogram."""
+    histogram_bytes: int
+    """Size of that."""
+    editable_seconds: float
+    """What it took to try the filters that depend on no transfer function, with histograms."""
     tried: dict[str, tuple[float, float, float]]
     """For each filter: gain with the common table, with one of its own, and the seconds that both took."""
 
@@ -148,19 +159,35 @@ def measure_levels(console: Console) -> list[LevelRow]:
 def levels_table(rows: list[LevelRow]) -> Rows:
     """Draw the rows for people, with the means and whatever is worse than box."""
     table = Rows(title="Error of coarse levels in the nine standard views, against box with the common table")
-    for name in ("scan", "level", "transfer", "box", "chosen", "error", "lower by", *_FILTERS):
-        table.add_column(name, justify="left" if name in {"scan", "transfer", "chosen"} else "right")
+    for name in ("scan", "level", "transfer", "box", "chosen", "error", "lower by", "editable", "lower by", *_FILTERS):
+        table.add_column(name, justify="left" if name in {"scan", "transfer", "chosen", "editable"} else "right")
     for row in rows:
         tried = [f"{common:+.0%} {own:+.0%}" for common, own, _ in (row.tried[name] for name in _FILTERS)]
         numbers = (f"{row.box_rmse:.4f}", row.chosen, f"{row.rmse:.4f}", f"{row.gain:.1%}")
-        table.add_row(row.scan, str(row.level), row.transfer, *numbers, *tried)
-    means = [np.mean([row.gain for row in rows if row.level == level]) for level in LEVELS] if rows else []
-    worse = [f"{row.scan} {row.transfer} level {row.level}" for row in rows if row.gain < 0]
+        editable = (f"{row.editable} {row.histogram_bytes / 1e3:.0f} kB", f"{row.editable_gain:.1%}")
+        table.add_row(row.scan, str(row.level), row.transfer, *numbers, *editable, *tried)
+    means = [
+        f"level {level} lower by {np.mean([row.gain for row in rows if row.level == level]):.1%}, editable by "
+        f"{np.mean([row.editable_gain for row in rows if row.level == level]):.1%}"
+        for level in LEVELS
+        if rows
+    ]
+    worse = [f"{row.scan} {row.transfer} level {row.level}" for row in rows if min(row.gain, row.editable_gain) < 0]
     table.caption = (
-        "; ".join(f"level {level} lower by {mean:.1%}" for level, mean in zip(LEVELS, means, strict=False))
+        "; ".join(means)
         + f"; worse than box: {', '.join(worse) or 'none'}. Of each filter: lower with the common table, with its own."
     )
     return table
+
+
+@dataclass(frozen=True)
+class _Editable:
+    """A level that depends on no transfer function."""
+
+    filter: str
+    errors: dict[str, float]
+    histogram_bytes: int
+    seconds: float
 
 
 class _Bench:
@@ -177,7 +204,9 @@ class _Bench:
         window, entries = plan.quantize.window, plan.lookups[0].entries
         self._tables = {each.name: lookup_table(each, window, entries) for each in plan.transfer_functions}
         codes = codes_of_source(self._draft, plan)
-        self._chooser = Chooser(Classified(codes, plan.grid, self._tables), adapt=True)
+        self._scan = Classified(codes, plan.grid, self._tables)
+        self._chooser = Chooser(self._scan, adapt=True)
+        self._editable = Chooser(self._scan, adapt=True, editable=True)
         self._truth = {each.name: list(_true_pictures(self._draft, plan, each)) for each in plan.transfer_functions}
 
     def rows(self, level: int) -> list[LevelRow]:
@@ -203,10 +232,29 @@ class _Bench:
             if name in CANDIDATES and score < best:
                 best, chosen = score, name
             codes.path.unlink()
-        return [self._row(level, transfer, chosen, measured) for transfer in self._tables]
+        editable = self._edited(level, factors)
+        return [self._row(level, transfer, chosen, measured, editable) for transfer in self._tables]
+
+    def _edited(self, level: int, factors: tuple[int, int, int]) -> "_Editable":
+        """Measure the level of a package whose transfer functions users may edit."""
+        began = time.perf_counter()
+        choice, codes = self._editable.choose(level, factors, FREE_CANDIDATES, self._scratch, lambda _: None)
+        size = len(encode_histogram(joint_shares(self._scan.volume, codes, factors)))
+        seconds = time.perf_counter() - began
+        errors = {
+            table.transfer: self._error(codes, factors, table.transfer, np.array(table.entries))
+            for table in choice.tables
+        }
+        codes.path.unlink()
+        return _Editable(choice.filter, errors, size, seconds)
 
     def _row(
-        self, level: int, transfer: str, chosen: str, measured: dict[str, dict[str, tuple[float, float, float]]]
+        self,
+        level: int,
+        transfer: str,
+        chosen: str,
+        measured: dict[str, dict[str, tuple[float, float, float]]],
+        editable: "_Editable",
     ) -> LevelRow:
         box = measured["box"][transfer][0]
         common, own, _ = measured[chosen][transfer]
@@ -218,6 +266,10 @@ class _Bench:
             box_rmse=box,
             rmse=own,
             gain=1 - own / box,
+            editable=editable.filter,
+            editable_gain=1 - editable.errors[transfer] / box,
+            histogram_bytes=editable.histogram_bytes,
+            editable_seconds=editable.seconds,
             tried={
                 name: (1 - each[transfer][0] / box, 1 - each[transfer][1] / box, each[transfer][2])
                 for name, each in measured.items()

@@ -83,6 +83,7 @@ def require_classification(scene: Scene, profile: DeviceProfile) -> None:
         "several transfer functions": len(scene.transfer) == 1,
         "sub-volumes": scene.grid is None,
         "proxy geometry": scene.proxy is None,
+        "ranges of blocks": not scene.skip.ranges,
     }
     for what, is_unwanted in unwanted.items():
         if name == "preclassified" and not is_unwanted:

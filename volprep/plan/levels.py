@@ -19,9 +19,14 @@ _NEARLY_EQUAL = math.sqrt(2)
 
 
 def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
-    """Give the filter that makes the coarser levels. Raises VP3024 for one that would put values between labels."""
+    """Give the filter that makes the coarser levels.
+
+    Raises VP3024 for one that would put values between labels, VP3044 for one of classified voxels where none are.
+    """
     labels = scene.source.labels
     wanted = scene.pyramid.filter
+    if wanted == "transmittance" and scene.render.classification != "preclassified":
+        raise VolprepError("VP3044")
     if wanted == "auto":
         return "mode" if labels else "auto"
     if labels and wanted not in LABEL_FILTERS:

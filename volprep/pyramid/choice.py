@@ -32,7 +32,7 @@ Slices = Iterator[tuple[NDArray[Any], int]]
 
 _RAYS = 6000
 """Rays that a table is fitted along."""
-_CHECK_RAYS = 2000
+CHECK_RAYS = 2000
 """Rays that choices are made on."""
 _SEED, _CHECK_SEED = 1, 2
 _LEAST_GAIN = 0.02
@@ -66,7 +66,7 @@ class Chooser:
         # A small volume has no more to say than it has voxels on its sides.
         rays = min(_RAYS, 2 * max(grid.shape_zyx) ** 2)
         self._lines = random_lines(grid, rays, _SEED)
-        self._check_lines = random_lines(grid, min(_CHECK_RAYS, rays), _CHECK_SEED)
+        self._check_lines = random_lines(grid, min(CHECK_RAYS, rays), _CHECK_SEED)
         fine = self._sampled(scan.volume, (1, 1, 1))
         self._targets = {name: [samples.light(table) for samples in fine] for name, table in scan.tables.items()}
 
@@ -83,7 +83,7 @@ class Chooser:
         trials: list[Trial] = []
         for name in candidates:
             began = time.perf_counter()
-            volume = _written(self.slices(name, factors), scratch(f"{level}-{name}.raw"), self._shape(factors), advance)
+            volume = written(self.slices(name, factors), scratch(f"{level}-{name}.raw"), self._shape(factors), advance)
             seconds = time.perf_counter() - began
             tables, tried = self._tables(name, volume, factors, seconds)
             trials += tried
@@ -114,7 +114,7 @@ class Chooser:
         trials: list[Trial] = []
         for transfer, common in self._scan.tables.items():
             target, truth = self._targets[transfer]
-            plain = _rmse(check.light(common), truth)
+            plain = rmse_of(check.light(common), truth)
             trials.append(Trial(filter=name, transfer=transfer, table="common", rmse=plain, seconds=seconds))
             if not self._adapt:
                 continue
@@ -124,7 +124,7 @@ class Chooser:
             else:
                 table = level_table(shares, common, reference_mm(self._spacing_mm_zyx(factors)))
             spent = seconds + time.perf_counter() - began
-            rmse = _rmse(check.light(table), truth)
+            rmse = rmse_of(check.light(table), truth)
             trials.append(Trial(filter=name, transfer=transfer, table="adapted", rmse=rmse, seconds=spent))
             if self._editable or rmse < (1 - _LEAST_GAIN) * plain:
                 tables.append(AdaptedTable(transfer=transfer, entries=_rows(table)))
@@ -165,7 +165,8 @@ def level_slices(scan: Classified, name: LevelFilter, factors: tuple[int, int, i
     return reduced_slabs(volume, factors, name, noise)
 
 
-def _written(slices: Slices, path: Path, shape: tuple[int, int, int], advance: Callable[[int], None]) -> RawVolume:
+def written(slices: Slices, path: Path, shape: tuple[int, int, int], advance: Callable[[int], None]) -> RawVolume:
+    """Write slices to a file of a volume of `shape`."""
     dtype: np.dtype[np.generic] | None = None
     with path.open("wb") as file:
         for voxels, read in slices:
@@ -196,7 +197,8 @@ def _split(samples: RaySamples, first: int) -> tuple[RaySamples, RaySamples]:
     )
 
 
-def _rmse(light: Array, truth: Array) -> float:
+def rmse_of(light: Array, truth: Array) -> float:
+    """Root mean square over rays and channels of the difference of light."""
     return float(np.sqrt(np.mean((light - truth) ** 2)))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.skip.ranges import BlockRanges
+from volprep.transfer.preclassified import medium_of_texels
 
 Occupied = NDArray[np.bool_]
 
@@ -46,6 +47,16 @@ def occupied_blocks(
         low, high = (_normalised(ends[z]) * (entries - 1) for ends in (ranges.low, ranges.high))
         occupied[z] = seen[_last(high, entries) + 1] > seen[_first(low, entries)]
     return occupied
+
+
+def opaque_blocks(ranges: BlockRanges, reference_mm: float, threshold_per_mm: float = 0.0) -> Occupied:
+    """Say of each block of classified voxels, [z, y, x], whether a sample inside may have more extinction than that.
+
+    `ranges` are those of opacities of `reference_mm`, in bytes: between texels of no opacity there is none.
+    """
+    extinction = medium_of_texels(np.arange(256)[:, None].repeat(4, axis=1) / 255, reference_mm)[1]
+    found: Occupied = (extinction > threshold_per_mm)[ranges.high]
+    return found
 
 
 def threshold_per_mm(epsilon: float, longest_mm: float) -> float:

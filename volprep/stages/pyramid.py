@@ -1,18 +1,21 @@
 """Coarser levels: each is made from the codes of level 0 by its filter, and rounded once.
 
 Where the filter is to be chosen, every candidate makes the level and the pictures decide (volprep.pyramid.choice); so
-they do about lookup tables of a level's own. What was decided stands in the draft for later stages.
+they do about lookup tables of a level's own. What was decided stands in the draft for later stages. Where voxels are
+classified, levels are, too (volprep.pyramid.classified).
 """
 
 from collections.abc import Iterator
 
 from volprep.plan import LevelPlan, Plan
 from volprep.pyramid.choice import Array, Chooser, Classified, level_slices
+from volprep.pyramid.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.pyramid.records import LevelChoice
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage
+from volprep.texels import voxels_of
 from volprep.transfer.lookup import lookup_table
-from volprep.work import choice_name, codes_name, codes_of_source, levels_of
+from volprep.work import choice_name, classified_name, codes_name, codes_of_source, levels_of
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.progress import Progress
@@ -26,7 +29,8 @@ FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
     editing = () if plan.editing is None else (plan.editing,)
-    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *editing)
+    classified = plan.volumes if plan.is_classified else ()
+    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *editing, *classified)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -36,18 +40,23 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     adapt = bool(plan.lookups) and not plan.quantize.labels
     measured = adapt or any(level.filter == "auto" for level in coarser)
     progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
-    chooser = Chooser(scan, adapt=adapt, editable=plan.editing is not None) if measured else None
+    chooser: Chooser | ClassifiedChooser | None = None
+    if plan.is_classified:
+        chooser = ClassifiedChooser(scan, voxels_of(plan))
+    elif measured:
+        chooser = Chooser(scan, adapt=adapt, editable=plan.editing is not None)
     filters: dict[int, LevelFilter] = {}
     for level in coarser:
         if chooser is None:
-            (name,) = _candidates(level, plan)
-            choice = LevelChoice(level=level.index, filter=name)
-            draft.write(codes_name(level.index, plan.channel), "work", _made(scan, name, level, progress))
+            (made_by,) = _candidates(level, plan)
+            choice = LevelChoice(level=level.index, filter=made_by)
+            draft.write(codes_name(level.index, plan.channel), "work", _made(scan, made_by, level, progress))
         else:
             choice, codes = chooser.choose(
                 level.index, level.factors_zyx, _candidates(level, plan), draft.scratch, progress.advance
             )
-            draft.write(codes_name(level.index, plan.channel), "work", _bytes(codes))
+            name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
+            draft.write(name, "work", _bytes(codes))
         filters[level.index] = choice.filter
         draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
     return {"levels": levels_of(plan, filters)}
@@ -59,6 +68,8 @@ def _candidates(level: LevelPlan, plan: Plan) -> tuple[LevelFilter, ...]:
         raise ValueError(msg)
     if level.filter != "auto":
         return (level.filter,)
+    if plan.is_classified:
+        return CLASSIFIED_CANDIDATES
     return CANDIDATES if plan.editing is None else FREE_CANDIDATES
 
 

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from volprep.mosaic import pack_mosaic
 from volprep.plan import BlockRangesPlan, LevelPlan, Plan, SkipTablePlan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
-from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.skip.occupancy import occupied_blocks, opaque_blocks, threshold_per_mm
 from volprep.skip.on_gpu import ranges_on_gpu
 from volprep.skip.ranges import BlockRanges
 from volprep.skip.tables import skip_table
 from volprep.skip.visible import visible_extinction
 from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import texels_of
+from volprep.texels import texels_of, voxels_of
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Texture
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
@@ -76,7 +76,10 @@ def _table(
     draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, ranges: BlockRanges
 ) -> tuple[Texture, SkipTable]:
     threshold = threshold_per_mm(plan.skip.epsilon if plan.skip else 0.0, math.hypot(*plan.grid.extent_mm_zyx))
-    occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, level.index), threshold)
+    if plan.is_classified:
+        occupied = opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
+    else:
+        occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, level.index), threshold)
     entries = skip_table(occupied, wanted.kind)
     texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
     spacing_mm_zyx = (f * h for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))

@@ -1,16 +1,15 @@
 """Levels become 3D textures: one file each, or the mipmaps of one."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import groupby
 
 import numpy as np
 
 from volprep.plan import Plan, VolumePlan
-from volprep.render.gl_formats import KTX2_FORMAT
-from volprep.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.render.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
+from volprep.slabs import bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
-from volprep.texels import Texels, classified_reader, volume_reader, volume_texture
-from volprep.work import codes_of_level
+from volprep.texels import volume_reader, volume_texture
 from volprep_formats.package.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -34,23 +33,16 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 
 
 def _texels(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
-    codes = codes_of_level(draft, plan, volume.level)
-    read = _reader(draft, plan, volume, codes)
-    depth = codes.shape_zyx[0]
-    below, *beside = (texels - n for texels, n in zip(volume.shape_zyx, codes.shape_zyx, strict=True))
-    for z0, z1 in slab_ranges(depth, codes.slice_bytes):
+    read = volume_reader(draft, plan, volume)
+    shape_zyx = plan.level(volume.level).shape_zyx
+    depth, height, width = shape_zyx
+    below, *beside = (texels - n for texels, n in zip(volume.shape_zyx, shape_zyx, strict=True))
+    for z0, z1 in slab_ranges(depth, height * width * BYTES_PER_TEXEL[volume.format]):
         slab = read(z0, z1)
         # Beyond the voxels of a mipmap the last ones are repeated.
         after = (below if z1 == depth else 0, *beside)
         yield bytes_of(np.pad(slab, [(0, n) for n in (*after, *[0] * (slab.ndim - 3))], "edge") if any(after) else slab)
         progress.advance(z1 - z0)
-
-
-def _reader(draft: Draft, plan: Plan, volume: VolumePlan, codes: RawVolume) -> Callable[[int, int], Texels]:
-    if volume.transfer is None or volume.reference_mm is None:
-        return volume_reader(draft, plan, volume)
-    function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
-    return classified_reader(codes, function, plan.quantize.window, volume.reference_mm)
 
 
 STAGE = Stage(name="texture", reads=("quantize", "pyramid"), settings=_settings, run=_run)

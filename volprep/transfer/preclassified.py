@@ -8,15 +8,39 @@ path of a reference length, 1 - exp(-extinction · length), which the package sa
 Classifying before the filter is another picture than classifying after it: a thin layer between two voxels is lost.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
+from volprep_formats.package.transfer_function import TransferFunction
 
 Array = NDArray[np.float64]
 
 MOST_OPAQUE_TEXEL = 1.0 - 1 / 512
 """A texel of 255 stands for every opacity above 254.5 / 255: this is the middle of what it may be."""
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """How the codes of level 0 become voxels."""
+
+    function: TransferFunction
+    """Transfer function."""
+    window: tuple[float, float]
+    """Physical values of the smallest and the largest code."""
+    reference_mm: float
+    """Length of the path whose opacity they have."""
+
+    def texels(self, codes: int) -> NDArray[np.uint8]:
+        """Give the voxel [code, RGBA] of each code: premultiplied, 8 bits."""
+        return classified_texels(Table.exact(self.function), np.linspace(*self.window, codes), self.reference_mm)
+
+    def straight(self, codes: int) -> NDArray[np.float32]:
+        """Give colour, not premultiplied, and opacity [code, RGBA] of each code, unrounded."""
+        colour, extinction = Table.exact(self.function).at(np.linspace(*self.window, codes))
+        return np.column_stack([colour, -np.expm1(-extinction * self.reference_mm)]).astype(np.float32)
 
 
 def classified_texels(table: Table, values: Array, reference_mm: float) -> NDArray[np.uint8]:
