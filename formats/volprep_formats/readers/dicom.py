@@ -60,6 +60,7 @@ class DicomSource:
         self._info = info
         self._slices = tuple(slices)
         self._cores = os.cpu_count() or 1
+        self._pool: ThreadPoolExecutor | None = None
         self._workers: Workers | None = None
         self._exit = ExitStack()
 
@@ -91,12 +92,12 @@ class DicomSource:
                 _convert(self._slices[z], decoded, slab[z - z0])
 
         native = [picture for picture in pictures if not is_compressed(picture)]
-        with ThreadPoolExecutor(self._cores) as pool:
-            # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
-            for _ in pool.map(read_part, range(self._cores)):
-                pass
-            for _ in pool.map(lambda picture: place(picture, decode_native(picture)), native):
-                pass
+        self._pool = self._pool or self._exit.enter_context(ThreadPoolExecutor(self._cores))
+        # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
+        for _ in self._pool.map(read_part, range(self._cores)):
+            pass
+        for _ in self._pool.map(lambda picture: place(picture, decode_native(picture)), native):
+            pass
         compressed = [picture for picture in pictures if is_compressed(picture)]
         if compressed:
             from volprep_formats.isolation import workers  # noqa: PLC0415 - seldom needed
@@ -112,8 +113,8 @@ class DicomSource:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """End the workers, if there are any and nobody else uses them. Files are not open between slabs."""
-        self._workers = None
+        """End the threads, and the workers if nobody else uses them. Files are not open between slabs."""
+        self._pool = self._workers = None
         self._exit.close()
 
 
