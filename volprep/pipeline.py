@@ -12,6 +12,7 @@ from volprep.pyramid.records import LevelChoice
 from volprep.scene import Scene
 from volprep.stages import (
     Stage,
+    bricks,
     grid,
     mosaic,
     normals,
@@ -41,6 +42,7 @@ STAGES: tuple[Stage, ...] = (
     normals.STAGE,
     mosaic.STAGE,
     texture.STAGE,
+    bricks.STAGE,
     skip.STAGE,
     proxy.STAGE,
     grid.STAGE,

@@ -123,6 +123,20 @@ class GridSettings(Record):
     seeking. "both": both."""
 
 
+class BrickSettings(Record):
+    """Levels as bricks in one 3D texture.
+
+    Those of which nothing is seen take no memory; a brick holds all voxels that a filter reads for a position in it.
+    """
+
+    size: Annotated[int, Field(ge=1, le=1024)] = 32
+    """Cells along an edge of a brick. Small ones leave out more, and repeat more of what they share: 8 cells take 9³
+    texels, 42 % more than they are, 32 cells 10 %."""
+    reach: Annotated[int, Field(ge=1, le=16)] = 1
+    """Voxels on each side of a position that the filter of an app's shader reads: 1 for linear ones, 2 for cubic ones
+    and for differences of neighbours, 3 for Lanczos-3."""
+
+
 class SliceSettings(Record):
     """Stacks of slices, for devices of OpenGL ES 1.1, which draw textured polygons and have no shaders."""
 
@@ -206,6 +220,8 @@ class Scene(Record):
     """Coarser levels."""
     grid: GridSettings | None = None
     """Level 0 in sub-volumes, too; none if absent."""
+    bricks: BrickSettings | None = None
+    """Levels as bricks; whole textures if absent."""
     mosaic: MosaicSettings = MosaicSettings()
     """How slices are put into 2D textures, for devices without 3D textures."""
     textures: TextureSettings = TextureSettings()
@@ -239,6 +255,19 @@ class Scene(Record):
             raise ValueError(msg)
         if self.textures.mipmaps and self.render.lighting != "none":
             msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _bricks_are_of_values(self) -> Self:
+        others = {
+            "textures.mipmaps": self.textures.mipmaps,
+            "textures.compression": self.textures.compression != "none",
+            "render.lighting": self.render.lighting != "none",
+            "render.classification preclassified": self.render.classification == "preclassified",
+        }
+        if self.bricks is not None and any(others.values()):
+            msg = f"bricks do not go with {', '.join(name for name, wanted in others.items() if wanted)}"
             raise ValueError(msg)
         return self
 

@@ -1,5 +1,6 @@
 """volprep inspect: what is in a package."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -196,11 +197,14 @@ def _holds(texture: "Texture") -> str:
         return f"transfer {texture.transfer}{scale}"
     level = ", ".join((*(texture.channels or ()), f"level {texture.level}"))
     if texture.slices is not None:
-        layout = texture.slices
-        last = layout.first + layout.slices - 1
-        return f"{level}, slices {layout.first} to {last} across {layout.axis}, {texture.transfer}"
+        slices = texture.slices
+        last = slices.first + slices.slices - 1
+        return f"{level}, slices {slices.first} to {last} across {slices.axis}, {texture.transfer}"
+    if texture.bricks is not None:
+        layout = texture.bricks
+        return f"{level}: {layout.stored} of {math.prod(layout.bricks_zyx)} bricks of {_times(layout.cells_zyx)} cells"
     if texture.mosaic is None:
-        return level
+        return level if texture.mipmap is None else f"{level}, mipmap {texture.mipmap} of {texture.file}"
     mosaic = texture.mosaic
     part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
     order = "" if mosaic.channels == 1 else f" {mosaic.order}"

@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from volprep_cli.bricks import bricks
 from volprep_cli.build import build
 from volprep_cli.cut import cut
 from volprep_cli.doctor import doctor
@@ -60,6 +61,7 @@ app.command()(transfer)
 app.command()(normals)
 app.command()(mosaic)
 app.command()(texture)
+app.command()(bricks)
 app.command()(skip)
 app.command()(proxy)
 app.command()(grid)

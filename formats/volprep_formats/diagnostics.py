@@ -576,6 +576,17 @@ CATALOGUE: dict[str, Diagnostic] = {
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
         "Set a smaller grid.size in the scene, take a profile with 3D textures, or leave [grid] out.",
     ),
+    "VP3031": Diagnostic(
+        ExitStatus.SCENE,
+        "bricks of {size} cells are smaller than the reach of the filter, {reach} voxels: one of {texels} texels along "
+        "an edge would hold voxels from beyond its neighbours",
+        "Set bricks.size to {reach} at least; 32 is usual.",
+    ),
+    "VP3032": Diagnostic(
+        ExitStatus.SCENE,
+        "bricks need 3D textures and RGBA8, and profile {profile} has not both",
+        "Choose a profile with 3D textures, or leave the table [bricks] out.",
+    ),
     "VP3040": Diagnostic(
         ExitStatus.SCENE,
         "classification {classification} needs more than OpenGL ES {api} of profile {profile} has",

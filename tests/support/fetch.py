@@ -29,8 +29,8 @@ class Fetch:
     def __init__(self, package: Package, fragment: str | None = None) -> None:
         manifest = package.manifest
         program = manifest.programs[0]
-        volumes = [texture for texture in manifest.textures if texture.role == "volume"]
-        names = {sampler.part: sampler.name for sampler in program.samplers if sampler.role == "volume"}
+        volumes = [texture for texture in manifest.textures if texture.role in {"volume", "bricks"}]
+        names = {(sampler.role, sampler.part): sampler.name for sampler in program.samplers}
         text = fragment or probe_text(package.read_text(program.fragment))
         with ExitStack() as stack:
             self._gl = Gl(stack.enter_context(Context(manifest.profile.api)))
@@ -42,7 +42,7 @@ class Fetch:
                 if not volume.mipmap:  # the finest brings the others along
                     image = ktx2.decode(package.read_bytes(volume.file), volume.file)
                     handle = stack.enter_context(self._gl.texture(volume, *image.levels))
-                    self._textures[names[volume.part]] = (volume.gl.target, handle)
+                    self._textures[names[volume.role, volume.part]] = (volume.gl.target, handle)
             self._triangle = stack.enter_context(self._gl.triangle())
             self._target = stack.enter_context(self._gl.target("rgba32f", (_SIZE, _SIZE)))
             self._stack = stack.pop_all()

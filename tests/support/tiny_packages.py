@@ -23,13 +23,15 @@ from volprep.plan import (
     SkipPlan,
     VolumePlan,
 )
+from volprep.plan.bricks import Bricks, as_bricks
 from volprep.plan.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.normals import plan_normals
 from volprep.plan.proxy import proxy_program
 from volprep.plan.room import Beside, one_channel
 from volprep.plan.skip import skip_table_plan
 from volprep.profiles import load_profile
-from volprep.scene import NormalSettings, ProxySettings
+from volprep.scene import BrickSettings, NormalSettings, ProxySettings
+from volprep.stages import bricks as bricks_stage
 from volprep.stages import mosaic, shaders, texture, transfer
 from volprep.stages import normals as normals_stage
 from volprep.stages import proxy as proxy_stage
@@ -90,12 +92,13 @@ def tiny_package(
     proxy: ProxySettings | None = None,
     labels: bool = False,
     mipmaps: bool = False,
+    bricks: BrickSettings | None = None,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
     `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`. `labels` says
-    that codes are labels, `mipmaps` that levels are those of one texture.
+    that codes are labels, `mipmaps` that levels are those of one texture, `bricks` that they are bricks.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -110,6 +113,8 @@ def tiny_package(
         chained = mipmap_levels(grid, max(levels[-1].shape), profile, "box")
         volumes = in_one_texture(plan.volumes, chained, profile, Beside(1, 0))
         plan = plan.model_copy(update={"levels": tuple(chained), "volumes": tuple(volumes)})
+    if bricks is not None:
+        plan = _with_bricks(plan, bricks)
     if skip is not None:
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
@@ -141,7 +146,7 @@ def tiny_package(
             levels=levels_of(plan, dict.fromkeys(range(1, len(levels)), "box")),
             render=render,
         )
-        layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE
+        layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE if bricks is None else bricks_stage.STAGE
         for stage in (transfer.STAGE, *vectors, layout, *skipping, *meshes, shaders.STAGE):
             draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
     return Package.open(folder, allow_draft=True)
@@ -206,6 +211,25 @@ def _plan(  # noqa: PLR0917 - all that a test chose
         stages=(),
         items=(),
     )
+
+
+def _with_bricks(plan: Plan, wanted: BrickSettings) -> Plan:
+    """Give a program for each level, which is bricks."""
+    bits = plan.quantize.bits
+    volumes = tuple(as_bricks(level, bits, plan.profile, Beside(1, 0), Bricks(wanted)) for level in plan.levels)
+    (program,) = plan.programs
+    programs = tuple(
+        program.model_copy(
+            update={
+                "name": f"{program.name}-{level.index}",
+                "technique": "raycast_bricks",
+                "levels": (level.index,),
+                "fragment": f"ray-{level.index}.frag",
+            }
+        )
+        for level in plan.levels
+    )
+    return plan.model_copy(update={"volumes": volumes, "programs": programs})
 
 
 def _classified(plan: Plan, name: ClassificationName) -> Plan:

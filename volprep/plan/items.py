@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from volprep.plan.bricks import describe_bricks
 from volprep.plan.classification import Tables, describe_tables
 from volprep.plan.functions import describe_functions
 from volprep.plan.labels import label_reason
@@ -53,6 +54,7 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_levels(plan, grounds),
         *_layout(plan, grounds.scene),
         *describe_mipmaps(plan.levels, plan.volumes),
+        *describe_bricks(plan.volumes, plan.profile),
         *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
         *describe_functions(grounds.scene, plan.transfer_functions),
         *describe_tables(plan, grounds.tables),
@@ -145,6 +147,8 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
             layout = "3D texture"
             if volume.mosaic is not None:
                 layout = mosaic_text(volume.mosaic)
+            if volume.bricks is not None:
+                layout = f"3D texture of bricks, at most {by(volume.shape_zyx)} texels"
             if volume.mipmap:
                 layout = f"mipmap of level {plan.volumes[0].level}"
             yield PlanItem(
@@ -199,6 +203,7 @@ def _why_flat(plan: Plan) -> str:
 def _shaders(plan: Plan) -> PlanItem:
     files = {path for program in plan.programs for path in (program.vertex, program.fragment)}
     technique = "3D texture" if plan.volumes[0].mosaic is None else "mosaic"
+    technique = technique if plan.volumes[0].bricks is None else "bricks"
     return PlanItem(
         name="shaders",
         kept=True,

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from volprep.plan.bricks import Bricks, as_bricks
 from volprep.plan.classification import CLASSIFIED_BITS, tables_bytes
 from volprep.plan.levels import candidate_levels, filter_of, fit_level
 from volprep.plan.mipmaps import in_one_texture, mipmap_levels
@@ -55,6 +56,9 @@ def lay_out(
     ]
     if scene.textures.mipmaps:
         fits = in_one_texture(fits, candidates, profile, beside)
+    if scene.bricks is not None:
+        kinds = Bricks(scene.bricks, values.quantize.filter, keep_empty=scene.crop == "none")
+        fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     return Layout(layouts, beside, candidates, fits, levels, volumes)
 

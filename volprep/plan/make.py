@@ -3,7 +3,9 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
+from volprep.plan.bricks import require_bricks
 from volprep.plan.classification import StepLengths, choose_tables, require_classification
 from volprep.plan.compression import CompressionGrounds, choose_compression
 from volprep.plan.crop import choose_crop
@@ -64,10 +66,10 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
     Without the whole source, compression is decided by a sample of it, and the plan says so.
 
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3040 for a classification that the profile cannot do, VP3043 for one
-    that mixes labels, VP3050 for normals that it cannot hold, VP3060 for slices with what needs shaders, or without
-    need, VP3070 for a compressed format that the profile does not have, VP3071 for mipmaps where it has no 3D textures,
-    VP3080 for what cannot be had where functions may be edited.
+    VP3025 for what cannot be done with labels, VP3031 and VP3032 for bricks that cannot be, VP3040 for a classification
+    that the profile cannot do, VP3043 for one that mixes labels, VP3050 for normals that it cannot hold, VP3060 for
+    slices with what needs shaders, or without need, VP3070 for a compressed format that the profile does not have,
+    VP3071 for mipmaps where it has no 3D textures, VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
     if profile.api == API:
@@ -75,6 +77,7 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
     refuse_slices(scene, profile)
     require_classification(scene, profile)
     require_distinct_labels(scene)
+    require_bricks(scene, profile)
     functions = resolved_functions(scene, info, measured)
     values = choose_values(scene, profile, info, measured, functions)
     crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
@@ -148,13 +151,20 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
 def _programs(
     function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes
 ) -> Iterator[ProgramPlan]:
-    """One program draws all 3D textures; each mosaic has its own, whose text holds its layout."""
+    """One program draws all 3D textures; mosaics and bricks have one each, whose text holds the layout."""
     name = f"raycast-{function.name}"
-    if volumes[0].mosaic is None or len(volumes) == 1:
+    if len(volumes) == 1 or (volumes[0].mosaic is None and volumes[0].bricks is None):
         yield _program(name, function, volumes, render)
         return
     for volume in volumes:
         yield _program(f"{name}-{volume.level}", function, (volume,), render)
+
+
+def technique_of(volume: VolumePlan) -> Literal["raycast_texture3d", "raycast_mosaic", "raycast_bricks"]:
+    """Give the technique that samples the textures of a level."""
+    if volume.mosaic is not None:
+        return "raycast_mosaic"
+    return "raycast_texture3d" if volume.bricks is None else "raycast_bricks"
 
 
 def _program(
@@ -162,7 +172,7 @@ def _program(
 ) -> ProgramPlan:
     return ProgramPlan(
         name=name,
-        technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
+        technique=technique_of(volumes[0]),
         classification=render.classification,
         lighting=render.lighting,
         vertex="shaders/raycast.vert",
@@ -182,7 +192,7 @@ def _stages(  # noqa: PLR0917 - what needs a stage
 ) -> tuple[str, ...]:
     pyramid = ("pyramid",) if any(level.index for level in levels) else ()
     pieces = ("grid",) if subvolumes is not None else ()
-    layout = "texture" if volumes[0].mosaic is None else "mosaic"
+    layout = {"raycast_mosaic": "mosaic", "raycast_bricks": "bricks"}.get(technique_of(volumes[0]), "texture")
     skipping = ("skip",) if skip.tables or skip.ranges else ()
     meshes = ("proxy",) if proxy is not None and proxy.meshes else ()
     vectors = ("normals",) if normals is not None else ()

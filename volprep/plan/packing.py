@@ -71,6 +71,8 @@ def _obstacles(group: Sequence[Plan]) -> Iterator[str]:
     for what, found in differences.items():
         if len(found) > 1:
             yield f"their {what} differ: {' and '.join(sorted(found))}"
+    if any(volume.bricks is not None for plan in group for volume in plan.volumes):
+        yield "bricks hold one channel"
     bits, profile = group[0].quantize.bits, group[0].profile
     if bits > 8:
         yield f"no profile has texels of {len(group)} components of {bits} bits"

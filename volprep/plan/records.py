@@ -71,6 +71,21 @@ class LevelPlan(Record):
         return self.padded_zyx or self.shape_zyx
 
 
+class BricksPlan(Record):
+    """How a level becomes bricks, and the texture that says where they are."""
+
+    size: Count
+    """Cells along an edge of a brick."""
+    reach: Count
+    """Voxels on each side of a position that filters may read."""
+    keep_empty: bool
+    """Whether bricks that no transfer function shows are stored, because users change the transfer function."""
+    name: str
+    """Name of the texture of their places."""
+    file: PackagePath
+    """Its KTX 2 file."""
+
+
 class VolumePlan(Record):
     """The texture of one level, or the textures of its mosaic."""
 
@@ -92,6 +107,8 @@ class VolumePlan(Record):
     """Channels that share its texels, a component each; the first of them makes it. None where it holds one."""
     mipmap: Index | None = None
     """Which mipmap of its file it is, where levels share one; 0 is the finest."""
+    bricks: BricksPlan | None = None
+    """The bricks that the texture holds, `shape_zyx` with room for all of them; none where it is the level itself."""
     transfer: str | None = None
     """Name of the transfer function by which its voxels are classified; none where it holds values."""
     reference_mm: float | None = None
@@ -290,7 +307,7 @@ class ProgramPlan(Record):
 
     name: str
     """Name of the program."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes"]
+    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""

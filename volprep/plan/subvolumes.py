@@ -45,7 +45,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         reason = f"eight of them take {size} bytes of the {profile.max_texture_bytes} for textures"
         raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
     # A level 0 that the package has anyway as one 3D texture is the file to seek in.
-    finest = volumes[0].files[0] if volumes[0].level == 0 and volumes[0].mosaic is None else "subvolumes/whole.ktx2"
+    finest = volumes[0].files[0] if _is_whole(volumes[0]) else "subvolumes/whole.ktx2"
     return SubvolumesPlan(
         size=wanted.size,
         format=texel,
@@ -54,6 +54,10 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         keep_empty=scene.crop == "none",
         programs=tuple(_program(function, scene) for function in functions if wanted.layout != "single"),
     )
+
+
+def _is_whole(finest: VolumePlan) -> bool:
+    return finest.level == 0 and finest.mosaic is None and finest.bricks is None
 
 
 def _program(function: TransferFunction, scene: Scene) -> ProgramPlan:

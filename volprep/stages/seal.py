@@ -3,6 +3,8 @@
 What is in the package must be what the plan says, file for file and texel for texel.
 """
 
+import math
+
 from volprep.plan import Plan
 from volprep.plan.items import PREVIEW
 from volprep.plan.proxy import item_of_proxy
@@ -62,6 +64,7 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
 def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     """Shapes of the textures of one channel by their files, in texels."""
     shapes = {path: volume.shape_zyx for volume in plan.volumes for path in volume.files}
+    shapes |= _shapes_of_bricks(plan, draft)
     for lookup in plan.lookups:
         own = own_tables(draft, plan, lookup.transfer)
         if own.keys() != {level.index for level in plan.levels}:
@@ -75,6 +78,19 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
         shapes |= {each.file: (1, *each.shape_yx) for stack in plan.slices.stacks for each in stack.textures}
     if plan.normals is not None:
         shapes |= {path: texture.shape_zyx for texture in plan.normals.textures for path in texture.files}
+    return shapes
+
+
+def _shapes_of_bricks(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
+    """Shapes that follow from what is stored, if that takes no more than the plan has found room for."""
+    found = {texture.file: texture for texture in draft.manifest.textures}
+    shapes: dict[str, tuple[int, int, int]] = {}
+    for volume in plan.volumes:
+        layout = found[volume.files[0]].bricks if volume.files[0] in found else None
+        if volume.bricks is not None and layout is not None:
+            shapes[volume.bricks.file] = layout.bricks_zyx
+            if math.prod(layout.texture_zyx) <= math.prod(volume.shape_zyx):
+                shapes[volume.files[0]] = layout.texture_zyx
     return shapes
 
 
@@ -94,6 +110,7 @@ STAGE = Stage(
         "normals",
         "mosaic",
         "texture",
+        "bricks",
         "skip",
         "proxy",
         "grid",

@@ -4,7 +4,7 @@ from volprep.plan import Plan, ProgramPlan, VolumePlan
 from volprep.plan.proxy import VERTEX as PROXY_VERTEX
 from volprep.plan.records import SkipTablePlan
 from volprep.render.gl_formats import gl_format
-from volprep.render.techniques import raycast_mosaic, raycast_subvolumes, raycast_texture3d
+from volprep.render.techniques import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
 from volprep.render.techniques.components import component_letter
 from volprep.render.techniques.lighting import Lighting, headlight
@@ -98,7 +98,7 @@ def _ray_caster(draft: Draft, plan: Plan, program: ProgramPlan) -> RayCaster:
         _lighting(draft, plan, program),
         Entry((x, y, z), min(plan.grid.spacing_mm_zyx)) if program.vertex == PROXY_VERTEX else None,
     )
-    return ray_caster(_sampling(plan, program), classified, (x, y, z), plan.render, additions)
+    return ray_caster(_sampling(draft, plan, program), classified, (x, y, z), plan.render, additions)
 
 
 def _ray_caster_together(draft: Draft, plan: Plan, program: ProgramPlan, transfers: tuple[str, ...]) -> RayCaster:
@@ -126,13 +126,15 @@ def _lighting(draft: Draft, plan: Plan, program: ProgramPlan) -> Lighting | None
     return headlight(next(each for each in draft.manifest.textures if each.name == planned.names[0]))
 
 
-def _sampling(plan: Plan, program: ProgramPlan) -> Sampling:
+def _sampling(draft: Draft, plan: Plan, program: ProgramPlan) -> Sampling:
     if program.technique == "raycast_texture3d":
         finest, classified = plan.volumes[0], program.classification == "preclassified"
         component = None if classified else _component(plan, finest)
         return raycast_texture3d.sampling(component, mipmaps=finest.mipmap is not None)
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
+    if program.technique == "raycast_bricks":
+        return raycast_bricks.sampling_of(draft.manifest, program.levels[0])
     # The layout is constant in the shader, so a mosaic's program draws one level.
     (level,) = program.levels
     volume = next(each for each in plan.volumes if each.level == level)
@@ -155,4 +157,6 @@ def _component(plan: Plan, volume: VolumePlan) -> str:
     return component_letter(pixels, volume.channels.index(plan.channel or "") if volume.channels else 0)
 
 
-STAGE = Stage(name="shaders", reads=("transfer", "normals", "skip", "proxy", "grid"), settings=_settings, run=_run)
+STAGE = Stage(
+    name="shaders", reads=("transfer", "normals", "bricks", "skip", "proxy", "grid"), settings=_settings, run=_run
+)

@@ -18,11 +18,11 @@ from volprep_formats.textures import ktx2
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
     classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
-    return (*(volume for volume in plan.volumes if volume.mosaic is None), *classified)
+    return (*(volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None), *classified)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None]
+    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
     progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
     for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
         chain = [*levels]

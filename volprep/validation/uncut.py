@@ -4,7 +4,7 @@ The shader is composed again from the manifest, with and without. Only where the
 own, letter for letter, does the text without it say anything about the package.
 """
 
-from volprep.render.techniques import raycast_mosaic, raycast_texture3d
+from volprep.render.techniques import raycast_bricks, raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import Classification, classification_of
 from volprep.render.techniques.components import component_letter
 from volprep.render.techniques.lighting import Lighting, headlight
@@ -81,6 +81,8 @@ def _sampling(package: Package, program: Program) -> Sampling:
     manifest = package.manifest
     level = manifest.levels[[each.index for each in manifest.levels].index(min(program.levels))]
     volume = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("volume", level.index))
+    if volume.bricks is not None:
+        return raycast_bricks.sampling_of(manifest, level.index)
     component = component_letter(volume.gl.format, package.component_of(volume))
     if volume.mosaic is None:
         wanted = None if program.classification == "preclassified" else component

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
+from volprep_formats.package.bricks_agreement import bricks_contradictions
 from volprep_formats.package.channel_agreement import CHANNELS, channel_contradictions
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.editing import Editing
@@ -57,6 +58,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     for program in manifest.programs:
         yield from _program(manifest, program)
     yield from mipmap_contradictions(manifest)
+    yield from bricks_contradictions(manifest)
     yield from skip_contradictions(manifest)
     yield from normals_contradictions(manifest)
     yield from proxy_contradictions(manifest)
@@ -181,7 +183,7 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
     if texture.role in {"transfer", "preintegrated"}:
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
-    if texture.role in {"skip", "ranges", "normals", "slices"}:
+    if texture.role in {"bricks", "skip", "ranges", "normals", "slices"}:
         if texture.role == "normals" and texture.mosaic is not None and texture.level in levels:
             yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, levels[texture.level]))
         return  # skip_agreement.py, normals_agreement.py and slices_agreement.py know them
@@ -190,8 +192,8 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield f"{name} holds level {texture.level}, which is not among the levels"
     elif texture.mosaic is not None:
         yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, level))
-    elif texture.mipmap is not None:
-        pass  # mipmap_agreement.py knows them
+    elif texture.mipmap is not None or texture.bricks is not None:
+        pass  # mipmap_agreement.py and bricks_agreement.py know them
     elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
         yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
     yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))
@@ -249,7 +251,9 @@ def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
             yield f"draws {program.transfer}, whose tables have not one size, type and largest extinction"
     if found.count(program.transfer) != 1:
         yield f"draws {program.transfer}, of which there is not one {name} table"
-    sampled = [sampler.role for sampler in program.samplers if sampler.role not in {"volume", "skip", "normals"}]
+    sampled = [
+        sampler.role for sampler in program.samplers if sampler.role not in {"volume", "bricks", "skip", "normals"}
+    ]
     if sampled != wanted:
         yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
 
@@ -319,8 +323,8 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
     volumes = [texture for texture in manifest.textures if texture.role == "volume"]
     for index in program.levels:
         drawn = [texture for texture in volumes if texture.level == index]
-        wants_mosaic = program.technique == "raycast_mosaic"
-        if not any((texture.mosaic is not None) == wants_mosaic for texture in drawn):
+        wanted = program.technique == "raycast_mosaic", program.technique == "raycast_bricks"
+        if not any((texture.mosaic is not None, texture.bricks is not None) == wanted for texture in drawn):
             yield f"{name} draws level {index}, but no texture holds it in the form that {program.technique} reads"
     if not program.levels:
         yield f"{name} draws no level"

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.package.bricks import BrickLayout
 from volprep_formats.package.compression import CompressedForm
 from volprep_formats.package.editing import Editing
 from volprep_formats.package.normals import Normals
@@ -179,9 +180,10 @@ class Texture(Record):
 
     name: str
     """Name, unique in the package."""
-    role: Literal["volume", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
-    """volume: normalised stored values of a level. transfer: the lookup table of a transfer function. preintegrated:
-    its pre-integrated table. slices: slices of a level, classified, in a 2D texture for polygons."""
+    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
+    """volume: normalised stored values of a level. bricks: where in its volume each brick lies. transfer: the lookup
+    table of a transfer function. preintegrated: its pre-integrated table. slices: slices of a level, classified, in a
+    2D texture for polygons."""
     file: PackagePath
     """KTX 2 file; where gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold, the bytes for
     glCompressedTexImage2D."""
@@ -195,6 +197,8 @@ class Texture(Record):
     """In a package of several channels those that the texture holds; several are components of the same texels."""
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
+    bricks: BrickLayout | None = None
+    """Layout of the bricks, for a volume that holds its level as bricks."""
     mipmap: Annotated[int, Field(ge=0)] | None = None
     """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
     texture, and read this mipmap of it."""
@@ -254,9 +258,9 @@ class Sampler(Record):
 
     name: str
     """Name in the shader."""
-    role: Literal["volume", "transfer", "preintegrated", "skip", "normals", "subvolume"]
-    """Which texture to bind: the level's volume or normals, the table of the program's transfer function, its skip
-    table for the level, or one of the sub-volumes around a point."""
+    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume"]
+    """Which texture to bind: the level's volume, places of bricks or normals, the table of the program's transfer
+    function, its skip table for the level, or one of the sub-volumes around a point."""
     transfer: str | None = None
     """In a program that draws several transfer functions the one whose table it is, or whose channel's volume."""
     part: Annotated[int, Field(ge=0)] = 0
@@ -268,7 +272,7 @@ class Program(Record):
 
     name: str
     """Name, unique in the package."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes"]
+    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""

@@ -1,0 +1,8 @@
+"""volprep bricks: levels as bricks with ghost voxels."""
+
+from volprep_cli.stage import Draft, run_stage
+
+
+def bricks(package: Draft) -> None:
+    """Write each level as bricks in one 3D texture, without the empty ones, where the scene has a table [bricks]."""
+    run_stage(package, "bricks")

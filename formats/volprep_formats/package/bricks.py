@@ -1,0 +1,45 @@
+"""A level as bricks with ghost voxels: those that show something, side by side in one 3D texture, and where each is."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from volprep_formats.grid import Count
+from volprep_formats.record import Record
+
+Triple = tuple[int, int, int]
+
+
+class BrickLayout(Record):
+    """How a level is cut into bricks, and how many of them the texture holds."""
+
+    cells_zyx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+    """Cells between voxel centres along the edges of a brick; 0 along an axis of one voxel. The last brick of an axis
+    may have fewer: its last voxels are repeated."""
+    reach: Count
+    """Voxels on each side of a position that filters may read: 1 for linear ones. A brick holds the voxels at the ends
+    of its cells and reach - 1 more on each side; beyond the volume the outer ones are repeated."""
+    bricks_zyx: tuple[Count, Count, Count]
+    """Number of bricks of the level along each axis."""
+    pool_zyx: tuple[Count, Count, Count]
+    """Number of bricks for which the texture has room, along each axis."""
+    stored: Count
+    """Number of bricks that it holds: in the order of the level's bricks, x first, then y, then z, they fill its places
+    in the same order."""
+
+    @property
+    def pitch_zyx(self) -> Triple:
+        """Texels of a brick along each axis."""
+        z, y, x = (cells + 2 * self.reach - 1 for cells in self.cells_zyx)
+        return z, y, x
+
+    @property
+    def texture_zyx(self) -> Triple:
+        """Depth, height and width of the texture, in texels."""
+        z, y, x = (n * pitch for n, pitch in zip(self.pool_zyx, self.pitch_zyx, strict=True))
+        return z, y, x
+
+
+def bricks_along(voxels: int, cells: int) -> int:
+    """Number of bricks along an axis."""
+    return max(1, -(-(voxels - 1) // max(cells, 1)))

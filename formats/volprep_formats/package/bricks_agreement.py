@@ -1,0 +1,57 @@
+"""Whether what a manifest says of bricks agrees with its levels, textures and programs."""
+
+import math
+from collections.abc import Iterator
+
+from volprep_formats.package.bricks import bricks_along
+from volprep_formats.package.manifest import Level, Manifest, Program, Texture
+
+
+def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Give every problem of bricks that can be seen without opening another file."""
+    levels = {level.index: level for level in manifest.levels}
+    pools = {texture.level: texture for texture in manifest.textures if texture.bricks is not None}
+    places = [texture for texture in manifest.textures if texture.role == "bricks"]
+    for texture in pools.values():
+        level = levels.get(-1 if texture.level is None else texture.level)
+        problems = [*_layout(texture), *(_of_level(texture, level) if level else ())]
+        yield from (f"texture {texture.name} {problem}" for problem in problems)
+        if [each.level for each in places].count(texture.level) != 1:
+            yield f"texture {texture.name} holds bricks, and not one texture says where they are"
+    for texture in places:
+        pool = pools.get(texture.level)
+        shape = None if pool is None or pool.bricks is None else pool.bricks.bricks_zyx
+        if texture.shape_zyx != shape or texture.gl.internal_format != "RGBA8" or texture.filter != "nearest":
+            yield f"texture {texture.name} is not RGBA8, nearest, with a texel for each brick of its level"
+    for program in manifest.programs:
+        yield from _program(program)
+
+
+def _layout(texture: Texture) -> Iterator[str]:
+    layout = texture.bricks
+    if layout is None:
+        return
+    if (texture.role, texture.gl.target, texture.mosaic, texture.mipmap) != ("volume", "TEXTURE_3D", None, None):
+        yield "holds bricks, but is no volume in a 3D texture of its own"
+    if texture.shape_zyx != layout.texture_zyx:
+        yield f"has {texture.shape_zyx} texels, its places for bricks {layout.texture_zyx}"
+    if layout.stored > min(math.prod(layout.pool_zyx), math.prod(layout.bricks_zyx)) or max(layout.pool_zyx) > 255:
+        yield f"holds {layout.stored} bricks in {layout.pool_zyx} places, of {layout.bricks_zyx} that there are"
+
+
+def _of_level(texture: Texture, level: Level) -> Iterator[str]:
+    layout = texture.bricks
+    if layout is None:
+        return
+    shape = level.grid.shape_zyx
+    counts = tuple(bricks_along(n, cells) for n, cells in zip(shape, layout.cells_zyx, strict=True))
+    if any((cells == 0) != (n == 1) or cells >= n for n, cells in zip(shape, layout.cells_zyx, strict=True)):
+        yield f"has bricks of {layout.cells_zyx} cells, its level {shape} voxels"
+    elif counts != layout.bricks_zyx:
+        yield f"has {layout.bricks_zyx} bricks of {layout.cells_zyx} cells, its level {shape} voxels"
+
+
+def _program(program: Program) -> Iterator[str]:
+    roles = [sampler.role for sampler in program.samplers]
+    if roles.count("bricks") != (1 if program.technique == "raycast_bricks" else 0):
+        yield f"program {program.name} must sample places of bricks if and only if it is raycast_bricks"

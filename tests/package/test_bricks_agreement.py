@@ -1,0 +1,68 @@
+"""What a manifest says about bricks must agree with its levels, textures and programs."""
+
+import numpy as np
+import pytest
+from tiny_packages import ES3, function, tiny_package
+
+from volprep.scene import BrickSettings
+from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.bricks_agreement import bricks_contradictions
+from volprep_formats.package.manifest import Manifest
+
+GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
+
+
+@pytest.fixture(scope="module")
+def manifest(tmp_path_factory) -> Manifest:
+    codes = np.arange(9 * 14).reshape(9, 14, 1).astype(np.uint8)
+    folder = tmp_path_factory.mktemp("bricks") / "p"
+    return tiny_package(folder, codes, GREY, ES3, bricks=BrickSettings(size=4, reach=2)).manifest
+
+
+def changed(manifest: Manifest, role: str, layout: dict | None = None, **fields) -> Manifest:
+    def change(texture):
+        if texture.role != role:
+            return texture
+        bricks = {} if layout is None else {"bricks": texture.bricks.model_copy(update=layout)}
+        return texture.model_copy(update=fields | bricks)
+
+    return manifest.model_copy(update={"textures": tuple(change(texture) for texture in manifest.textures)})
+
+
+def test_a_package_of_bricks_agrees_with_itself(manifest) -> None:
+    (pool,) = [texture for texture in manifest.textures if texture.role == "volume"]
+    assert pool.bricks.cells_zyx == (4, 4, 0)
+    assert pool.bricks.bricks_zyx == (2, 4, 1)
+    assert pool.bricks.pitch_zyx == (7, 7, 3)
+    assert [problem for problem in contradictions(manifest) if "sealed" not in problem] == []
+
+
+CASES = {
+    "texture volume-0 holds bricks, but is no volume in a 3D texture of its own": ("volume", {"mipmap": 0}),
+    "texture volume-0 has (9, 9, 9) texels, its places for bricks": ("volume", {"shape_zyx": (9, 9, 9)}),
+    "texture volume-0 holds 9 bricks in": ("volume", {"layout": {"stored": 9}}),
+    "texture volume-0 has bricks of (4, 14, 0) cells, its level (9, 14, 1) voxels": (
+        "volume",
+        {"layout": {"cells_zyx": (4, 14, 0)}},
+    ),
+    "texture volume-0 has (2, 5, 1) bricks of (4, 4, 0) cells": ("volume", {"layout": {"bricks_zyx": (2, 5, 1)}}),
+    "texture volume-0 holds bricks, and not one texture says where they are": ("bricks", {"level": 1}),
+    "texture bricks-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"filter": "linear"}),
+}
+
+
+@pytest.mark.parametrize("says", CASES)
+def test_bricks_that_contradict_their_level_are_found_out(manifest, says) -> None:
+    role, change = CASES[says]
+    found = list(bricks_contradictions(changed(manifest, role, **change)))
+    assert any(says in problem for problem in found), found
+
+
+def test_a_program_must_know_where_bricks_are(manifest) -> None:
+    (program,) = manifest.programs
+    blind = program.model_copy(update={"samplers": tuple(s for s in program.samplers if s.role != "bricks")})
+    other = program.model_copy(update={"technique": "raycast_texture3d"})
+    for wrong in (blind, other):
+        problems = list(contradictions(manifest.model_copy(update={"programs": (wrong,)})))
+        assert "program ray-caster-0 must sample places of bricks if and only if it is raycast_bricks" in problems
+    assert any("in the form that raycast_texture3d reads" in problem for problem in problems)
