@@ -17,16 +17,20 @@ from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
-TABLES = '\n[quantize]\nbits = {bits}\n\n[grid]\nsize = 12\nlayout = "single"\n\n[textures]\nmipmaps = {mipmaps}\n'
+GRID = '\n[grid]\nsize = 12\nlayout = "single"\n'
+COLOURS = '\n[render]\nclassification = "preclassified"\n'
 
 
-def built(folder, profile: str, bits: int, mipmaps: str) -> Package:
+def built(folder, profile: str, bits: int, mipmaps: str, table: str = GRID) -> Package:
     folder.mkdir()
     scene = write_phantom_scene(folder, profile)
     # Voxels that are cubes: every level halves all axes, with mipmaps or without.
     text = scene.read_text(encoding="utf-8").replace("[2.5, 0.75, 1.0]", "[1.0, 1.0, 1.0]")
     text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
-    scene.write_text(text + TABLES.format(bits=bits, mipmaps=mipmaps), encoding="utf-8")
+    if table == COLOURS:
+        text = text[: text.rindex("[[transfer]]")]
+    tables = f"{table}\n[quantize]\nbits = {bits}\n\n[textures]\nmipmaps = {mipmaps}\n"
+    scene.write_text(text + tables, encoding="utf-8")
     build(load_request(scene), folder / "phantom.volpkg", Silent())
     return Package.open(folder / "phantom.volpkg")
 
@@ -54,6 +58,20 @@ def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, 
     start = cut(chained, (20.0, 16.0, 10.0), 9)
     np.testing.assert_array_equal(start.texels, cut(apart, (20.0, 16.0, 10.0), 9).texels)
     assert start.record.texel_bytes_read == 9**3 * bits // 8
+
+
+def test_voxels_that_are_colours_have_mipmaps_too(tmp_path) -> None:
+    apart, chained = (built(tmp_path / mipmaps, "gles3", 8, mipmaps, COLOURS) for mipmaps in ("false", "true"))
+    assert check(chained.path) == []
+    volumes = [texture for texture in chained.manifest.textures if texture.role == "volume"]
+    assert {texture.gl.internal_format for texture in volumes} == {"RGBA8"}
+    box_from_clip = standard_views(chained.manifest.grid)["left"].box_from_clip(chained.manifest.grid, 1.0)
+    for level in (0, 2):
+        np.testing.assert_array_equal(level_texels(chained, level), level_texels(apart, level))
+        with Renderer(apart, level=level) as one, Renderer(chained, level=level) as other:
+            expected = one.render(box_from_clip, (40, 40))
+            assert expected[..., 3].max() > 0.5
+            np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
 
 
 @pytest.mark.parametrize("together", ["packed", "apart"])

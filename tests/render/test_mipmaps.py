@@ -73,12 +73,10 @@ def test_between_two_mipmaps_both_are_mixed_without_a_jump(tmp_path):
                 assert np.abs(fetch.plane(*plane, mipmap)[1] - at[1]).max() <= 2.0**-6 + 2.0**-8
 
 
-@pytest.mark.parametrize("classification", ["lookup", "preintegrated", "preclassified"])
+@pytest.mark.parametrize("classification", ["lookup", "preintegrated"])
 def test_pictures_of_mipmaps_are_those_of_separate_textures(tmp_path, classification):
     levels = pyramid((13, 11, 7))
     wishes = {"spacing_mm_zyx": SPACING, "classification": classification, "skip": ("distance", 2)}
-    if classification == "preclassified":
-        del wishes["skip"]
     apart = tiny_package(tmp_path / "apart", levels, FAINT, ES3, **wishes)
     chained = tiny_package(tmp_path / "chained", levels, FAINT, ES3, **wishes, mipmaps=True)
     assert len({texture.file for texture in chained.manifest.textures if texture.role == "volume"}) == 1
