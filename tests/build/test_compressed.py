@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from field_samples import blocks_at, extinction_at, field_at
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
 from volprep.build import build
@@ -13,13 +14,16 @@ from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
 from volprep.scene import Scene
+from volprep.skip.visible import entry_extinctions
 from volprep.statistics import Gauge
+from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.reader import Package
+from volprep_formats.package.tables import table_for
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2
@@ -27,18 +31,23 @@ from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 WISHES = ["none", "eac", "etc2", "astc-5x5"]
-SKIP = '[skip]\nkind = "distance"\nblock = 3\nranges = true\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\n'
+SKIP = (
+    '[skip]\nkind = "distance"\nblock = 3\nranges = true\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\n'
+    "[render]\npicture_size = 32\n"
+)
 
 
 def source() -> np.ndarray:
-    """Smoother than the phantom, whose noise no form at 2 bits a voxel bears."""
-    return 4 * smooth(SHAPE_ZYX).astype("<u2")
+    """Smoother than the phantom, whose noise no form at 2 bits a voxel bears; one end shows nothing."""
+    voxels = 4 * smooth(SHAPE_ZYX).astype("<u2")
+    voxels[..., :20] = 160
+    return voxels
 
 
 def scene_with(folder: Path, wish: str) -> Path:
     path = write_phantom_scene(folder, "gles3-astc")
     source().tofile(folder / "phantom.raw")
-    text = path.read_text().replace("[pyramid]", f"{SKIP}\n[quantize]\nbits = 8\n\n[pyramid]")
+    text = path.read_text().replace("[pyramid]", f'{SKIP}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
     # A ramp: over a jump any error of a voxel is the whole jump, and no form is taken.
     text = text.replace("value = 700.0", "value = 400.0", 1)
     path.write_text(f'crop = "none"\n{text}\n[textures]\ncompression = "{wish}"\n')
@@ -114,6 +123,69 @@ def test_ranges_of_blocks_enclose_what_is_decoded(packages: dict[str, Package], 
         # GPUs may round to 8 bits.
         assert low[k, j, i] <= max(inside.min() - 0.5 / 255, 0)
         assert high[k, j, i] >= min(inside.max() + 0.5 / 255, 1)
+
+
+def tables_of(package: Package):
+    """Each skip table of level 0 as its shader reads it, with the extinction at the entries of the lookup table."""
+    for table in package.manifest.skipping.tables:
+        if table.level == 0:
+            texture = next(each for each in package.manifest.textures if each.name == table.texture)
+            held = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+            entries = held if texture.mosaic is None else slices_of_mosaic([held[0]], texture.mosaic)
+            lookup = table_for(package.manifest.textures, "transfer", table.transfer, 0)
+            texels = ktx2.decode(package.read_bytes(lookup.file), lookup.file).data[0]
+            yield table, entries.astype(np.int64), entry_extinctions(lookup, texels)
+
+
+@pytest.mark.parametrize("wish", WISHES[1:])
+def test_no_visible_sample_of_what_is_decoded_lies_in_a_skipped_block(packages: dict[str, Package], wish: str) -> None:
+    package = packages[wish]
+    decoded = level_texels(package, 0).astype(np.float64)
+    rng = np.random.default_rng(WISHES.index(wish))
+    found = 0
+    for table, entries, extinction in tables_of(package):
+        # GPUs may give 8 bits, rounded down, up or to the nearest.
+        for rounding in (np.floor, np.ceil, np.rint, lambda texels: texels):
+            rounded = rounding(decoded * 255) / 255
+            position = rng.random((100_000, 3)) * decoded.shape
+            visible = extinction_at(extinction, field_at(rounded, position)) > 0
+            seen = blocks_at(position[visible], decoded.shape, table.block, entries.shape)
+            assert (entries[tuple(seen.T)] == 0).all()
+            other = np.clip(seen + rng.integers(-6, 7, seen.shape), 0, np.array(entries.shape) - 1)
+            assert (entries[tuple(other.T)] <= np.abs(other - seen).max(axis=1)).all()
+            found += int(visible.sum())
+        assert (entries > 0).any()
+    assert found > 50_000
+
+
+def test_tables_of_the_codes_before_compression_would_hide_what_is_decoded(packages: dict[str, Package]) -> None:
+    """What the proof proves against."""
+    decoded = level_texels(packages["etc2"], 0).astype(np.float64)
+    lost = 0
+    for (table, _, extinction), (_, of_codes, _) in zip(
+        tables_of(packages["etc2"]), tables_of(packages["none"]), strict=True
+    ):
+        position = np.random.default_rng(5).random((400_000, 3)) * decoded.shape
+        visible = extinction_at(extinction, field_at(decoded, position)) > 0
+        seen = blocks_at(position[visible], decoded.shape, table.block, of_codes.shape)
+        lost += int((of_codes[tuple(seen.T)] > 0).sum())
+    assert lost > 0
+
+
+@pytest.mark.parametrize("wish", WISHES[1:])
+def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Package], wish: str) -> None:
+    package = packages[wish]
+    grid = package.manifest.grid
+    for program in package.manifest.programs:
+        plain = unskipped(package, program, package.manifest.render)
+        for view in ("anterior-left", "superior"):
+            camera = standard_views(grid)[view].box_from_clip(grid, 1.0)
+            pictures = []
+            for each in (plain, package):
+                with Renderer(each, level=program.levels[0], transfer=program.transfer) as renderer:
+                    pictures.append(renderer.render(camera, (48, 48)))
+            assert pictures[0].max() > 0.1
+            assert np.abs(pictures[0] - pictures[1]).max() < 1e-6
 
 
 def plan(voxels: np.ndarray, profile: str = "gles3-astc", **scene: object) -> Plan:

@@ -5,12 +5,14 @@ import shutil
 
 import numpy as np
 import pytest
+from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
 from volprep.build import build
 from volprep.drafts import import_draft, run_verb
 from volprep.pipeline import plan_draft, run_stages
 from volprep.render.camera import standard_views
+from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
@@ -18,6 +20,7 @@ from volprep.scene import changed_proxy
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -115,6 +118,33 @@ def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
         if not item.kept:
             assert "of the samples" in item.reason
     assert check(package.path) == []
+
+
+def test_channels_have_meshes_each_of_its_own(tmp_path):
+    scene = write_channel_scene(tmp_path)
+    scene.write_text(scene.read_text().replace("[pyramid]", '[proxy]\nblock = 2\n[pyramid]\nfilter = "box"'))
+    build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+    package = Package.open(tmp_path / "tissues.volpkg")
+    assert check(package.path) == []
+    with_mesh = {mesh.transfer for mesh in package.manifest.proxy.meshes}
+    channels = {name for name, view in channel_views(package.manifest).items() if view.proxy.meshes}
+    assert len(channels) == 2
+    camera = standard_views(package.manifest.grid)["anterior-left"].box_from_clip(package.manifest.grid, 1.0)
+    for transfer in with_mesh:
+        both = []
+        for kind in (Renderer, ProxyRenderer):
+            with kind(package, transfer=transfer) as renderer:
+                both.append(renderer.render(camera, (40, 40)))
+        assert isinstance(renderer_of(package, transfer=transfer), ProxyRenderer)
+        assert both[0].max() > 0.1
+        assert np.abs(both[0] - both[1]).max() < 1.001 / 255
+
+
+def test_the_plan_says_whether_meshes_are_compressed_and_why(package):
+    (item,) = [item for item in package.manifest.plan if item.kept and item.name.startswith("proxy geometry")]
+    meshes = len(package.manifest.proxy.meshes)
+    rule = "where that saves more than the 256 KiB of a decoder and 6 bytes for each triangle"
+    assert f"0 of {meshes} files compressed with Draco, {rule}" in item.reason
 
 
 def test_the_verb_makes_the_meshes_anew(tmp_path):

@@ -2,20 +2,18 @@
 
 import hashlib
 import json
-import shutil
 import subprocess
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from npm_package import npm_package
 
 from volprep_formats.package.reader import Package
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, encode, mipmap_shape
 
 VERSION = "2.0.0"
-CACHE = Path(__file__).parents[2] / "build" / "node" / f"ktx-parse-{VERSION}"
 READ = Path(__file__).with_name("read_ktx2.mjs")
 
 # vkFormat, type size, bits and DFD channel type (with qualifiers) of each sample, and the values of 0 or -1 and of 1.
@@ -41,23 +39,8 @@ DTYPES = {
 
 @pytest.fixture(scope="session")
 def ktx_parse() -> Path:
-    """Folder with ktx-parse, installed once. Skips where there is no node or npm cannot reach its registry."""
-    npm = shutil.which("npm")
-    if shutil.which("node") is None or npm is None:
-        pytest.skip("ktx-parse: node and npm are not installed")
-    if not CACHE.exists():
-        CACHE.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=CACHE.parent) as name:
-            folder = Path(name) / "made"
-            folder.mkdir()
-            (folder / "package.json").write_text('{"private": true}')
-            command = [npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", f"ktx-parse@{VERSION}"]
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
-            if done.returncode != 0:
-                pytest.skip(f"ktx-parse: npm cannot install it: {done.stderr.strip().splitlines()[-1]}")
-            if not CACHE.exists():  # another worker may have been faster
-                folder.rename(CACHE)
-    return CACHE
+    """Folder with ktx-parse."""
+    return npm_package("ktx-parse", VERSION)
 
 
 def read(ktx_parse: Path, files: list[Path]) -> list[dict]:

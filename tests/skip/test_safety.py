@@ -6,6 +6,7 @@ clamped in the outer half texel; the extinction what it makes of the lookup tabl
 
 import numpy as np
 import pytest
+from field_samples import blocks_at, extinction_at, field_at
 
 from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.skip.ranges import block_ranges
@@ -42,34 +43,6 @@ def random_table(rng, entries):
 
 def normalised(texels):
     return texels.astype(np.float64) / (255 if texels.dtype == np.uint8 else 1)
-
-
-def field_at(values, position):
-    """Trilinear field at texture coordinates times size, [n, zyx], as OpenGL defines it."""
-    shape = np.array(values.shape)
-    centred = np.clip(position - 0.5, 0, shape - 1)
-    lower = np.floor(centred).astype(np.int64)
-    fraction = centred - lower
-    upper = np.minimum(lower + 1, shape - 1)
-    flat = values.reshape(-1)
-    strides = np.array([shape[1] * shape[2], shape[2], 1])
-    below, above = lower * strides, upper * strides
-    found = 0.0
-    for corner in np.ndindex(2, 2, 2):
-        index = sum((above if far else below)[:, axis] for axis, far in enumerate(corner))
-        weight = np.prod([fraction[:, a] if far else 1 - fraction[:, a] for a, far in enumerate(corner)], axis=0)
-        found = found + weight * flat[index]
-    return found
-
-
-def extinction_at(table, value):
-    return np.interp(value * (len(table) - 1), np.arange(len(table)), table)
-
-
-def blocks_at(position, shape, block, blocks):
-    """The block of a sample as the shader finds it: in float32, and clamped to the table."""
-    at = (position.astype(np.float32) - np.float32(0.5)) / np.float32(block)
-    return np.clip(np.floor(at).astype(np.int64), 0, np.array(blocks) - 1)
 
 
 @pytest.mark.parametrize("volume", range(VOLUMES))

@@ -14,8 +14,8 @@ DECODER_BYTES = 2**18
 BYTES_PER_TRIANGLE = 6
 """What a phone receives while it decodes a triangle: 1 µs at 50 Mbit/s."""
 DRACO_RULE = (
-    f"A mesh is compressed with Draco where that saves more than the {DECODER_BYTES // 1024} KiB of a decoder and "
-    f"{BYTES_PER_TRIANGLE} bytes for each triangle, what a phone receives at 50 Mbit/s while it decodes one."
+    f"where that saves more than the {DECODER_BYTES // 1024} KiB of a decoder and {BYTES_PER_TRIANGLE} bytes for each "
+    "triangle, what a phone receives at 50 Mbit/s while it decodes one"
 )
 """The rule in words."""
 _DRACO_VERTICES = 2**14 - 1

@@ -1,8 +1,10 @@
 """Occupied blocks of level 0 from an OpenVDB tree, without its voxels: for sources that are mostly background.
 
-A package's own meshes come from its codes, which its build has made anyway; this is for programs that want the mesh of
-a .vdb file and no package. Codes rise with values, so that the code of a block's least value is its least code: both
-ways give the same blocks.
+For programs that want the mesh of a .vdb file and no package. A package's own meshes come from its codes, which its
+build has made anyway: to measure those takes 1 ms for 112×222×111 voxels of smoke, and 21 ms for 273×353×242 of which
+4 % are active, where the tree, read by a guarded worker, takes 220 and 370 ms. It saves who uses it reading the voxels,
+100 and 1650 ms (blocks of 8³, one thread of a loaded machine). Codes rise with values, so that the code of a block's
+least value is its least code: both ways give the same blocks.
 """
 
 import numpy as np

@@ -9,6 +9,7 @@ from volprep.plan import Plan
 from volprep.plan.items import PREVIEW
 from volprep.plan.proxy import item_of_proxy
 from volprep.plan.subvolumes import ITEM as SUBVOLUMES
+from volprep.proxy.files import DRACO_RULE
 from volprep.pyramid.chosen import lookup_of_level, own_tables, settled_items
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
@@ -40,9 +41,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
     """Add pieces of level 0 and meshes to the item that they belong to: which are empty was not known before."""
     meshes = draft.manifest.proxy.meshes if draft.manifest.proxy else ()
-    files = tuple(mesh.file for mesh in meshes if mesh.file is not None and item_of_proxy(mesh.transfer, item.name))
-    if files:
-        return item.model_copy(update={"files": (*item.files, *files)})
+    own = {mesh.file: mesh.draco for mesh in meshes if mesh.file and item_of_proxy(mesh.transfer, item.name)}
+    if own:
+        reason = f"{item.reason}; {sum(own.values())} of {len(own)} files compressed with Draco, {DRACO_RULE}"
+        return item.model_copy(update={"files": (*item.files, *own), "reason": reason})
     found = draft.manifest.subvolumes
     if item.name != SUBVOLUMES or found is None:
         return item
