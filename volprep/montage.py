@@ -85,15 +85,22 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
 
 def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) -> NDArray[np.generic]:
     texels = level_texels(package, level, role=role)
-    meaning = next(each.normals for each in package.manifest.textures if each.role == role)
-    return texels if meaning is None else _colours(texels, meaning.code)
+    texture = next(each for each in package.manifest.textures if each.role == role)
+    if texture.reference_mm is not None:
+        return _over_black(texels)
+    return texels if texture.normals is None else _colours(texels, texture.normals.code)
 
 
 def _of_slices(package: Package, textures: list[Texture]) -> NDArray[np.uint8]:
-    """Give the stack of the first transfer function across z, or another axis where z has none, over black."""
+    """Give the stack of the first transfer function across z, or another axis where z has none."""
     first = textures[0].transfer
     axes = {each.slices.axis for each in textures if each.slices is not None and each.transfer == first}
-    return np.stack([encoded(each / 255, "black") for each in slice_texels(package, first or "", max(axes))])
+    return _over_black(slice_texels(package, first or "", max(axes)))
+
+
+def _over_black(rgba: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Classified voxels [z, y, x, RGBA] as sRGB."""
+    return np.stack([encoded(np.asarray(each, np.float64) / 255, "black") for each in rgba])
 
 
 def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:

@@ -143,18 +143,21 @@ def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
     verdict, allowed = report.verdict, report.tolerance
     if not verdict.failed:
         return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
-    return VolprepError(
-        "VP6011",
-        path=package,
-        failed=verdict.failed,
-        views=verdict.views,
-        view=verdict.worst_view,
-        program=verdict.worst_program,
-        rmse=verdict.worst_rmse,
-        rmse_allowed=allowed.rmse,
-        maximum=verdict.worst_maximum,
-        maximum_allowed=allowed.maximum,
-        data=verdict.worst_data_rmse,
-        drawing=verdict.worst_drawing_rmse,
-        report=folder,
-    )
+    fields = {
+        "path": package,
+        "failed": verdict.failed,
+        "views": verdict.views,
+        "view": verdict.worst_view,
+        "program": verdict.worst_program,
+        "rmse": verdict.worst_rmse,
+        "rmse_allowed": allowed.rmse,
+        "maximum": verdict.worst_maximum,
+        "maximum_allowed": allowed.maximum,
+        "report": folder,
+    }
+    sweep = next(each.sweep for each in report.programs if each.program == verdict.worst_program)
+    parts = sweep.breakdown
+    if parts.texels is not None and parts.angle is not None and parts.target is not None:
+        of_slices = {"texels": parts.texels.rmse, "angle": parts.angle.rmse, "target": parts.target.rmse}
+        return VolprepError("VP6016", **fields, **of_slices, part_view=sweep.view)
+    return VolprepError("VP6011", **fields, data=verdict.worst_data_rmse, drawing=verdict.worst_drawing_rmse)

@@ -420,8 +420,8 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1253": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: holds the colours that its transfer functions make of the scan, and no values",
-        "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for a "
-        "profile with shaders, with classified samples in place of voxels.",
+        "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for "
+        "a profile with shaders, with classified samples in place of voxels.",
     ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
@@ -886,6 +886,15 @@ CATALOGUE: dict[str, Diagnostic] = {
         "samples that show nothing",
         "See {report}. Build the package again; if that does not help, skip.kind none and no [proxy] do without both, "
         "and this is a defect of volprep.",
+    ),
+    "VP6016": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of {program}: RMSE {rmse:.4g} "
+        "of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}. Slices are classified before they "
+        "are filtered, and have no step to refine: of view {part_view}, their texels alone are {texels:.2g} off, the "
+        "angle adds {angle:.2g}, 8 bits {target:.2g}",
+        "See {report}. A transfer function with softer edges comes nearer; steep ones cannot without shaders. Say in "
+        "[tolerance] what is good enough for such devices.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,

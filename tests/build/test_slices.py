@@ -84,7 +84,14 @@ def test_a_package_of_slices_is_validated(tmp_path):
     assert (program.technique, len(program.views), len(program.sweep.points)) == ("slices", 9, 1)
     assert report.verdict.passed
     assert 0 < report.verdict.worst_rmse < 0.02
-    assert (tmp_path / "report" / "index.html").exists()
+    for program in report.programs:
+        parts = program.sweep.breakdown
+        shares = [parts.texels.rmse, parts.angle.rmse, parts.target.rmse]
+        assert min(shares) > 0
+        whole = next(view.total.rmse for view in program.views if view.view == program.sweep.view)
+        # The triangle inequality: nothing is left over.
+        assert whole <= sum(shares) + 1e-9
+    assert "classification before the filter" in (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
 
 
 @needs_es11

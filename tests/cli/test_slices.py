@@ -81,3 +81,12 @@ def test_a_transfer_function_that_shows_nothing_is_built_with_a_warning(tmp_path
     assert status == 0
     (warning,) = (line for line in said.splitlines() if line.startswith("warning: "))
     assert "transfer function hidden shows none of the scan's values, " in warning
+
+
+def test_views_beyond_the_tolerance_are_said_to_be_so_for_the_texels(tmp_path):
+    scene = write_phantom_scene(tmp_path, "gles1")
+    strict = "\n[tolerance]\nrmse = 0.001\nmaximum = 0.01\n"
+    scene.write_text(scene.read_text(encoding="utf-8") + strict, encoding="utf-8")
+    assert run("build", scene, "-o", tmp_path / "p.volpkg")[0] == 0
+    with pytest.raises(VolprepError, match=r"VP6016 .* classified before they are filtered.* texels alone are 0\.0"):
+        run("validate", tmp_path / "p.volpkg", "--size", "24")

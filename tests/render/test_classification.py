@@ -4,14 +4,18 @@ import gzip
 import re
 
 import numpy as np
+import OpenImageIO
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.montage import write_montage
 from volprep.render.camera import standard_views
+from volprep.render.picture import encoded
 from volprep.render.renderer import Renderer
 from volprep.truth.oracle import oracle_picture
 from volprep.validation.decoded import table_function
 from volprep_formats.grid import Grid
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Quantization
 
 SHAPE_HW = (48, 48)
@@ -141,6 +145,16 @@ def table_function_of(package):
     )
     package = type(package)(package.path, package.manifest.model_copy(update={"quantization": quantization}))
     return table_function(package, "test")
+
+
+def test_classified_voxels_can_be_looked_at(tmp_path):
+    codes = np.random.default_rng(4).integers(0, 256, (3, 5, 7)).astype(np.uint8)
+    package = tiny_package(tmp_path / "p", codes, STEEP, classification="preclassified", step_mm=0.25)
+    write_montage(package, None, tmp_path / "p.png")
+    pixels = OpenImageIO.ImageInput.open(str(tmp_path / "p.png")).read_image("uint8")
+    first = encoded(level_texels(package, 0)[0] / 255, "black")
+    assert first.any()
+    np.testing.assert_array_equal(pixels[:5, :7], first)
 
 
 def test_classified_voxels_are_mixed_with_their_opacity(tmp_path):

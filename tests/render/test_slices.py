@@ -11,8 +11,11 @@ import volprep.profiles
 from volprep.render.camera import standard_views, view_from
 from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer, _back_to_front
+from volprep.truth.stacks import stack_picture
 from volprep.validation.rays import chords_mm
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.slice_texels import slice_texels
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 
@@ -66,6 +69,29 @@ def test_a_picture_is_what_compositing_slices_in_double_precision_gives(noise, v
     assert clear.mean() > 0.8
     assert (expected[..., 3] > 0.3).mean() > 0.05
     assert (np.abs(picture - expected) <= bound + 1e-6)[clear].all()
+
+
+@pytest.mark.parametrize("view", [*SIX, "anterior-left", "posterior-left"])
+def test_compositing_in_double_precision_is_what_its_slow_twin_gives(noise, view):
+    box_from_clip = matrix(noise, view)
+    with SliceRenderer(noise) as renderer:
+        (axis, _), factor = renderer.facing(box_from_clip), renderer.factor(box_from_clip)
+    expected, _, clear = expected_picture(noise, axis, box_from_clip, SIZE)
+    grid = noise.manifest.levels[0].grid
+    found = stack_picture(slice_texels(noise, "ramp", axis), axis, grid, box_from_clip, SIZE, factor)
+    np.testing.assert_allclose(found[clear], expected[clear], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_the_opacity_of_paths_at_an_angle_is_that_of_the_closed_form(projection):
+    texels = np.full((20, 9, 9, 4), 51, np.uint8)
+    grid = Grid.of((20, 9, 9), (0.5, 40.0, 40.0))
+    camera = view_from(grid, (300.0, 100.0, 250.0), projection).box_from_clip(grid, 1.0)
+    picture = stack_picture(texels, "z", grid, camera, (31, 31), "exact")
+    near, far = (camera @ [0.0, 0.0, depth, 1.0] for depth in (-1.0, 1.0))
+    along = far[:3] / far[3] - near[:3] / near[3]
+    slices = 20 * np.linalg.norm(along) / abs(along[2])
+    assert picture[15, 15] == pytest.approx([1 - 0.8**slices] * 4, abs=1e-9)
 
 
 @pytest.mark.parametrize("view", ["anterior-left", "posterior-left"])

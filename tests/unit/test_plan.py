@@ -235,7 +235,13 @@ class TestLevels:
         volume = fit_level(level, 8, larger, Beside(units=1, bytes=1024), MosaicSettings())
         assert (volume.mosaic.textures, volume.mosaic.texture_shape_yx) == (2, (4096, 4096))
         misfit = fit_level(level, 8, GLES2, Beside(units=1, bytes=1024), MosaicSettings())
-        assert misfit.reason.endswith("a mosaic in 7 textures of 2048×2048 texels and four channels has room for 448")
+        assert misfit.reason.endswith(
+            "a mosaic in 7 textures of 2048×2048 texels and four channels has room for 448; "
+            "1 of 8 texture units is for what else is sampled"
+        )
+        less = level.model_copy(update={"shape_zyx": (448, 512, 512)})
+        roomy = GLES2.model_copy(update={"max_texture_bytes": 2**27})
+        assert fit_level(less, 8, roomy, Beside(units=1, bytes=1024), MosaicSettings()).mosaic.textures == 7
 
     def test_slices_overlap_where_that_takes_no_more_textures(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})

@@ -53,7 +53,7 @@ def as_compressed_mosaic(
     room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
     layout = fit_mosaic(level.shape_zyx, packing, room)
     if layout is None:
-        return no_room(level, packing, room)
+        return no_room(level, packing, room, profile)
     volume = _plan(level, texel, layout)
     return too_large(volume, profile, beside) or volume
 
@@ -89,7 +89,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
     layout = fit_mosaic(level.shape_zyx, packing, room)
     if layout is None:
-        return no_room(level, packing, room)
+        return no_room(level, packing, room, profile)
     volume = _plan(level, texel, layout, between)
     return too_large(volume, profile, beside) or volume
 
@@ -135,14 +135,19 @@ def part_names(name: str, textures: int) -> tuple[str, ...]:
     return (name,) if textures == 1 else tuple(f"{name}-{part}" for part in range(textures))
 
 
-def no_room(level: LevelPlan, packing: Packing, room: Room) -> Misfit:
+def no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProfile) -> Misfit:
     """Say why a level fits no mosaic of this room."""
     depth, height, width = level.shape_zyx
     most = most_slices((height, width), packing, room)
     where = "a mosaic" if room.textures == 1 else f"a mosaic in {room.textures} textures"
+    units = profile.texture_units - room.textures
+    beside = (
+        f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for what else is sampled"
+    )
     return Misfit(
         f"{depth} slices of {height}×{width} voxels, but {where} of {room.size}×{room.size} texels and "
         f"{'one channel' if packing.channels == 1 else 'four channels'} has room for {most}"
+        f"{beside if 1 < room.textures < MOST_TEXTURES else ''}"
     )
 
 

@@ -82,7 +82,7 @@ def _fitted(
     packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
     layout = fit_mosaic(level.shape_zyx, packing, room)
     if layout is None:
-        return no_room(level, packing, room)
+        return no_room(level, packing, room, profile)
     return _texture(level, part_names(name, layout.textures), layout)
 
 

@@ -138,6 +138,12 @@ class SliceRenderer:
         axis = max(self._parts, key=lambda each: float(along[_XYZ[each]]))
         return axis, float(along[_XYZ[axis]])
 
+    def factor(self, box_from_clip: Array) -> float:
+        """Give what texels are multiplied by, 1 or more."""
+        axis, cosine = self.facing(box_from_clip)
+        most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
+        return min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0
+
     def distance_mm(self, box_from_clip: Array) -> float:
         """Distance of the slices that are drawn, along the middle of the view."""
         axis, cosine = self.facing(box_from_clip)
@@ -167,12 +173,10 @@ class SliceRenderer:
         return statistics.median(times[1:])
 
     def _draw(self, box_from_clip: Array, shape_hw: tuple[int, int]) -> int:
-        axis, cosine = self.facing(box_from_clip)
+        axis, _ = self.facing(box_from_clip)
         target = self._target_of(shape_hw)
-        most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
-        brightness = min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
-        self._gl.begin(target, shape_hw, clip_from_box, brightness)
+        self._gl.begin(target, shape_hw, clip_from_box, self.factor(box_from_clip))
         parts = self._parts[axis]
         owner = np.concatenate([np.full(len(part.centres_mm), index) for index, part in enumerate(parts)])
         number = np.concatenate([np.arange(len(part.centres_mm)) for part in parts])

@@ -134,7 +134,13 @@ class Breakdown(Record):
     termination: ErrorNumbers | None
     """What early ray termination changes in the float target; null as above."""
     target: ErrorNumbers | None
-    """Rendering into the 8-bit target against the one into the float target; null as above."""
+    """Rendering into the 8-bit target against the one into the float target; null as above. Of stacks of slices against
+    the same in double precision."""
+    texels: ErrorNumbers | None = None
+    """Of stacks of slices: their texels composited in double precision, with the opacity of each ray's path between two
+    slices, against truth: classification before the filter, distance of the slices, palettes and bits."""
+    angle: ErrorNumbers | None = None
+    """Of stacks of slices: what multiplying opacities in place of that changes where rays meet slices at an angle."""
 
 
 class Convergence(Record):

@@ -1,18 +1,21 @@
 """Proving a package of slices: its views against the oracle, and the one point of error against run time that it has.
 
 Slices have no step, no lookup table and no float target, so that there is nothing to sweep: the error is that of
-classifying before the filter, of so many slices, and of 8 bits, together.
+classifying before the filter, of so many slices, of the angle and of 8 bits. The first two are told from the others by
+compositing the texels in double precision.
 """
 
 from dataclasses import dataclass
 
 from volprep.render.slices import SliceRenderer
 from volprep.report.data import Breakdown, Convergence, Driver, LevelFloor, ProgramResult, Sweep, SweepPoint
+from volprep.truth.stacks import stack_picture
 from volprep.validation.bench import Bench
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.subject import errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.views import ViewedProgram, draw_differences, measure_views
+from volprep_formats.package.slice_texels import slice_texels
 
 _DRAWS = 3
 _LIMIT = "Slices are as far apart as voxels are: there is no step to refine."
@@ -67,7 +70,14 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         picture = renderer.render(box_from_clip, subject.shape_hw)
         draw_ms = renderer.time_ms(box_from_clip, subject.shape_hw, repeats=_DRAWS)
         step_mm = renderer.distance_mm(box_from_clip)
+        (axis, _), factor = renderer.facing(box_from_clip), renderer.factor(box_from_clip)
         level = renderer.level
+    with bench.clock.part("oracle"):
+        texels = slice_texels(subject.package, stacks.transfer, axis)
+        of_paths, of_factor = (
+            stack_picture(texels, axis, level.grid, box_from_clip, subject.shape_hw, longer)
+            for longer in ("exact", factor)
+        )
     counts = samples(chords_mm(box_from_clip, subject.shape_hw, subject.grid), step_mm)
     data = errors(on_data, truth)
     point = SweepPoint(
@@ -94,6 +104,14 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         float_target=None,
         points=(point,),
         floors=(floor,),
-        breakdown=Breakdown(data=data, table=errors(on_data, on_data), quadrature=None, termination=None, target=None),
+        breakdown=Breakdown(
+            data=data,
+            table=errors(on_data, on_data),
+            quadrature=None,
+            termination=None,
+            target=errors(picture, of_factor),
+            texels=errors(of_paths, truth),
+            angle=errors(of_factor, of_paths),
+        ),
         convergence=Convergence(expected=2.0, slopes=(), observed=None, fitted_steps_mm=(), limits=(_LIMIT,)),
     )

@@ -1,0 +1,80 @@
+"""What a stack of slices shows in double precision: it tells the error of the texels from that of drawing them.
+
+The same polygons as `volprep.render.slices`, blended back to front, each pixel's ray for itself.
+"""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.grid import Grid
+from volprep_formats.package.slices import StackAxis
+
+Array = NDArray[np.float64]
+
+
+def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing that is compared
+    texels: NDArray[np.uint8],
+    axis: StackAxis,
+    grid: Grid,
+    box_from_clip: Array,
+    shape_hw: tuple[int, int],
+    longer: Literal["exact"] | float,
+) -> Array:
+    """Composite slices [slice, row, column, RGBA] of a level with this grid, as [H, W, 4], premultiplied linear.
+
+    `longer` is what a texel counts: the opacity of the path between two slices along its pixel's ray, or a factor for
+    all, which ends at 1.
+    """
+    place = "xyz".index(axis)
+    spacing, extent = np.array(grid.spacing_mm_zyx[::-1]), np.array(grid.extent_mm_zyx[::-1])
+    near, along = _rays(box_from_clip, shape_hw)
+    path = 1.0 / np.maximum(np.abs(along[:, place]), 1e-6)
+    centres = np.minimum((np.arange(len(texels)) + 0.5) * spacing[place], extent[place])
+    picture = np.zeros((len(near), 4))
+    # With parallel rays, and with an eye outside, all rays meet the slices in the same order.
+    order = np.argsort(-centres * np.sign(along[len(along) // 2, place]))
+    column, row = (each for each in range(3) if each != place)
+    for number in order:
+        at = near + along * ((centres[number] - near[:, place]) / along[:, place])[:, None]
+        inside = np.flatnonzero(np.all((at >= 0.0) & (at <= extent), axis=1))
+        i, j = at[inside, row] / spacing[row] - 0.5, at[inside, column] / spacing[column] - 0.5
+        source = _bilinear(texels[number] / 255.0, i, j)
+        source = _lengthened(source, path[inside]) if longer == "exact" else np.minimum(source * longer, 1.0)
+        picture[inside] = source + (1.0 - source[:, 3:]) * picture[inside]
+    return picture.reshape(*shape_hw, 4)
+
+
+def _rays(box_from_clip: Array, shape_hw: tuple[int, int]) -> tuple[Array, Array]:
+    """Points on the near plane and unit directions [pixel, xyz] in box space."""
+    height, width = shape_hw
+    y, x = np.meshgrid(1 - (2 * np.arange(height) + 1) / height, (2 * np.arange(width) + 1) / width - 1, indexing="ij")
+    ends = []
+    for depth in (-1.0, 1.0):
+        clip = np.stack([x, y, np.full_like(x, depth), np.ones_like(x)], axis=-1).reshape(-1, 4)
+        box = clip @ box_from_clip.T
+        ends.append(box[:, :3] / box[:, 3:])
+    along = ends[1] - ends[0]
+    return ends[0], along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def _bilinear(texels: Array, i: Array, j: Array) -> Array:
+    """Filter [row, column, RGBA] at positions in texels, 0 at the first centre; edges are repeated."""
+    rows, columns = texels.shape[:2]
+    i, j = np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)
+    above, left = i.astype(np.intp), j.astype(np.intp)
+    below, right = np.minimum(above + 1, rows - 1), np.minimum(left + 1, columns - 1)
+    down, across = (i - above)[:, None], (j - left)[:, None]
+    upper = texels[above, left] * (1 - across) + texels[above, right] * across
+    lower = texels[below, left] * (1 - across) + texels[below, right] * across
+    filtered: Array = upper * (1 - down) + lower * down
+    return filtered
+
+
+def _lengthened(source: Array, path: Array) -> Array:
+    """Colours [pixel, RGBA] of a path that is so many times longer: 1 - (1 - opacity)^path."""
+    opacity = source[:, 3]
+    longer = -np.expm1(path * np.log1p(-np.minimum(opacity, 1.0 - 1e-9)))
+    lengthened: Array = source * np.divide(longer, opacity, out=np.ones_like(opacity), where=opacity > 0.0)[:, None]
+    return lengthened
