@@ -27,14 +27,14 @@ def convergence(
     steps_mm: Sequence[float],
     quadrature_rmse: Sequence[float],
     target: Target | None,
-    function: TransferFunction,
+    functions: Sequence[TransferFunction],
     classification: ClassificationName = "lookup",
     *,
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
     expected = _OF_LABELS if labels else _EXPECTED
-    jumps = any(lower.value == upper.value for lower, upper in pairwise(function.points))
+    jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
     limits = []
     if classification == "preintegrated":
         limits.append(

@@ -3,6 +3,7 @@
 import hashlib
 import resource
 import sys
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
@@ -24,7 +25,6 @@ from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
-from volprep.validation.together import subject_together
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
@@ -75,8 +75,7 @@ def validate(
                 name: Subject(part, read_scan(part.manifest, found.spec_of(name), progress), size)
                 for name, part in channel_packages(package).items()
             }
-        together = subject_together(package, channels)
-        subjects = [*([] if together is None else [together]), *channels.values()]
+        subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
         programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
         report = Report(
@@ -102,6 +101,16 @@ def validate(
         )
         folder.write(report)
     return report
+
+
+def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
+    """Give the subject of the picture of several channels, where there is one."""
+    together = package.manifest.together
+    if together is not None:
+        channel_of = {name: each.name for each in package.manifest.channels or () for name in each.transfers}
+        drawn = {name: channels[channel_of[name]] for name in together.transfers}
+        first = drawn[together.transfers[0]]
+        yield Subject(package, first.scan, first.shape_hw[0], drawn)
 
 
 def _require_no_lit_labels(package: Package) -> None:

@@ -1,12 +1,14 @@
 """What is compared: the scan and the package's own data, drawn by the oracle with the package's cameras."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.camera import standard_views
 from volprep.report.data import ErrorNumbers
 from volprep.truth.metrics import picture_error
-from volprep.truth.oracle import OraclePicture, oracle_picture
+from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.validation.decoded import Volume, level_volume, own_table, table_function
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Program, RenderSettings
@@ -17,11 +19,17 @@ Picture = NDArray[np.floating]
 
 
 class Subject:
-    """One package and its scan."""
+    """One package and its scan; or a package of several channels that are drawn together, and their subjects."""
 
-    def __init__(self, package: Package, scan: Volume, picture_size: int) -> None:
-        """Take the package, its scan, and the width and height of pictures in pixels."""
+    def __init__(
+        self, package: Package, scan: Volume, picture_size: int, channels: Mapping[str, "Subject"] | None = None
+    ) -> None:
+        """Take the package, its scan, and the width and height of pictures in pixels.
+
+        `channels` are those of one picture, by the names of the transfer functions that are drawn together.
+        """
         self.package = package
+        self._channels = channels or {}
         self.render = _render_settings(package)
         self.scan = scan
         self.shape_hw = (picture_size, picture_size)
@@ -30,8 +38,10 @@ class Subject:
         self._cameras = standard_views(self.grid, self.render.projection)
         self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self._cameras.items()}
         """Matrix from clip coordinates to the package's box space by name of the standard view."""
-        self.programs = _finest(package.manifest.programs)
-        """For each transfer function the program that draws it at the finest level."""
+        known = {function.name for function in package.manifest.transfer_functions}
+        programs = [each for each in package.manifest.programs if (each.transfer in known) == (channels is None)]
+        self.programs = _finest(programs)
+        """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._levels: dict[int, Volume] = {}
 
     @property
@@ -40,7 +50,7 @@ class Subject:
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
-        return self._integrate(self.scan, self.function(transfer), view)
+        return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the control points of the transfer function.
@@ -50,9 +60,11 @@ class Subject:
         """
         if self._is_classified:
             return self.truth(transfer, view)
-        if self.has_own_table(transfer, level):
-            return self.on_table(transfer, view, level)
-        return self.on_codes(transfer, view, level)
+        media = [
+            (part.level(level), part.table(name, level) if part.has_own_table(name, level) else part.function(name))
+            for name, part in self._parts(transfer)
+        ]
+        return self._draw(media, view)
 
     def on_codes(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the codes of `level` with the control points of the transfer function."""
@@ -60,17 +72,21 @@ class Subject:
 
     def on_volume(self, volume: Volume, transfer: str, view: str) -> OraclePicture:
         """Draw any volume with the control points of the transfer function."""
-        return self._integrate(volume, self.function(transfer), view)
-
-    def has_own_table(self, transfer: str, level: int) -> bool:
-        """Say whether `level` has a lookup table of its own."""
-        return own_table(self.package, transfer, level)
+        return self._draw([(volume, self.function(transfer))], view)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
         if self._is_classified:
             return self.truth(transfer, view)
-        return self._integrate(self.level(level), table_function(self.package, transfer, level), view)
+        return self._draw([(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)], view)
+
+    def has_own_table(self, transfer: str, level: int) -> bool:
+        """Say whether `level` has a lookup table of its own."""
+        return own_table(self.package, transfer, level)
+
+    def table(self, transfer: str, level: int) -> TransferFunction:
+        """Give the transfer function that the lookup table stands for."""
+        return table_function(self.package, transfer, level)
 
     def levels(self, program: Program) -> list[int]:
         """Levels at which the transfer function of `program` is drawn in the same way, finest first."""
@@ -79,15 +95,23 @@ class Subject:
         return sorted({level for each in programs if (each.technique, each.transfer) == same for level in each.levels})
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
-        """Give all transfer functions that a program draws: of this one channel the one of this name."""
-        return (self.function(transfer),)
+        """Give the transfer functions that make a picture: the one of this name, or those of all of its channels."""
+        return tuple(part.function(name) for name, part in self._parts(transfer))
 
     def function(self, transfer: str) -> TransferFunction:
         """Give the transfer function of this name."""
         return next(function for function in self.package.manifest.transfer_functions if function.name == transfer)
 
-    def _integrate(self, volume: Volume, function: TransferFunction, view: str) -> OraclePicture:
+    def _parts(self, transfer: str) -> Sequence[tuple[str, "Subject"]]:
+        """Give the transfer functions of a picture, each with the subject that has its channel."""
+        return [*self._channels.items()] or [(transfer, self)]
+
+    def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
+        volume, function = media[0]
         box_from_clip = self._cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        if len(media) > 1:
+            each = [Medium(volume.stored, volume.slope, volume.intercept, function) for volume, function in media]
+            return oracle_of_media(each, volume.grid, box_from_clip, self.shape_hw)
         return oracle_picture(
             volume.stored,
             volume.grid,
@@ -107,7 +131,7 @@ class Subject:
         return self._levels[level]
 
 
-def _finest(programs: tuple[Program, ...]) -> tuple[Program, ...]:
+def _finest(programs: Sequence[Program]) -> tuple[Program, ...]:
     finest: dict[str, Program] = {}
     for program in programs:
         if program.transfer not in finest or min(program.levels) < min(finest[program.transfer].levels):

@@ -171,7 +171,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         [point.step_mm for point in points],
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
-        subject.function(program.transfer),
+        subject.functions(program.transfer),
         program.classification,
         labels=subject.scan.nearest,
     )
