@@ -1,5 +1,6 @@
 """What the verbs print: results on stdout, progress and messages on stderr, JSON where a machine may read."""
 
+import gc
 import json
 import sys
 import time
@@ -25,6 +26,8 @@ _HEARTBEAT_S = 10.0
 @contextmanager
 def progress() -> Iterator["Progress"]:
     """Show progress on stderr: bars on a terminal, else a line for each task and every ten seconds."""
+    gc.freeze()  # what has been loaded stays
+    gc.enable()
     if not sys.stderr.isatty():
         lines = _Lines()
         yield lines
