@@ -3,16 +3,20 @@
 import numpy as np
 import pytest
 
+from volprep.forms import FormTrial
 from volprep.report.data import (
     Breakdown,
     Convergence,
     Cost,
     Driver,
+    EmptySpace,
     ErrorNumbers,
     LevelFloor,
     PackageFacts,
     ProgramResult,
     Report,
+    SavingView,
+    SavingWay,
     Sweep,
     SweepPoint,
     ViewPictures,
@@ -26,6 +30,8 @@ from volprep_formats.package.manifest import (
     Level,
     Manifest,
     PlanItem,
+    Proxy,
+    ProxyMeshFile,
     Quantization,
     RenderSettings,
     SourceRecord,
@@ -34,6 +40,7 @@ from volprep_formats.package.manifest import (
     Tolerance,
 )
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.skip import Skipping, SkipTable
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 
@@ -111,6 +118,62 @@ def sweep_of(levels: tuple[int, ...]) -> Sweep:
     )
 
 
+def empty_space_of(*, passed: bool) -> EmptySpace:
+    """What a skip table and a mesh save; where it does not pass, the mesh changes a picture."""
+    ways = {"neither": (400.0, 0.0), "table": (120.0, 90.0), "mesh": (200.0, 0.0), "both": (120.0, 40.0)}
+    return EmptySpace(
+        drawn_by="proxy-raycast",
+        ways=tuple(
+            SavingWay(
+                way=way,
+                draw_ms=samples / 4,
+                draws=3,
+                views=tuple(
+                    SavingView(
+                        view=name,
+                        samples_mean=samples,
+                        looks_mean=looks,
+                        difference=0.0 if passed or way in {"neither", "table"} else 0.5,
+                    )
+                    for name in VIEWS
+                ),
+            )
+            for way, (samples, looks) in ways.items()
+        ),
+        limit=1 / 255,
+        passed=passed,
+        mesh_read_ms=1.5,
+        picture="pictures/raycast-samples.png",
+    )
+
+
+FORMS = (
+    FormTrial(
+        format="ETC2_RGBA8",
+        kept=False,
+        level=0,
+        size_bytes=23_040,
+        basis="sample",
+        pictures=1,
+        psnr_db=38.0,
+        rmse=0.004,
+        maximum=0.2,
+    ),
+    FormTrial(
+        format="ASTC_6X6",
+        kept=True,
+        level=0,
+        size_bytes=41_000,
+        basis="level",
+        pictures=9,
+        psnr_db=45.0,
+        rmse=0.002,
+        maximum=0.1,
+        seconds=2.5,
+    ),
+)
+
+
 def manifest_of(tolerance: Tolerance) -> Manifest:
     """The manifest of a small package with two levels."""
     grid = Grid.of((40, 48, 48), (1.0, 0.9, 0.9))
@@ -168,16 +231,57 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                 ),
             ),
         ),
-        textures=tuple(
+        textures=(
+            *(
+                Texture(
+                    name=f"volume{level.index}",
+                    role="volume",
+                    file=f"level{level.index}.ktx2",
+                    shape_zyx=level.grid.shape_zyx,
+                    gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
+                    level=level.index,
+                )
+                for level in levels
+            ),
             Texture(
-                name=f"volume{level.index}",
-                role="volume",
-                file=f"level{level.index}.ktx2",
-                shape_zyx=level.grid.shape_zyx,
+                name="skip-skin-0",
+                role="skip",
+                file="skip.ktx2",
+                shape_zyx=(10, 12, 12),
                 gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
-                level=level.index,
+                level=0,
+                transfer="skin",
+            ),
+        ),
+        skipping=Skipping(
+            tables=(
+                SkipTable(
+                    texture="skip-skin-0",
+                    level=0,
+                    transfer="skin",
+                    kind="distance",
+                    block=4,
+                    blocks_zyx=(10, 12, 12),
+                    blocks_from_box_per_mm_xyz=(0.28, 0.28, 0.25),
+                    empty_share=0.7,
+                ),
             )
-            for level in levels
+        ),
+        proxy=Proxy(
+            depth="depth.frag",
+            meshes=(
+                ProxyMeshFile(
+                    transfer="skin",
+                    level=0,
+                    form="merged",
+                    block=8,
+                    file="mesh.glb",
+                    vertices=80,
+                    triangles=156,
+                    box_from_mesh_mm_xyz=(0.225, 0.225, 0.25),
+                    occupied_share=0.3,
+                ),
+            ),
         ),
         render=RenderSettings(step_mm=0.25, opacity_cutoff=0.995, tolerance=tolerance),
         plan=(
@@ -186,7 +290,11 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
             ),
             PlanItem(name="normals", kept=False, reason="the scene has no lighting", size_bytes=276480),
         ),
-        files=(FileRecord(path="level0.ktx2", role="texture", size_bytes=92160, sha256="b" * 64),),
+        files=(
+            FileRecord(path="level0.ktx2", role="texture", size_bytes=92160, sha256="b" * 64),
+            FileRecord(path="mesh.glb", role="mesh", size_bytes=4_096, sha256="d" * 64),
+            FileRecord(path="skip.ktx2", role="texture", size_bytes=1_640, sha256="e" * 64),
+        ),
     )
 
 
@@ -196,7 +304,13 @@ def report() -> Report:
     return report_of((0.004, 0.006, 0.005))
 
 
-def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None) -> Report:
+@pytest.fixture(scope="session")
+def changed_report() -> Report:
+    """A report of a package whose mesh changes pictures."""
+    return report_of((0.004, 0.006, 0.005), same_pictures=False)
+
+
+def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None, *, same_pictures: bool = True) -> Report:
     """A report whose views have these total root mean square errors."""
     tolerance = tolerance or Tolerance()
     views = tuple(view(name, errors(rmse), tolerance) for name, rmse in zip(VIEWS, totals, strict=True))
@@ -208,6 +322,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None) -> 
             level=0,
             views=views,
             sweep=sweep_of((0, 1)),
+            empty_space=empty_space_of(passed=same_pictures),
         ),
     )
     return Report(
@@ -226,6 +341,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None) -> 
         difference_gain=32.0,
         verdict=judge(programs, tolerance),
         programs=programs,
+        forms=FORMS,
         driver=Driver(vendor="Mesa", renderer="llvmpipe", version="OpenGL ES 3.2 Mesa"),
         cost=Cost(
             seconds={"oracle": 12.5, "all": 75.0}, threads=2, peak_memory_bytes=512_000_000, source_bytes=184_320

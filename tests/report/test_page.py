@@ -75,15 +75,19 @@ def test_it_asks_nothing_from_outside_its_folder_and_runs_no_script(html: str, e
 
 
 def test_every_picture_has_a_text_and_a_size(elements: Elements) -> None:
-    pictures = elements.all("img")
-    assert len(pictures) == 1 + 3 * 3 + 3 * 2
-    for attributes in pictures:
-        assert attributes["alt"]
+    pictures = {attributes["src"]: attributes for attributes in elements.all("img")}
+    assert len(elements.all("img")) == 1 + 3 * 3 + 3 * 2 + 1
+    assert all(attributes["alt"] for attributes in pictures.values())
+    # Four ways side by side, in half the width and height.
+    counted = pictures.pop("pictures/raycast-samples.png")
+    assert (counted["width"], counted["height"]) == ("512", "128")
+    for attributes in pictures.values():
         assert (attributes["width"], attributes["height"]) == ("256", "256")
 
 
 def test_it_shows_the_pictures_that_the_report_names(report: Report, elements: Elements) -> None:
-    named = {name for view in report.programs[0].views for _, name in view.pictures}
+    (program,) = report.programs
+    named = {name for view in program.views for _, name in view.pictures} | {program.empty_space.picture}
     assert {attributes["src"] for attributes in elements.all("img")} == named
 
 
@@ -133,6 +137,30 @@ def test_every_step_and_every_level_is_in_the_table(report: Report, elements: El
     assert "early ray termination – – " in text
 
 
+def test_what_empty_space_saves_stands_in_a_table(elements: Elements) -> None:
+    text = words(elements)
+    assert "skip table 120 70.0 % 90.0 30.0 3.33 × 0 ✓ within" in text
+    assert "both 120 70.0 % 40.0 30.0 3.33 × 0 ✓ within" in text
+    assert "skin 0 distance 4³ 12×12×10 70.0 % 1.64 kB" in text
+    assert "skin 0 merged 8³ 30.0 % 80 156 plain 4.10 kB" in text
+    assert "was read in 1.50 ms" in text
+
+
+def test_a_picture_that_a_mesh_changes_is_marked(changed_report: Report) -> None:
+    verdict = changed_report.verdict
+    assert (verdict.passed, verdict.failed, verdict.changed) == (False, 0, ("raycast",))
+    text = words(Elements(page(changed_report)))
+    assert "What skips empty space changes pictures of raycast." in text
+    assert "proxy mesh 200 50.0 % 0 50.0 2.00 × 0.500 ✗ beyond" in text
+
+
+def test_compressed_forms_stand_with_what_each_loses(elements: Elements) -> None:
+    text = words(elements)
+    assert "ETC2_RGBA8 23.0 kB – 38.0 0.00400 0.200 rays through a sample ✗ beyond" in text
+    assert "ASTC_6X6 41.0 kB 2.50 s 45.0 0.00200 0.100 the whole level, 9 pictures ✓ within" in text
+    assert "Uncompressed, level 0 takes 92.2 kB" in text
+
+
 def test_names_and_reasons_cannot_bring_markup_in(report: Report) -> None:
     hostile = "<script>alert(1)</script>"
     item = PlanItem(name=hostile, kept=False, reason=hostile)
@@ -152,8 +180,8 @@ def test_the_same_report_gives_the_same_bytes(report: Report, html: str) -> None
 def test_plots_take_their_colours_from_the_page(html: str) -> None:
     plots = re.findall(r"<svg .*?</svg>", html, flags=re.DOTALL)
     drawn = [plot for plot in plots if 'viewBox="0 0 24 24"' not in plot]
-    # Two forms of each: error against time, error against step, transfer function.
-    assert len(drawn) == 6
+    # Two forms of each: error against time, error against step, error against size, transfer function.
+    assert len(drawn) == 8
     for plot in drawn[:4]:
         assert not re.search(r"#[0-9a-f]{6}\b", plot), "a colour of its own"
         assert "var(--series-1)" in plot
