@@ -297,30 +297,28 @@ def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth:
         If an array has another type or order.
     """
 
-def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], step: int = 1, threads: int = 0) -> None:
+def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to histogram how often each size of the Laplacian occurs in src.
 
     The Laplacian of a voxel is the sum of neighbour + other neighbour - 2 * voxel over the axes along which src has at least
     three voxels. Voxels without both neighbours along each of these axes are not counted, nor those that equal all of them.
-    A volume may be given in slabs that share two slices, or in part: of the slices that count only the first does, and every
-    step-th after it.
+    A volume may be given in slabs that share two slices, or in part.
 
     Parameters
     ----------
     src
         uint8, int16 or uint16, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
     histogram
-        1531 counts for uint8, 393211 for the others: entry k is that of the size k.
-    step
-        Distance of the slices that are counted; 3 where src is groups of three slices.
+        1531 counts for uint8, 15376 for the others: entry k is that of the size k up to 2047; from there on entry 2048 * e + m
+        is that of the 2^e sizes from (2048 + m) * 2^e - 2048.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
     Raises
     ------
     ValueError
-        If a size or the step does not fit.
+        If a size does not fit.
     TypeError
         If an array has another type or order.
     """

@@ -9,12 +9,11 @@ all their voxels. Of the Laplacians of n voxels of noise alone the median is off
 """
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native, slabs
+from volprep import _native
 from volprep.slabs import RawVolume, slab_ranges
 
 _DEVIATION_FROM_MEDIAN = 1.4826
@@ -23,6 +22,8 @@ _ROUNDING = 1 / math.sqrt(12)
 """Standard deviation of what rounding to a code adds."""
 _STENCIL = 3
 """Voxels that a second difference needs."""
+_EDGES = ((2048 + np.arange(2048) << np.arange(8)[:, None]) - 2048).ravel()
+"""The sizes of a Laplacian at which the bins of its histogram begin (_native.laplacian_histogram)."""
 _SAMPLED_VOXELS = 1 << 21
 """Voxels that are sampled at least."""
 _SAMPLED_SLICES = 8
@@ -37,61 +38,46 @@ def noise_of(volume: RawVolume) -> float:
     """
     axes = sum(length >= _STENCIL for length in volume.shape_zyx)
     histogram = np.zeros(_bins(volume.dtype), np.uint64)
-    sampled = _sampled(volume)
-    if sampled:
-        for slices in _triples(volume, sampled):
-            _native.laplacian_histogram(slices, histogram, _STENCIL)
-    elif axes:
-        for slab in _overlapping(volume):
-            _native.laplacian_histogram(slab, histogram)
+    if axes:
+        for z0, z1 in _sampled(volume) or _all(volume):
+            _native.laplacian_histogram(volume.read_slab(z0, z1), histogram)
     # Two neighbours of weight 1 along each axis, and the voxel itself, which balances them.
     weight = math.sqrt(2 * axes + (2 * axes) ** 2) if axes else 1.0
     return max(_DEVIATION_FROM_MEDIAN * _median(histogram) / weight, _ROUNDING)
 
 
 def _bins(dtype: np.dtype[np.generic]) -> int:
-    return 6 * ((1 << 8 * dtype.itemsize) - 1) + 1
+    largest = 6 * ((1 << 8 * dtype.itemsize) - 1)
+    return int(np.searchsorted(_EDGES, largest, "right"))
 
 
-def _sampled(volume: RawVolume) -> list[int]:
-    """Give the slices to sample, spread evenly; none where they and their neighbours are most of the volume."""
+def _sampled(volume: RawVolume) -> list[tuple[int, int]]:
+    """Give the slices to sample, each with its neighbours, spread evenly; none where they are most of the volume."""
     depth, height, width = volume.shape_zyx
     inner = depth - 2
     count = max(_SAMPLED_SLICES, math.ceil(_SAMPLED_VOXELS / (height * width)))
     if count * _STENCIL > inner:
         return []
-    return [1 + (2 * k + 1) * inner // (2 * count) for k in range(count)]
+    return [(middle, middle + _STENCIL) for middle in ((2 * k + 1) * inner // (2 * count) for k in range(count))]
 
 
-def _triples(volume: RawVolume, middles: list[int]) -> Iterator[NDArray[np.generic]]:
-    """Slices and their neighbours, one group of three after the other, as many at a time as a slab may have."""
-    together = max(1, slabs.SLAB_BYTES // (_STENCIL * volume.slice_bytes))
-    for first in range(0, len(middles), together):
-        group = middles[first : first + together]
-        slices = np.empty((_STENCIL * len(group), *volume.shape_zyx[1:]), volume.dtype)
-        for k, z in enumerate(group):
-            slices[_STENCIL * k : _STENCIL * (k + 1)] = volume.read_slab(z - 1, z + 2)
-        yield slices
-
-
-def _overlapping(volume: RawVolume) -> Iterator[NDArray[np.generic]]:
+def _all(volume: RawVolume) -> list[tuple[int, int]]:
     """Slabs that share two slices, so that every voxel is once the middle of its neighbours."""
     depth = volume.shape_zyx[0]
     if depth < _STENCIL:
-        yield volume.read_slab(0, depth)
-        return
-    for z0, z1 in slab_ranges(depth - 2, volume.slice_bytes):
-        yield volume.read_slab(z0, z1 + 2)
+        return [(0, depth)]
+    return [(z0, z1 + 2) for z0, z1 in slab_ranges(depth - 2, volume.slice_bytes)]
 
 
 def _median(histogram: NDArray[np.uint64]) -> float:
     """Median of integers from their histogram, within the bin that it falls into as if that were evenly filled."""
     counts = histogram.astype(np.float64)
-    # A size of 0 stands for 0 to 1/2 only.
+    # A size of 0 stands for 0 to 1/2 only, any other for half a size on either side.
     half = counts.sum() / 2
     if half == 0:
         return 0.0
     upto = counts.cumsum()
     k = int(np.searchsorted(upto, half))
     inside = float((half - (upto[k] - counts[k])) / counts[k])
-    return inside / 2 if k == 0 else k - 0.5 + inside
+    begin, end = (max(0.0, _EDGES[edge] - 0.5) for edge in (k, k + 1))
+    return begin + inside * (end - begin)
