@@ -26,13 +26,23 @@ _HEARTBEAT_S = 10.0
 @contextmanager
 def progress() -> Iterator["Progress"]:
     """Show progress on stderr: bars on a terminal, else a line for each task and every ten seconds."""
-    gc.freeze()  # what has been loaded stays
+    # What has been loaded is no garbage; what the work leaves may be.
+    gc.freeze()
     gc.enable()
-    if not sys.stderr.isatty():
-        lines = _Lines()
-        yield lines
-        lines.finish()
-        return
+    try:
+        if sys.stderr.isatty():
+            with _bars() as bars:
+                yield bars
+        else:
+            lines = _Lines()
+            yield lines
+            lines.finish()
+    finally:
+        gc.unfreeze()
+
+
+@contextmanager
+def _bars() -> Iterator["Progress"]:
     from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
     from rich.progress import Progress as Bar  # noqa: PLC0415
 
