@@ -79,5 +79,5 @@ def _median(histogram: NDArray[np.uint64]) -> float:
     upto = counts.cumsum()
     k = int(np.searchsorted(upto, half))
     inside = float((half - (upto[k] - counts[k])) / counts[k])
-    begin, end = (max(0.0, _EDGES[edge] - 0.5) for edge in (k, k + 1))
+    begin, end = (max(0.0, float(_EDGES[edge]) - 0.5) for edge in (k, k + 1))
     return begin + inside * (end - begin)
