@@ -155,7 +155,8 @@ class TestWhatItDraws:
         assert max(view.truth_bound for view in first.views) <= 1e-6
         assert max(view.total.maximum for view in first.views) < 0.02
         assert first.sweep.breakdown.termination is not None
-        assert "body" in (tmp_path / "r/index.html").read_text()
+        page = (tmp_path / "r/index.html").read_text()
+        assert re.findall(r'alt="Rendering of (\w+)"', page) == ["body", "red", "white"]
 
     def test_its_shader_without_termination_is_the_same_otherwise(self, package) -> None:
         (program,) = of_picture(package)[:1]

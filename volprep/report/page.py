@@ -84,6 +84,7 @@ def page(report: Report) -> str:
         kind=_kind(manifest),
         nominal=[_nominal(program) for program in report.programs],
         legend=_legend(report.difference_gain),
+        beside=_beside(report),
     )
 
 
@@ -119,6 +120,18 @@ def _hero(report: Report) -> ViewResult:
     """Give the view that the page opens with: the one of the sweep, which is oblique and shows the most."""
     first = report.programs[0]
     return next(view for view in first.views if view.view == first.sweep.view)
+
+
+def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]]:
+    """Give the picture of several channels and those of its channels, in the view of the sweep; none without it."""
+    together = report.package.manifest.together
+    wanted = () if together is None else (together.name, *together.transfers)
+    by_transfer = {program.transfer: program for program in report.programs}
+    found = [by_transfer[name] for name in wanted]
+    return [
+        (program, next(view for view in program.views if view.view == program.sweep.view), _nominal(program))
+        for program in found
+    ]
 
 
 def _kind(manifest: Manifest) -> str:
