@@ -1,13 +1,21 @@
 """What a manifest says about bricks must agree with its levels, textures and programs."""
 
+import hashlib
+
 import numpy as np
 import pytest
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.scene import BrickSettings
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.bricks_agreement import bricks_contradictions
+from volprep_formats.package.check import check
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest_json import encode_manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.textures import ktx2
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
 
@@ -66,3 +74,31 @@ def test_a_program_must_know_where_bricks_are(manifest) -> None:
         problems = list(contradictions(manifest.model_copy(update={"programs": (wrong,)})))
         assert "program ray-caster-0 must sample places of bricks if and only if it is raycast_bricks" in problems
     assert any("in the form that raycast_texture3d reads" in problem for problem in problems)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda entries: entries[0, 0, 0].__setitem__(0, 9), "places bricks twice, or outside of the"),
+        (lambda entries: entries.__setitem__((0, 0), entries[0, 1]), "places bricks twice, or outside of the"),
+        (lambda entries: entries[0, 0, 0].__setitem__(3, 0), "has 7 stored bricks of (2, 4, 1), the manifest 8 of"),
+    ],
+)
+def test_an_index_that_leads_astray_is_found_out(tmp_path, change, says) -> None:
+    codes = np.arange(9 * 14).reshape(9, 14, 1).astype(np.uint8)
+    package = tiny_package(tmp_path / "p", codes, GREY, ES3, bricks=BrickSettings(size=4))
+    file = next(texture.file for texture in package.manifest.textures if texture.role == "bricks")
+    image = ktx2.decode(package.read_bytes(file), file)
+    entries = image.data.copy()
+    change(entries)
+    data = b"".join(ktx2.encode(ktx2.Ktx2Image("RGBA8", image.shape_zyx, entries, 3)))
+    (package.path / file).write_bytes(data)
+    files = tuple(
+        record.model_copy(update={"sha256": hashlib.sha256(data).hexdigest()}) if record.path == file else record
+        for record in package.manifest.files
+    )
+    manifest = package.manifest.model_copy(update={"files": files})
+    (package.path / "manifest.json").write_bytes(encode_manifest(manifest))
+    assert any(says in finding.summary for finding in check(package.path))
+    with pytest.raises(VolprepError, match="VP4011"):
+        level_texels(Package(package.path, manifest), 0)

@@ -11,7 +11,7 @@ from volprep.plan.classification import Tables, describe_tables
 from volprep.plan.functions import describe_functions
 from volprep.plan.labels import label_reason
 from volprep.plan.levels import by
-from volprep.plan.mipmaps import describe_mipmaps
+from volprep.plan.mipmaps import chain_bytes, describe_mipmaps
 from volprep.plan.mosaics import describe_mosaic, mosaic_text
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.room import Misfit, has_exact_16_bits, texture_bytes
@@ -156,7 +156,7 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
                 kept=True,
                 reason=f"{shape} voxels as a {volume.format} {layout}",
                 files=() if volume.mipmap else volume.files,
-                size_bytes=texture_bytes(volume),
+                size_bytes=0 if volume.mipmap else chain_bytes(plan.volumes, volume),
             )
             continue
         texel_bytes = plan.quantize.bits // 8

@@ -76,8 +76,7 @@ def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan])
         name="mipmaps",
         kept=True,
         reason=f"the scene asks for them: {len(levels)} levels in one texture of {by(finest.shape_zyx)} texels, "
-        f"so that {by(levels[0].shape_zyx)} voxels halve without a rest",
-        size_bytes=texels - voxels,
+        f"so that {by(levels[0].shape_zyx)} voxels halve without a rest, {texels - voxels} bytes more than they are",
     )
 
 

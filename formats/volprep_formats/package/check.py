@@ -18,6 +18,7 @@ from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.bricks import misplaced
 
 _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
@@ -83,6 +84,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
             data = package.read_bytes(record.path)
             if record.path in textures:
                 _check_texture(path, textures[record.path], data)
+                _check_places(package, textures[record.path][0], data)
             if record.role == "shader":
                 package.read_text(record.path)
             if record.role == "histogram":
@@ -126,6 +128,16 @@ def _check_texture(path: Path, mipmaps: list[Texture], data: bytes) -> None:
     if found != expected:
         problem = f"{texture.file} holds {found}, the manifest says {expected}"
         raise VolprepError("VP4011", path=path, problem=problem)
+
+
+def _check_places(package: Package, texture: Texture, data: bytes) -> None:
+    pools = [each for each in package.manifest.textures if each.bricks is not None and each.level == texture.level]
+    if texture.role != "bricks" or not pools or pools[0].bricks is None:
+        return
+    entries = np.asarray(ktx2.decode(data, f"{package.path}: {texture.file}").data, np.uint8)
+    problem = misplaced(entries, pools[0].bricks)
+    if problem is not None:
+        raise VolprepError("VP4011", path=package.path, problem=f"{texture.file} {problem}")
 
 
 def _ktx2_format(gl: GlFormat) -> ktx2.Ktx2Format | None:

@@ -5,11 +5,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.bricks import BrickLayout, bricks_along
 from volprep_formats.package.manifest import MosaicLayout, Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.bricks import voxels_of_bricks
+from volprep_formats.textures.bricks import misplaced, voxels_of_bricks
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 
@@ -25,24 +27,45 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     files = [ktx2.decode(package.read_bytes(texture.file), texture.file) for texture in textures]
     bricks = textures[0].bricks
     if bricks is not None:
-        voxels = voxels_of_bricks(files[0].data, _places(package, textures[0]), bricks, _shape(package, level))
+        voxels = _from_bricks(package, textures[0], files[0].data, bricks)
     elif textures[0].mipmap is None:
         images = [_texels(file, mosaic) for file in files]
         voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
     else:
-        voxels = files[0].levels[textures[0].mipmap][tuple(slice(n) for n in _shape(package, level))]
+        voxels = _from_mipmap(package, textures[0], files[0])
     return voxels[..., package.component_of(textures[0])] if len(textures[0].channels or ()) > 1 else voxels
 
 
-def _shape(package: Package, level: int) -> tuple[int, int, int]:
+def _shape(package: Package, level: int | None) -> tuple[int, int, int]:
     return next(each.grid.shape_zyx for each in package.manifest.levels if each.index == level)
 
 
-def _places(package: Package, pool: Texture) -> NDArray[np.uint8]:
-    """Entries of the texture that says where bricks lie."""
+def _from_mipmap(package: Package, texture: Texture, file: ktx2.Ktx2Image) -> NDArray[np.generic]:
+    """Voxels of a level that is a mipmap: without what was repeated beyond them."""
+    mipmap, shape_zyx = texture.mipmap or 0, _shape(package, texture.level)
+    if mipmap >= len(file.levels) or any(n > m for n, m in zip(shape_zyx, file.levels[mipmap].shape, strict=False)):
+        problem = f"{texture.file} does not hold {shape_zyx} voxels as its mipmap {mipmap}"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
+    return file.levels[mipmap][tuple(slice(n) for n in shape_zyx)]
+
+
+def _from_bricks(
+    package: Package, pool: Texture, texels: NDArray[np.generic], layout: BrickLayout
+) -> NDArray[np.generic]:
+    """Voxels of a level that is held as bricks."""
     held = [each for each in package.manifest.textures if each.role == "bricks" and each.level == pool.level]
-    file = next(each.file for each in held if each.channels == pool.channels)
-    return np.asarray(ktx2.decode(package.read_bytes(file), file).data, np.uint8)
+    places = next((each for each in held if each.channels == pool.channels), None)
+    problem: str | None = f"no texture says where the bricks of {pool.file} are"
+    if places is not None:
+        file = ktx2.decode(package.read_bytes(places.file), places.file)
+        entries = np.asarray(file.data, np.uint8)
+        problem = misplaced(entries, layout) if file.format == "RGBA8" else "is not RGBA8"
+        shape_zyx = _shape(package, pool.level)
+        counts = tuple(bricks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
+        if problem is None and (texels.shape, counts) == (layout.texture_zyx, layout.bricks_zyx):
+            return voxels_of_bricks(texels, entries, layout, shape_zyx)
+        problem = f"{places.file} {problem or f'and {pool.file} do not make {shape_zyx} voxels'}"
+    raise VolprepError("VP4011", path=package.path, problem=problem)
 
 
 def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.generic]:

@@ -16,6 +16,17 @@ def constant_entry(normalised: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.stack([value >> 8, value & 255, nothing, nothing], axis=-1).astype(np.uint8)
 
 
+def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
+    """Say what is wrong with the entries of a level's bricks, if anything."""
+    stored = entries[entries[..., 3] == STORED][:, 2::-1].astype(np.int64)
+    shape = entries.shape[:3]
+    if shape != layout.bricks_zyx or len(stored) != layout.stored:
+        return f"has {len(stored)} stored bricks of {shape}, the manifest {layout.stored} of {layout.bricks_zyx}"
+    if (stored >= layout.pool_zyx).any() or len(np.unique(stored, axis=0)) != len(stored):
+        return f"places bricks twice, or outside of the {layout.pool_zyx} places that there are"
+    return None
+
+
 def voxels_of_bricks(
     pool: NDArray[np.generic], entries: NDArray[np.uint8], layout: BrickLayout, shape_zyx: tuple[int, int, int]
 ) -> NDArray[np.generic]:
