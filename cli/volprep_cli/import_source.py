@@ -119,19 +119,18 @@ def import_source(
 
 
 def _list(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import holds_channels  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers import format_of  # noqa: PLC0415 - keeps volprep --help fast
 
-    if holds_channels(path):
-        _list_channels(path, as_json=as_json)
-    else:
+    if format_of(path) == "dicom":
         _list_series(path, as_json=as_json)
+    else:
+        _list_channels(path, as_json=as_json)
 
 
 def _list_channels(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import list_channels  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.source import SourceSpec  # noqa: PLC0415
+    from volprep_formats.readers import channels_of  # noqa: PLC0415 - keeps volprep --help fast
 
-    _, names = list_channels(SourceSpec(path=str(path)), Path())
+    names = channels_of(path)
     if as_json:
         print_json({"channels": names})
     else:

@@ -82,3 +82,10 @@ def test_a_scene_of_several_channels_is_planned_and_drawn(package, tmp_path) -> 
     assert "channel air" in run.stdout
     run = volprep("render", package, "--transfer", "white", "--size", "32x32", "-o", tmp_path / "p.png")
     assert run.returncode == 0, run.stderr
+
+
+def test_a_file_of_one_channel_is_listed_as_that(tmp_path):
+    header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\n"
+    (tmp_path / "a.nrrd").write_bytes(header.encode("ascii") + b"ab")
+    run = volprep("import", tmp_path / "a.nrrd", "--list", "--json")
+    assert (run.returncode, json.loads(run.stdout)) == (0, {"channels": [""]})

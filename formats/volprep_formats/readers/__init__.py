@@ -109,10 +109,16 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     return source
 
 
-def holds_channels(path: Path) -> bool:
-    """Whether a file or folder is of a format whose files may hold several channels. Raises VP1001 to VP1003."""
+def format_of(path: Path) -> SourceFormat:
+    """Name the format of a file or folder. Raises VP1001 to VP1003."""
     _, reader = _found(SourceSpec(path=str(path)), Path())
-    return reader.name in _CHANNEL_KEYS
+    return reader.name
+
+
+def channels_of(path: Path) -> list[str]:
+    """Names of the channels of a file or folder, "" where they have none. Raises what `list_channels` raises."""
+    several = format_of(path) in _CHANNEL_KEYS
+    return list_channels(SourceSpec(path=str(path)), Path())[1] if several else [""]
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
