@@ -14,6 +14,7 @@ from rich.table import Table
 
 from volprep import _native
 
+from .bench_classified import classified_table, measure_classified
 from .bench_compressed import compressed_table, measure_compressed
 from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
@@ -67,6 +68,8 @@ def main() -> None:
     console.print(pyramid_table(pyramid))
     levels = measure_levels(console)
     console.print(levels_table(levels))
+    classified = measure_classified(console)
+    console.print(classified_table(classified))
     normals = measure_normals(console)
     for table in normals_tables(normals):
         console.print(table)
@@ -91,6 +94,7 @@ def main() -> None:
         "compressed": [asdict(row) for row in compressed],
         "pyramid": [asdict(row) for row in pyramid],
         "levels": [asdict(row) for row in levels],
+        "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

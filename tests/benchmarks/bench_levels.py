@@ -54,7 +54,7 @@ def _points(colours: tuple[str, ...], values: tuple[float, ...], extinctions: tu
     return tuple(zip(values, colours, extinctions, strict=True))
 
 
-_SCENES: dict[str, tuple[str, dict[str, _Points]]] = {
+SCENES: dict[str, tuple[str, dict[str, _Points]]] = {
     "head": (
         'path = "{}/mr_t1_studyforrest"',
         {
@@ -147,9 +147,9 @@ def measure_levels(console: Console) -> list[LevelRow]:
     if not data:
         console.print("coarse levels: VOLPREP_TEST_DATA names no scans", style="dim")
         return rows
-    for scan in _SCENES:
+    for scan in SCENES:
         with tempfile.TemporaryDirectory() as folder:
-            bench = _Bench(scan, _request(scan, Path(data), Path(folder)), Path(folder))
+            bench = _Bench(scan, request_of(scan, Path(data), Path(folder)), Path(folder))
             for level in LEVELS:
                 console.print(f"measuring level {level} of {scan}", style="dim")
                 rows += bench.rows(level)
@@ -297,8 +297,9 @@ def _score(trials: tuple[Trial, ...], units: dict[str, float]) -> float:
     return float(np.mean([best[name] / unit for name, unit in units.items()]))
 
 
-def _request(scan: str, data: Path, folder: Path) -> Request:
-    source, functions = _SCENES[scan]
+def request_of(scan: str, data: Path, folder: Path) -> Request:
+    """Give the scene of a scan below `data`; its file is written to `folder`."""
+    source, functions = SCENES[scan]
     text = f'name = "levels"\nprofile = "gles3"\n[source]\n{source.format(data)}\n'
     for name, points in functions.items():
         listed = ", ".join(_POINT.format(*point) for point in points)

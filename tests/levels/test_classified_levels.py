@@ -1,8 +1,12 @@
 """Levels of classified voxels: made of colours and opacities, and chosen by what they show."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import tifffile
 
+import volprep
 from tests.support.phantom_scene import write_phantom_scene
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
 from volprep import _native, slabs
@@ -161,3 +165,19 @@ def test_what_needs_the_other_kind_of_voxels_is_refused(tmp_path, more, code) ->
     path.write_text(text)
     with pytest.raises(VolprepError, match=code):
         plan_build(load_request(path), Silent())
+
+
+def test_coarse_stacks_of_slices_are_made_by_box(tmp_path) -> None:
+    text = (Path(volprep.__file__).parent / "profiles" / "gles1.toml").read_text()
+    (tmp_path / "small.toml").write_text(text.replace("max_texture_bytes = 16_777_216", "max_texture_bytes = 60_000"))
+    (level,) = plan_build(load_request(write_phantom_scene(tmp_path, "small.toml")), Silent()).levels
+    assert level.index > 0
+    assert level.filter == "box"
+
+
+def test_on_a_real_shell_level_2_is_a_quarter_nearer_than_box(tmp_path, scans) -> None:
+    codes = np.ascontiguousarray(tifffile.imread(scans / "qim_microct" / "shell_225x128x128.tif")[80:140])
+    chooser = ClassifiedChooser(scan_of(tmp_path, codes), voxels_of())
+    choice, _ = chooser.choose(2, (4, 4, 4), CLASSIFIED_CANDIDATES, tmp_path.joinpath, lambda _: None)
+    errors = {trial.filter: trial.rmse for trial in choice.trials}
+    assert errors[choice.filter] < 0.75 * errors["box"], errors

@@ -46,7 +46,12 @@ def plan_of_slices(scene: Scene, profile: DeviceProfile, info: SourceInfo, measu
     values = choose_values(scene, profile, info, measured, functions)
     crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
     grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
-    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, filter_of(scene))
+    made_by = filter_of(scene)
+    if made_by == "auto":
+        # Voxels are classified before anything is between them. What is fitted to values between voxels shows worse:
+        # engine and shell at half resolution, views along the axes: 1.1 to 1.9 times the error of box.
+        made_by = "box"
+    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, made_by)
     fits = [_fitted(level, grid, settings, texel, profile, functions) for level in candidates]
     found = next((pair for pair in zip(candidates, fits, strict=True) if isinstance(pair[1], SlicesPlan)), None)
     if found is None:
