@@ -53,6 +53,8 @@ window = [0.0, 255.0]
 kind = "none"
 [pyramid]
 coarsest_longest_axis = 128
+[render]
+picture_size = 32
 [tolerance]
 rmse = 1.0
 maximum = 1.0

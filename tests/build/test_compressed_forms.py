@@ -172,6 +172,7 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     assert (form.basis, form.kept) == ("level", True)
     # Misplaced slices would give 20 dB.
     assert form.psnr_db > 40
+    assert form.rmse < 0.003
     _, height, width = plan.volumes[0].shape_zyx
     assert form.size_bytes == -(-height // 4) * -(-width // 4) * 8 * len(plan.volumes[0].files)
     # With no coarser level there is no mosaic, but a 3D texture.

@@ -2,6 +2,7 @@
 
 The level is encoded as its stage will encode it, decoded as a GPU does, and its standard views are drawn by the oracle
 and compared with those of the source. So the error is that of codes and blocks together, the data error of validation.
+The oracle needs whole volumes: source and decoded level are files that are mapped into memory.
 """
 
 import hashlib
