@@ -5,6 +5,7 @@ serves light and dark. Each plot exists in a wide and a narrow form; the page sh
 """
 
 import io
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -170,6 +171,9 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
             fontsize=8.5,
         )
     axes.margins(x=0.25, y=0.2)
+    plain = math.prod(report.package.manifest.levels[0].grid.shape_zyx) / 1e6
+    axes.axvline(plain, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), label="uncompressed")
+    axes.axhline(1.0, color=_LIMIT, linewidth=1.4, label="tolerance")
     axes.axhline(SHARE, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
 
 
