@@ -16,7 +16,7 @@ from volprep.render.renderer import Renderer
 from volprep.request import load_request
 from volprep.scene import load_scene
 from volprep.validation.run import validate
-from volprep.validation.uncut import uncut
+from volprep.validation.uncut import uncut, unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_views
@@ -146,6 +146,21 @@ class TestWhatItDraws:
         other = built(scene_of(tmp_path, extra='transfers = ["white", "red"]\n'))
         assert other.manifest.together.transfers == ("white", "red")
         np.testing.assert_allclose(picture(packed), picture(other), atol=FLOAT32)
+
+    @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+    def test_what_all_channels_leave_empty_is_skipped_and_changes_nothing(self, tmp_path, profile) -> None:
+        scene = changed(scene_of(tmp_path, profile), ("[pyramid]", '[skip]\nkind = "distance"\n[pyramid]'))
+        skips = built(scene)
+        assert {"skip"} < {sampler.role for program in of_picture(skips) for sampler in program.samplers}
+        tables = [table for table in skips.manifest.skipping.tables if table.transfer == "body"]
+        assert [table.level for table in tables] == [level.index for level in skips.manifest.levels]
+        shares = {(each.transfer, each.level): each.empty_share for each in skips.manifest.skipping.tables}
+        finest = tables[0].level
+        assert 0.05 < shares["body", finest] <= min(shares["red", finest], shares["white", finest])
+        (program,) = of_picture(skips)[:1]
+        assert check(skips.path) == []
+        plain = picture(unskipped(skips, program, skips.manifest.render))
+        np.testing.assert_allclose(picture(skips), plain, atol=FLOAT32)
 
     def test_it_validates_against_the_sum_of_all_channels(self, packed, tmp_path) -> None:
         report = validate(packed.path, tmp_path / "r", Silent(), picture_size=16)

@@ -71,8 +71,10 @@ def make_plans(
     named = [_named(plan, channel.name, stages) for plan, channel in zip(plans, drawn, strict=True)]
     drawn_together = choose_together(named, measured, scene)
     named, packing = pack_channels(named, scene, [*drawn_together.transfers])
-    together, of_picture = plan_together(named, drawn_together, packing, scene)
+    together, of_picture = plan_together(named, measured, drawn_together, packing, scene)
     items = (*_items(named), packing, *of_picture, *_left_out(scene, named[0]))
+    if together is not None and together.skip_tables and "skip" not in stages:
+        named = [plan.model_copy(update={"stages": (*stages[:-2], "skip", *stages[-2:])}) for plan in named]
     return named[0].model_copy(update={"together": together, "others": tuple(named[1:]), "items": items})
 
 

@@ -332,6 +332,8 @@ class TogetherPlan(Record):
     """Transfer functions that show something, each of another channel."""
     programs: tuple[ProgramPlan, ...]
     """Programs that draw it."""
+    skip_tables: tuple[SkipTablePlan, ...] = ()
+    """For each level what all channels leave empty, where enough is."""
 
 
 class SubvolumesPlan(Record):

@@ -5,7 +5,7 @@ where nothing is empty was measured too: `make bench` draws scans with every tab
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,8 +94,31 @@ def empty_share(function: TransferFunction, epsilon: float, found: Found) -> flo
     The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
     in it, for rays that end there, over the six directions of the axes.
     """
-    occupied = measured_occupied(function, epsilon, found)
+    return _share(measured_occupied(function, epsilon, found))
+
+
+def _share(occupied: Occupied) -> float:
     return min(1.0 - float(occupied.mean()), _share_in_front(occupied))
+
+
+def skip_together(
+    wanted: SkipSettings, name: str, media: Sequence[tuple[TransferFunction, Found]], levels: Sequence[LevelPlan]
+) -> tuple[tuple[SkipTablePlan, ...], str, int]:
+    """Decide whether the picture `name` of several channels skips what all of them leave empty.
+
+    Gives a table for each level or none, the reason, and the bytes of the tables.
+    """
+    found = media[0][1]
+    # What each may lose adds up.
+    epsilon = wanted.epsilon / len(media)
+    share = _share(np.any([measured_occupied(function, epsilon, each) for function, each in media], axis=0))
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    size = sum(math.prod(_table_shape(level, kind, block)) for level in levels)
+    reason = next((why for _, each in media if (why := why_not(wanted, share, each)) is not None), None)
+    if reason is not None:
+        return (), reason, size
+    tables = tuple(skip_table_plan(name, level, kind, block, found.profile) for level in levels)
+    return tables, f"{_part(share)} of all channels; kind {kind}, blocks of {block}³ cells", size
 
 
 def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:

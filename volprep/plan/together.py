@@ -5,18 +5,21 @@ integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in f
 nothing.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
 from volprep.plan.mipmaps import chain_bytes
 from volprep.plan.records import Plan, ProgramPlan, TogetherPlan, VolumePlan
+from volprep.plan.skip import Found, skip_together
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.transfer_function import TransferFunction
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
         )
         if plan.channel in seen:
             _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
-        function = next(each for each in plan.transfer_functions if each.name == name)
+        function = _function(plan, name)
         low, high = found.statistics.minimum, found.statistics.maximum
         if Table.exact(function).largest_extinction(low, high) > 0:
             seen[plan.channel or ""] = name
@@ -65,7 +68,7 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
 
 
 def plan_together(
-    plans: Sequence[Plan], drawn: DrawnTogether, packing: PlanItem, scene: Scene
+    plans: Sequence[Plan], measured: Sequence[Measured], drawn: DrawnTogether, packing: PlanItem, scene: Scene
 ) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
     """Give the programs of the picture, where there is one, and what was decided.
 
@@ -97,8 +100,46 @@ def plan_together(
         f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
         files=tuple(program.fragment for program in programs),
     )
-    together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs)
-    return together, (*drawn.items, item)
+    media = [
+        (_function(plan, drawn.transfers[plan.channel or ""]), _found(plan, each, scene))
+        for plan, each in zip(plans, measured, strict=True)
+        if plan.channel in drawn.transfers
+    ]
+    indices = {volume.level for volume in levels}
+    tables, reason, size = skip_together(
+        scene.skip, name, media, [level for level in group[0].levels if level.index in indices]
+    )
+    if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
+        tables, reason = (), "beside all channels there is no room for it"
+    skipping = PlanItem(
+        name=f"skip table {name}",
+        kept=bool(tables),
+        reason=reason,
+        files=tuple(table.file for table in tables),
+        size_bytes=size,
+    )
+    together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs, skip_tables=tables)
+    return together, (*drawn.items, item, skipping)
+
+
+def _function(plan: Plan, name: str) -> TransferFunction:
+    return next(function for function in plan.transfer_functions if function.name == name)
+
+
+def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
+    """What a decision about empty space rests on, of one channel."""
+    entries = [table.entries for table in plan.lookups] + [palette.entries for palette in plan.palettes]
+    return Found(
+        profile=plan.profile,
+        crop=plan.crop,
+        grid=plan.grid,
+        quantize=plan.quantize,
+        entries=max(entries),
+        levels=plan.levels,
+        volumes=plan.volumes,
+        measured=measured,
+        editable=scene.editable,
+    )
 
 
 def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
@@ -116,8 +157,8 @@ def _refuse(scene: Scene, reason: str) -> NoReturn:
     raise VolprepError("VP1245", path=scene.name, name=name, reason=reason)
 
 
-def _fits(group: Sequence[Plan], level: int) -> bool:
-    """Say whether a device holds a level of all channels, and their tables, at one time."""
+def _fits(group: Sequence[Plan], level: int, skip_bytes: int = 0) -> bool:
+    """Say whether a device holds a level of all channels, and their tables, at one time; with a skip table if any."""
     profile = group[0].profile
     # Channels that share texels have the same files.
     sizes = {
@@ -127,7 +168,7 @@ def _fits(group: Sequence[Plan], level: int) -> bool:
         if volume.level == level
     }
     each = [[size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups] for plan in group]
-    tables = [max(of_channel, default=0) for of_channel in each]
+    tables = [*(max(of_channel, default=0) for of_channel in each), skip_bytes]
     units = sum(len(files) for files in sizes) + sum(1 for size in tables if size)
     return units <= profile.texture_units and sum(sizes.values()) + sum(tables) <= profile.max_texture_bytes
 

@@ -76,6 +76,8 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     if plan.skip is not None:
         shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}
         shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
+    if plan.together is not None:
+        shapes |= {table.file: table.shape_zyx for table in plan.together.skip_tables}
     if plan.slices is not None:
         shapes |= {each.file: (1, *each.shape_yx) for stack in plan.slices.stacks for each in stack.textures}
     if plan.normals is not None:

@@ -111,7 +111,9 @@ def _ray_caster_together(draft: Draft, plan: Plan, program: ProgramPlan, transfe
         program.classification,
     )
     z, y, x = plan.grid.extent_mm_zyx
-    return ray_caster(sampling, classified, (x, y, z), plan.render)
+    skips = plan.together is not None and plan.together.skip_tables
+    skipping = skipping_of(draft.manifest, program.transfer, program.levels[0], program.classification)
+    return ray_caster(sampling, classified, (x, y, z), plan.render, Additions(skipping if skips else None))
 
 
 def _skip_tables(plan: Plan) -> tuple[SkipTablePlan, ...]:

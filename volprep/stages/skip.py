@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from volprep.mosaic import pack_mosaic
 from volprep.plan import BlockRangesPlan, LevelPlan, Plan, SkipTablePlan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
-from volprep.skip.occupancy import occupied_blocks, opaque_blocks, threshold_per_mm
+from volprep.skip.occupancy import Occupied, occupied_blocks, opaque_blocks, threshold_per_mm
 from volprep.skip.on_gpu import ranges_on_gpu
-from volprep.skip.ranges import BlockRanges
+from volprep.skip.ranges import BlockRanges, Triple
 from volprep.skip.tables import skip_table
 from volprep.skip.visible import visible_extinction
 from volprep.slabs import bytes_of
@@ -31,7 +31,16 @@ from volprep_formats.textures import ktx2
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
     skip = () if plan.skip is None else (plan.skip,)
-    return (*skip, plan.grid, *plan.levels, *plan.volumes, *plan.lookups, *plan.preintegrated, *plan.palettes)
+    return (
+        *skip,
+        *_tables_together(plan),
+        plan.grid,
+        *plan.levels,
+        *plan.volumes,
+        *plan.lookups,
+        *plan.preintegrated,
+        *plan.palettes,
+    )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -47,7 +56,11 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         measured: dict[int, BlockRanges] = {}
         for wanted in (table for table in skip.tables if table.level == level.index):
             ranges = _measured(draft, plan, level, wanted.block, measured)
-            texture, table = _table(draft, plan, level, wanted, ranges)
+            texture, table = _table(draft, plan, level, wanted, _occupied(draft, plan, level, wanted.transfer, ranges))
+            textures.append(texture)
+            tables.append(table)
+        for wanted in (table for table in _tables_together(plan) if table.level == level.index):
+            texture, table = _table(draft, plan, level, wanted, _occupied_together(draft, plan, level, wanted.block))
             textures.append(texture)
             tables.append(table)
         for shipped in (ranges for ranges in skip.ranges if ranges.level == level.index):
@@ -72,14 +85,37 @@ def _measured(draft: Draft, plan: Plan, level: LevelPlan, block: int, measured: 
     return measured[block]
 
 
-def _table(
-    draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, ranges: BlockRanges
-) -> tuple[Texture, SkipTable]:
-    threshold = threshold_per_mm(plan.skip.epsilon if plan.skip else 0.0, math.hypot(*plan.grid.extent_mm_zyx))
+def _tables_together(plan: Plan) -> tuple[SkipTablePlan, ...]:
+    return () if plan.together is None else plan.together.skip_tables
+
+
+def _occupied(
+    draft: Draft, plan: Plan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
+) -> Occupied:
+    """Say which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
+    epsilon = (plan.skip.epsilon if plan.skip else 0.0) / channels
+    threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     if plan.is_classified:
-        occupied = opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
-    else:
-        occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, level.index), threshold)
+        return opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
+    return occupied_blocks(ranges, visible_extinction(draft, transfer, level.index), threshold)
+
+
+def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
+    """Say which blocks any of the channels shows that are drawn together."""
+    transfers = plan.together.transfers if plan.together else ()
+    each = [
+        _occupied(draft, part, level, function.name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
+        for part in plan.every
+        for function in part.transfer_functions
+        if function.name in transfers
+    ]
+    found: Occupied = np.any(each, axis=0)
+    return found
+
+
+def _table(
+    draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, occupied: Occupied
+) -> tuple[Texture, SkipTable]:
     entries = skip_table(occupied, wanted.kind)
     texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
     spacing_mm_zyx = (f * h for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))
@@ -90,10 +126,15 @@ def _table(
         transfer=wanted.transfer,
         kind=wanted.kind,
         block=wanted.block,
-        blocks_zyx=ranges.shape_zyx,
+        blocks_zyx=_shape_zyx(occupied),
         blocks_from_box_per_mm_xyz=(x, y, z),
         empty_share=1.0 - float(occupied.mean()),
     )
+
+
+def _shape_zyx(occupied: Occupied) -> Triple:
+    z, y, x = occupied.shape
+    return z, y, x
 
 
 def _write_ranges(draft: Draft, plan: Plan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:

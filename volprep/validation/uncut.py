@@ -47,7 +47,8 @@ def _shaders(package: Package, program: Program, render: RenderSettings, *, skip
     z, y, x = manifest.levels[0].grid.extent_mm_zyx
     level = min(program.levels)
     if manifest.together is not None and program.transfer == manifest.together.name:
-        return ray_caster(*_together(manifest, program, level), (x, y, z), render)
+        skipping = skipping_of(manifest, program.transfer, level, program.classification) if skips else None
+        return ray_caster(*_together(manifest, program, level), (x, y, z), render, Additions(skipping))
     classified = classification_of(manifest, program)
     additions = Additions(
         skipping_of(manifest, program.transfer, level, program.classification) if skips else None,

@@ -20,7 +20,7 @@ class SkipTable(Record):
     level: int
     """Level that it is for."""
     transfer: str
-    """Transfer function that it is for."""
+    """Transfer function that it is for, or the picture of several channels."""
     kind: SkipKind
     """What an entry means."""
     block: Count
