@@ -72,6 +72,19 @@ def test_a_filter_finds_its_neighbours_in_the_brick_of_its_position(tmp_path, of
             assert np.abs(found - truth).max() <= rounding(package, fetch.driver)
 
 
+def test_bricks_of_one_value_are_drawn_from_the_index(tmp_path):
+    codes = np.full((13, 11, 7), 0x1234, np.uint16)
+    codes[:3, :3, :3] = np.random.default_rng(3).integers(0, 65536, (3, 3, 3), dtype=np.uint16)
+    package = tiny_package(tmp_path / "p", codes, NOISE, NORM16, spacing_mm_zyx=SPACING, bricks=BrickSettings(size=3))
+    (pool,) = [texture for texture in package.manifest.textures if texture.role == "volume"]
+    assert pool.bricks.stored == 1
+    extent_xyz = np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1])
+    with Fetch(package) as fetch:
+        for plane in planes(extent_xyz, SPACING[::-1], 3):
+            positions, found = fetch.plane(*plane)
+            assert np.abs(found - trilinear(codes, SPACING, positions)).max() <= rounding(package, fetch.driver)
+
+
 def blob(shape=(21, 18, 25)):
     """A ball in nothing, with a little noise: most bricks show nothing through BAND, some of them have one value."""
     z, y, x = (np.arange(n) - (n - 1) / 2 for n in shape)

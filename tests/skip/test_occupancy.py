@@ -47,6 +47,14 @@ def test_a_block_is_occupied_if_an_entry_between_its_extremes_or_one_beside_them
         assert found[index] == (table[max(first, 0) : last + 1] > threshold).any()
 
 
+def test_16_bit_codes_are_occupied_where_their_values_are():
+    ends = np.sort(np.random.default_rng(4).integers(0, 65536, (2, 5, 6, 7), dtype=np.uint16), axis=0)
+    table = np.where((np.arange(900) > 300) & (np.arange(900) < 330), 1.0, 0.0)
+    found = occupied_blocks(BlockRanges(*ends, 4), table)
+    assert 0.1 < found.mean() < 0.9
+    assert np.array_equal(found, occupied_blocks(BlockRanges(*(ends / 65535), 4), table))
+
+
 def test_the_threshold_costs_a_ray_the_stated_opacity():
     threshold = threshold_per_mm(0.01, 250.0)
     assert 1 - math.exp(-threshold * 250.0) == pytest.approx(0.01)
