@@ -131,9 +131,9 @@ def test_a_step_through_a_label_is_nearly_transparent_unless_the_scene_says_othe
         build(load_request(scene), folder / "labels.volpkg", Silent())
         return Package.open(folder / "labels.volpkg").manifest.render.step_mm
 
-    assert step_mm("faint", "0.2") == 0.5
-    # 1 - exp(-τ step) = 0.125, half of the largest error allowed.
-    assert step_mm("dense", "0.5") == pytest.approx(-np.log(0.875) / 0.5)
+    assert step_mm("faint", "0.1") == 0.5
+    # 1 - exp(-τ step) = 1 / 16, a quarter of the largest error allowed.
+    assert step_mm("dense", "0.5") == pytest.approx(-np.log(15 / 16) / 0.5)
     assert step_mm("solid", "1e6") == 0.125
     assert step_mm("wished", "1e6", "[render]\nstep_voxels = 2.0") == 2.0
 
