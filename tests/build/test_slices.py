@@ -151,6 +151,8 @@ def test_a_device_with_too_little_memory_holds_no_level(tmp_path):
         ("\n[normals]\n", "gles1", r"\[normals\] needs them"),
         ("\n[proxy]\n", "gles1", r"\[proxy\] needs them"),
         ("\n[grid]\n", "gles1", r"\[grid\] needs them"),
+        ("\n[bricks]\n", "gles1", r"\[bricks\] needs them"),
+        ("\n[textures]\nmipmaps = true\n", "gles1", r"textures\.mipmaps needs them"),
         ('\n[skip]\nkind = "blocks"\n', "gles1", r"skip\.kind blocks needs them"),
         ("\n[skip]\nranges = true\n", "gles1", r"skip\.ranges needs them"),
         ('\n[render]\nclassification = "palette"\n', "gles1", "classification palette needs them"),

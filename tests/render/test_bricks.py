@@ -72,6 +72,24 @@ def test_a_filter_finds_its_neighbours_in_the_brick_of_its_position(tmp_path, of
             assert np.abs(found - truth).max() <= rounding(package, fetch.driver)
 
 
+@pytest.mark.parametrize("form", [{"mipmaps": True}, {"bricks": BrickSettings(size=3)}], ids=["mipmaps", "bricks"])
+def test_labels_are_those_of_the_voxel_that_a_position_is_in(tmp_path, form):
+    levels = [np.random.default_rng(3).integers(0, 9, shape, dtype=np.uint8) for shape in ((13, 11, 7), (7, 6, 4))]
+    levels = levels if "mipmaps" in form else levels[0]
+    package = tiny_package(tmp_path / "p", levels, NOISE, ES3, spacing_mm_zyx=SPACING, labels=True, **form)
+    extent_xyz = np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1])
+    with Fetch(package) as fetch:
+        for level, codes in enumerate(levels if "mipmaps" in form else [levels]):
+            spacing = package.manifest.levels[level].grid.spacing_mm_zyx
+            for corner, right, up in [*planes(extent_xyz, SPACING[::-1], 3)][:2]:
+                positions, found = fetch.plane(corner, right, up, level)
+                at = positions[:, ::-1] / spacing
+                # Where float32 may take the next voxel nothing is said.
+                sure = (np.abs(at - np.rint(at)) > 1e-4).all(axis=1)
+                z, y, x = np.clip(np.floor(at[sure]).astype(int), 0, np.array(codes.shape) - 1).T
+                np.testing.assert_array_equal(np.rint(found[sure] * 255), codes[z, y, x])
+
+
 def test_bricks_of_one_value_are_drawn_from_the_index(tmp_path):
     codes = np.full((13, 11, 7), 0x1234, np.uint16)
     codes[:3, :3, :3] = np.random.default_rng(3).integers(0, 65536, (3, 3, 3), dtype=np.uint16)

@@ -216,7 +216,10 @@ def _plan(  # noqa: PLR0917 - all that a test chose
 def _with_bricks(plan: Plan, wanted: BrickSettings) -> Plan:
     """Give a program for each level, which is bricks."""
     bits = plan.quantize.bits
-    volumes = tuple(as_bricks(level, bits, plan.profile, Beside(1, 0), Bricks(wanted)) for level in plan.levels)
+    volumes = tuple(
+        as_bricks(level, bits, plan.profile, Beside(1, 0), Bricks(wanted, plan.volumes[0].filter))
+        for level in plan.levels
+    )
     (program,) = plan.programs
     programs = tuple(
         program.model_copy(

@@ -89,6 +89,8 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         "[normals]": scene.normals is not None,
         "[proxy]": scene.proxy is not None,
         "[grid]": scene.grid is not None,
+        "[bricks]": scene.bricks is not None,
+        "textures.mipmaps": scene.textures.mipmaps,
         "skip.ranges": scene.skip.ranges,
         f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},
         f"classification {scene.render.classification}": scene.render.classification != RenderWishes().classification,
