@@ -4,6 +4,9 @@ Each candidate makes the level. Its light along random rays is compared with tha
 function, once with the common lookup table and once with one that was fitted to it along other rays. What counts is
 the error of the better one, in units of the box filter's with the common table, as the mean over transfer functions.
 Where users may edit transfer functions, the other table is not fitted, but comes from the level's joint histogram.
+
+A level has one channel. A second one, the maximum or the spread of a cell, with a table over both, brought the light of
+four scans 3 to 4 % of box's error nearer; as many bytes for twice the voxels brought 10 to 16 %.
 """
 
 import time
