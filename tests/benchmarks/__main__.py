@@ -14,6 +14,7 @@ from rich.table import Table
 
 from volprep import _native
 
+from .bench_channels import channels_table, measure_channels
 from .bench_classified import classified_table, measure_classified
 from .bench_compressed import compressed_table, measure_compressed
 from .bench_decode import DecodeRow, measure_decode
@@ -62,6 +63,8 @@ def main() -> None:
     console.print(_decode_table(decodes))
     fetches = measure_fetch(console)
     console.print(fetch_table(fetches))
+    channels = measure_channels(console)
+    console.print(channels_table(channels))
     compressed = measure_compressed(console)
     console.print(compressed_table(compressed))
     pyramid = measure_pyramid(console)
@@ -91,6 +94,7 @@ def main() -> None:
         "slices": [asdict(row) for row in slices],
         "memory": [asdict(row) for row in memory],
         "mosaics": [asdict(row) for row in fetches],
+        "channels": [asdict(row) for row in channels],
         "compressed": [asdict(row) for row in compressed],
         "pyramid": [asdict(row) for row in pyramid],
         "levels": [asdict(row) for row in levels],
