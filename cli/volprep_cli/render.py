@@ -17,7 +17,12 @@ Eye = Annotated[
 ]
 Size = Annotated[str, typer.Option(help="Width and height in pixels.", metavar="WxH")]
 Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.")]
-Transfer = Annotated[str | None, typer.Option(help="Transfer function; the first if not given.", metavar="NAME")]
+Transfer = Annotated[
+    str | None,
+    typer.Option(
+        help="Transfer function, or picture of several channels; the default one if not given.", metavar="NAME"
+    ),
+]
 Point = Annotated[
     int | None,
     typer.Option(min=0, help="Draw the sub-volumes around this point of the grid, not a level.", metavar="NUMBER"),

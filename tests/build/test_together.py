@@ -142,6 +142,20 @@ class TestWhatItDraws:
         assert picture(package)[..., 3].max() > 0.9
         np.testing.assert_allclose(picture(package), picture(package, "whole"), atol=FLOAT32)
 
+    @pytest.mark.parametrize(
+        "change",
+        [
+            ("[render]", '[render]\nclassification = "palette"\npalette_entries = 256'),
+            ("[textures]", "[textures]\nmipmaps = true"),
+        ],
+        ids=["palette", "mipmaps"],
+    )
+    def test_palettes_and_mipmaps_draw_it_too(self, tmp_path, change) -> None:
+        package = built(changed(scene_of(tmp_path), change))
+        assert check(package.path) == []
+        through = np.prod([1.0 - picture(package, name)[..., 3] for name in ("red", "white")], axis=0)
+        np.testing.assert_allclose(1.0 - picture(package)[..., 3], through, atol=0.002 + FLOAT32)
+
     def test_the_order_of_the_channels_changes_nothing(self, tmp_path, packed) -> None:
         other = built(scene_of(tmp_path, extra='transfers = ["white", "red"]\n'))
         assert other.manifest.together.transfers == ("white", "red")
@@ -210,6 +224,7 @@ class TestWhatIsLeftOut:
             ([("[render]", '[render]\nlighting = "headlight"')], "normals of their own"),
             ([("[render]", '[render]\nclassification = "preintegrated"')], "classification is preintegrated"),
             ([('"gles3"', '"gles2-2048"'), ('channels = "auto"', 'channels = "apart"')], "the scene keeps them apart"),
+            ([("[pyramid]", "[bricks]\n[pyramid]")], "levels are bricks"),
             ([('"gles3"', '"few.toml"'), ('channels = "auto"', 'channels = "apart"')], "3 textures"),
         ],
     )

@@ -150,6 +150,8 @@ def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
     labels = [str(plan.channel) for plan in group if plan.quantize.labels]
     if labels:
         yield f"{', '.join(labels)} holds labels, which are no densities"
+    if any(volume.bricks is not None for plan in group for volume in plan.volumes):
+        yield "levels are bricks, which are read for one channel"
 
 
 def _refuse(scene: Scene, reason: str) -> NoReturn:
