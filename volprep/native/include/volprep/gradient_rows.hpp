@@ -41,13 +41,13 @@ struct Span {
     constexpr int64_t size() const noexcept { return end - begin; }
 };
 
-// Weight of an edge beside that of a corner, 1; what the product of two (1 edge 1) has too much in the centre.
+// Weight of an edge beside that of a corner, 1. The centre has that of an edge times itself, or times one less.
 template <GradientKernel K>
 inline constexpr int edge = K == GradientKernel::thesis  ? 3
                             : K == GradientKernel::sobel ? 2
                                                          : 4;
 template <GradientKernel K>
-inline constexpr int surplus = K == GradientKernel::thesis ? 3 : 0;
+inline constexpr bool lessens = K == GradientKernel::thesis;
 template <GradientKernel K>
 inline constexpr bool smooths = K != GradientKernel::forward && K != GradientKernel::central;
 
@@ -77,46 +77,52 @@ struct Folded {
     S plain[tile_length + 2];
 };
 
+// `low` and `high` are the rows of the difference; kernels that smooth do so over the same ones.
 template <typename T, GradientKernel K>
-VOLPREP_CLONES void fold_z(const T* below, const T* at, const T* above, const T* low, const T* high, int64_t count,
-                           Sum<T>* __restrict smooth, Sum<T>* __restrict slope, Sum<T>* __restrict plain) noexcept {
+VOLPREP_CLONES void fold_z(const T* low, const T* at, const T* high, int64_t count, Sum<T>* __restrict smooth,
+                           Sum<T>* __restrict slope, Sum<T>* __restrict plain) noexcept {
     using S = Sum<T>;
     for (int64_t x = 0; x < count; ++x) {
+        const S below = low[x];
         const S centre = at[x];
-        if constexpr (smooths<K>) {
-            smooth[x] = static_cast<S>(static_cast<S>(below[x]) + edge<K> * centre + static_cast<S>(above[x]));
-        } else {
-            smooth[x] = centre;
-        }
-        slope[x] = static_cast<S>(static_cast<S>(high[x]) - static_cast<S>(low[x]));
-        if constexpr (surplus<K> != 0) {
+        const S above = high[x];
+        smooth[x] = smooths<K> ? static_cast<S>(below + edge<K> * centre + above) : centre;
+        slope[x] = static_cast<S>(above - below);
+        if constexpr (lessens<K>) {
             plain[x] = centre;
         }
     }
 }
 
-// Three folded rows become one: smoothed across x, and the slopes along y and z before they are smoothed along x.
+// Three folded rows become one: smoothed across x, and the slopes along y and z before they are smoothed along x;
+// `less` is what these are in the centre.
 template <typename S>
 struct Crossed {
     S across[tile_length + 2];
     S slope_y[tile_length + 2];
     S slope_z[tile_length + 2];
-    S plain_y[tile_length + 2];
+    S less_y[tile_length + 2];
+    S less_z[tile_length + 2];
 };
 
 template <typename S, GradientKernel K>
-VOLPREP_CLONES void fold_y(const Folded<S>& before, const Folded<S>& at, const Folded<S>& after, const S* low,
-                           const S* high, int64_t count, Crossed<S>& __restrict row) noexcept {
+VOLPREP_CLONES void fold_y(const Folded<S>& low, const Folded<S>& at, const Folded<S>& high, int64_t count,
+                           Crossed<S>& __restrict row) noexcept {
     for (int64_t x = 0; x < count; ++x) {
-        row.slope_y[x] = static_cast<S>(high[x] - low[x]);
+        const S below = low.smooth[x];
+        const S above = high.smooth[x];
+        const S slope_y = static_cast<S>(above - below);
+        row.slope_y[x] = slope_y;
         if constexpr (smooths<K>) {
-            S across = static_cast<S>(before.smooth[x] + edge<K> * at.smooth[x] + after.smooth[x]);
-            if constexpr (surplus<K> != 0) {
-                across = static_cast<S>(across - surplus<K> * at.plain[x]);
-                row.plain_y[x] = static_cast<S>(after.plain[x] - before.plain[x]);
+            S centre = at.smooth[x];
+            const S slope_z = static_cast<S>(low.slope[x] + edge<K> * at.slope[x] + high.slope[x]);
+            if constexpr (lessens<K>) {
+                centre = static_cast<S>(centre - at.plain[x]);
+                row.less_y[x] = static_cast<S>(slope_y - (high.plain[x] - low.plain[x]));
+                row.less_z[x] = static_cast<S>(slope_z - at.slope[x]);
             }
-            row.across[x] = across;
-            row.slope_z[x] = static_cast<S>(before.slope[x] + edge<K> * at.slope[x] + after.slope[x]);
+            row.across[x] = static_cast<S>(below + edge<K> * centre + above);
+            row.slope_z[x] = slope_z;
         } else {
             row.across[x] = at.smooth[x];
             row.slope_z[x] = at.slope[x];
@@ -133,19 +139,15 @@ struct Sums {
 };
 
 template <typename S, GradientKernel K>
-VOLPREP_CLONES void fold_x(const Crossed<S>& row, const S* slope_z, int64_t count, Sums<S>& __restrict sums) noexcept {
+VOLPREP_CLONES void fold_x(const Crossed<S>& row, int64_t count, Sums<S>& __restrict sums) noexcept {
     constexpr int64_t low = K == GradientKernel::forward ? 1 : 0;
+    const S* const centre_y = lessens<K> ? row.less_y : row.slope_y;
+    const S* const centre_z = lessens<K> ? row.less_z : row.slope_z;
     for (int64_t x = 0; x < count; ++x) {
         sums.x[x] = static_cast<S>(row.across[x + 2] - row.across[x + low]);
         if constexpr (smooths<K>) {
-            S along_y = static_cast<S>(row.slope_y[x] + edge<K> * row.slope_y[x + 1] + row.slope_y[x + 2]);
-            S along_z = static_cast<S>(row.slope_z[x] + edge<K> * row.slope_z[x + 1] + row.slope_z[x + 2]);
-            if constexpr (surplus<K> != 0) {
-                along_y = static_cast<S>(along_y - surplus<K> * row.plain_y[x + 1]);
-                along_z = static_cast<S>(along_z - surplus<K> * slope_z[x + 1]);
-            }
-            sums.y[x] = along_y;
-            sums.z[x] = along_z;
+            sums.y[x] = static_cast<S>(row.slope_y[x] + edge<K> * centre_y[x + 1] + row.slope_y[x + 2]);
+            sums.z[x] = static_cast<S>(row.slope_z[x] + edge<K> * centre_z[x + 1] + row.slope_z[x + 2]);
         } else {
             sums.y[x] = row.slope_y[x + 1];
             sums.z[x] = row.slope_z[x + 1];
@@ -179,10 +181,8 @@ class Rows {
             }
             // A backward difference at the last row of a band of one row needs the row before: it is in the ring.
             const Difference along_y = difference_at<K>(row, shape_.y);
-            const Folded<S>& at = ring(row);
-            fold_y<S, K>(ring(std::max<int64_t>(row - 1, 0)), at, ring(std::min(row + 1, last)),
-                         ring(along_y.low).smooth, ring(along_y.high).smooth, x_.size() + 2, crossed_);
-            fold_x<S, K>(crossed_, at.slope, x_.size(), sums_);
+            fold_y<S, K>(ring(along_y.low), ring(row), ring(along_y.high), x_.size() + 2, crossed_);
+            fold_x<S, K>(crossed_, x_.size(), sums_);
             mend_ends();
             sink(row, sums_, along_y.factor, along_z_.factor);
         }
@@ -201,9 +201,8 @@ class Rows {
         Folded<S>& row = ring(y);
         const int64_t at = columns_.begin - (x_.begin - 1);
         const int64_t count = columns_.size();
-        fold_z<T, K>(row_of(std::max<int64_t>(z_ - 1, 0), y), row_of(z_, y), row_of(std::min(z_ + 1, shape_.z - 1), y),
-                     row_of(along_z_.low, y), row_of(along_z_.high, y), count, row.smooth + at, row.slope + at,
-                     row.plain + at);
+        fold_z<T, K>(row_of(along_z_.low, y), row_of(z_, y), row_of(along_z_.high, y), count, row.smooth + at,
+                     row.slope + at, row.plain + at);
         for (S* values : {row.smooth, row.slope, row.plain}) {
             if (at > 0) {
                 values[0] = values[1];
