@@ -27,6 +27,7 @@ MEASURED_BLOCK = 16
 _PATCHES, _PATCH_VOXELS = 3, 24
 """Patches along y and along x, and voxels along their edges: whole blocks of 4, 6 and 8. 5184 voxels of each slice."""
 _THIN_BYTES = 4 * 1024 * 1024
+"""Size of slabs that are still in the processor's own memory when they have been read and are measured and hashed."""
 _PROBES = 32
 """Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
 
@@ -101,8 +102,7 @@ def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iter
     """Read a source slab by slab, the next one while this one is used; each is measured before it is given."""
     depth, height, width = source.info.grid.shape_zyx
     slice_bytes = height * width * np.dtype(source.info.stored_type).itemsize
-    # Thin slabs are still in the processor's memory when they are measured, hashed and written; but each core wants a
-    # slice to decode.
+    # A slab is thin, but has a slice to decode for each core.
     slab_bytes = min(max(_THIN_BYTES, (os.cpu_count() or 1) * slice_bytes), slabs.SLAB_BYTES)
     ranges = deque(slab_ranges(depth, slice_bytes, slab_bytes=slab_bytes))
     with ThreadPoolExecutor(1) as reader:

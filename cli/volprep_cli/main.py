@@ -109,6 +109,11 @@ def main() -> None:
         # Some messages have many lines, of which the first says what is wrong.
         text = (str(error).splitlines() or [""])[0]
         _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {text}"))
+    finally:
+        gc.enable()
+        # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks.
+        if "OpenImageIO" not in sys.modules:
+            gc.freeze()
 
 
 def _fail(error: VolprepError) -> NoReturn:

@@ -1,5 +1,6 @@
 """The command line as data: command, exit status, what it says. No command may show a traceback."""
 
+import gc
 import json
 import os
 import re
@@ -132,6 +133,7 @@ def in_process(monkeypatch, capsys):
         monkeypatch.setattr(sys, "argv", ["volprep", *command.split()])
         with pytest.raises(SystemExit) as ended:
             main()
+        gc.unfreeze()
         return int(ended.value.code or 0), *capsys.readouterr()
 
     yield run
