@@ -77,7 +77,7 @@ def test_no_colour_is_brighter_than_its_opacity(tmp_path, name) -> None:
 
 @pytest.mark.parametrize("name", MADE_OF_COLOURS)
 def test_slabs_give_the_same_bytes(tmp_path, monkeypatch, name) -> None:
-    codes = np.concatenate([thin_things(), thin_things()[::-1]])
+    codes = thin_things()[:, ::2]
     scan = scan_of(tmp_path, codes)
     whole = level_of(scan, voxels_of(), name, (2, 2, 2))
     monkeypatch.setattr(slabs, "SLAB_BYTES", 3 * codes[0].nbytes)

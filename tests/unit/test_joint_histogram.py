@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
@@ -48,6 +48,7 @@ def twin_rows(counts):
     return rows
 
 
+@settings(max_examples=15)
 @given(st.integers(0, 10_000))
 def test_shares_are_those_of_the_twin_rounded_by_less_than_one_and_sum_to_the_whole(seed):
     counts = counts_of(seed, largest=60)
@@ -134,6 +135,7 @@ def test_levels_of_no_transfer_function_come_nearer_than_box_through_any(tmp_pat
     assert np.mean(gains) > least, gains
 
 
+@settings(max_examples=15)
 @given(st.integers(0, 10_000))
 def test_a_file_gives_back_what_was_written(seed):
     shares = shares_of_counts(counts_of(seed))
