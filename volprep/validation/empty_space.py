@@ -31,7 +31,7 @@ from volprep_formats.package.reader import Package
 _DRAWS = 3
 _STEP_OF_TARGET = 1 / 255
 _NOISE = 1e-6
-"""Two pictures in 8 bits are whole steps apart, but for what float32 rounds."""
+"""Pictures in 8 bits are whole steps apart, but are read as float32."""
 _NO_SUCH_TARGET = "VP5008"
 
 Counts = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -78,7 +78,7 @@ def measure_empty_space(bench: Bench, program: Program) -> EmptySpace | None:
         drawn_by=ways[-1].program.name,
         ways=results,
         limit=limit,
-        passed=all(view.difference <= limit + _NOISE for way in results for view in way.views),
+        passed=all(view.difference <= limit for way in results for view in way.views),
         mesh_read_ms=_mesh_read_ms(subject.package, program.transfer, level),
         picture=_picture(bench, program, [drawn.counts for drawn in found]),
     )
@@ -151,10 +151,10 @@ def _difference(
 
 
 def _limit(subject: Subject) -> float:
-    """One step of the target, and what the scene lets both take from a ray."""
+    """One step of the target, with what float32 rounds of it, and what the scene lets both take from a ray."""
     manifest = subject.package.manifest
     epsilons = [part.epsilon for part in (manifest.skipping, manifest.proxy) if part is not None]
-    return _STEP_OF_TARGET + sum(epsilons)
+    return _STEP_OF_TARGET + _NOISE + sum(epsilons)
 
 
 def _half(subject: Subject) -> tuple[int, int]:
