@@ -15,7 +15,6 @@ from .contest import Contest
 SLICES_OF_BYTES = 447
 SIDE = 512
 WINDOW = (20.0, 220.0)
-BLOCK = 16
 
 
 def contests() -> Iterator[Contest]:
@@ -23,6 +22,7 @@ def contests() -> Iterator[Contest]:
     scan = _scan()
     yield _box(scan, {"skimage downscale_local_mean": lambda: downscale_local_mean(scan, (2, 2, 2))})
     yield _minmax(scan)
+    yield _minmax(scan, 8)
     yield _quantize(scan)
     yield _count(scan)
     for dtype in (np.int16, np.uint16, np.float32):
@@ -58,17 +58,17 @@ def _box(source: NDArray[np.generic], more_peers: dict | None = None) -> Contest
     )
 
 
-def _minmax(source: NDArray[np.generic]) -> Contest:
-    shape = _native.block_minmax_shape(source.shape, BLOCK)
+def _minmax(source: NDArray[np.generic], block: int = 16) -> Contest:
+    shape = _native.block_minmax_shape(source.shape, block)
     low, high = np.empty(shape, source.dtype), np.empty(shape, source.dtype)
     # NumPy gets the easier task: whole blocks only, no shared voxels.
-    z, y, x = (n // BLOCK for n in source.shape)
-    blocks = source[: z * BLOCK].reshape(z, BLOCK, y, BLOCK, x, BLOCK)
+    z, y, x = (n // block for n in source.shape)
+    blocks = source[: z * block].reshape(z, block, y, block, x, block)
     return Contest(
-        work="16³ block min and max",
+        work=f"{block}³ block min and max",
         source=source,
         bytes_written=low.nbytes + high.nbytes,
-        ours=lambda: _native.block_minmax(source, BLOCK, low, high),
+        ours=lambda: _native.block_minmax(source, block, low, high),
         peers={"numpy reshape": lambda: (blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)))},
     )
 
