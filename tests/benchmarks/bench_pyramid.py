@@ -2,13 +2,13 @@
 
 All run in turn in one contest, on all threads: what counts is a filter's rate as a part of the box filter's.
 
-The box is limited by memory, the others by arithmetic. Of bytes, in processor time of one core with AVX2 (EPYC,
-3.1 GHz): a box of 2×2×2 takes 0.07 ns a voxel, at 15 GB/s; at 30 % of that a voxel may take 0.22 ns, 0.7 cycles. A
-filter of n weights along each axis needs n · (1/2 + 1/4 + 1/8) multiplications and additions a voxel: 5.25 for the
-Gaussian, which takes 0.27 ns, and 8.75 for Lanczos-3, about 3 instructions on vectors of 16 and 8 numbers: 0.65 ns,
-11 % of the box. Almost half of that is the pass along z, which widens every byte; to widen each only once, in a pass along x
-that comes first, gave 0.56 ns for Lanczos-3, but 0.38 for the Gaussian and 0.17 instead of 0.11 for bilinear. Wider
-types have fewer numbers in a vector, but so has the box: Lanczos-3 is at 17 to 22 % for 16 bits and at 25 to 28 % for
+The box is limited by memory, the others by arithmetic. Of bytes, in processor time of one core with AVX2 (EPYC, 3.1
+GHz): a box of 2×2×2 takes 0.07 ns a voxel, at 15 GB/s; at 30 % of that a voxel may take 0.22 ns, 0.7 cycles. A filter
+of n weights along each axis needs n · (1/2 + 1/4 + 1/8) multiplications and additions a voxel: 5.25 for the Gaussian,
+which takes 0.27 ns, and 8.75 for Lanczos-3, about 3 instructions on vectors of 16 and 8 numbers: 0.65 ns, 11 % of the
+box. Almost half of that is the pass along z, which widens every byte; to widen each only once, in a pass along x that
+comes first, gave 0.56 ns for Lanczos-3, but 0.38 for the Gaussian and 0.17 instead of 0.11 for bilinear. Wider types
+have fewer numbers in a vector, but so has the box: Lanczos-3 is at 17 to 22 % for 16 bits and at 25 to 28 % for
 floats.
 """
 
