@@ -1,11 +1,13 @@
 """What a power cut leaves: before a name counts, all that it promises has reached the disk."""
 
+import errno
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package import chunks
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import StageRecord
@@ -70,3 +72,18 @@ def test_all_that_a_stage_wrote_is_on_the_disk_before_its_step_and_under_its_nam
     new_draft.commit(StageRecord(name="import", key="0" * 64))
     assert watched == {"the step": [], "the end": []}
     assert new_draft.read_bytes("work/a.raw") == b"".join(bytes([k]) * 700 for k in range(9))
+
+
+def test_an_error_that_the_disk_tells_once_and_early_is_not_lost(
+    new_draft: Draft, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chunks, "_DISK_BYTES", 1)
+    told = iter([OSError(errno.EIO, os.strerror(errno.EIO))])
+
+    def failing_fsync(descriptor: int) -> None:
+        if error := next(told, None):
+            raise error
+
+    monkeypatch.setattr(os, "fsync", failing_fsync)
+    with pytest.raises(VolprepError, match=r"VP4020 .*work/a.raw: cannot write: Input/output error"):
+        new_draft.write("work/a.raw", "work", (bytes(700) for _ in range(9)))
