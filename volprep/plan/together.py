@@ -6,12 +6,12 @@ nothing.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
 from volprep.plan.mipmaps import chain_bytes
-from volprep.plan.records import Plan, ProgramPlan, TogetherPlan, VolumePlan
+from volprep.plan.records import LevelPlan, Plan, ProgramPlan, SkipTablePlan, TogetherPlan, VolumePlan
 from volprep.plan.skip import Found, skip_together
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import Scene
@@ -100,26 +100,29 @@ def plan_together(
         f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
         files=tuple(program.fragment for program in programs),
     )
-    media = [
-        (_function(plan, drawn.transfers[plan.channel or ""]), _found(plan, each, scene))
-        for plan, each in zip(plans, measured, strict=True)
-        if plan.channel in drawn.transfers
-    ]
-    indices = {volume.level for volume in levels}
-    tables, reason, size = skip_together(
-        scene.skip, name, media, [level for level in group[0].levels if level.index in indices]
-    )
-    if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
-        tables, reason = (), "beside all channels there is no room for it"
-    skipping = PlanItem(
-        name=f"skip table {name}",
-        kept=bool(tables),
-        reason=reason,
-        files=tuple(table.file for table in tables),
-        size_bytes=size,
-    )
+    drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
+    founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
+    tables, skipping = _skipping(group, founds, drawn, drawable, scene)
     together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs, skip_tables=tables)
     return together, (*drawn.items, item, skipping)
+
+
+def _skipping(
+    group: Sequence[Plan],
+    founds: Mapping[str | None, Found],
+    drawn: DrawnTogether,
+    levels: Sequence[LevelPlan],
+    scene: Scene,
+) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
+    """Decide whether rays skip what all channels leave empty."""
+    name = scene.together.name if scene.together else ""
+    media = [(_function(plan, drawn.transfers[plan.channel or ""]), founds[plan.channel]) for plan in group]
+    tables, reason, size = skip_together(scene.skip, name, media, levels)
+    if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
+        tables, reason = (), "beside all channels there is no room for it"
+    files = tuple(table.file for table in tables)
+    item = PlanItem(name=f"skip table {name}", kept=bool(tables), reason=reason, files=files, size_bytes=size)
+    return tables, item
 
 
 def _function(plan: Plan, name: str) -> TransferFunction:

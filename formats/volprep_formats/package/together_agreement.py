@@ -32,23 +32,16 @@ def together_contradictions(manifest: Manifest) -> Iterator[str]:
 
 def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) -> Iterator[str]:
     transfers = manifest.together.transfers if manifest.together else ()
-    held = {channel.name: {level.index for level in channel.levels} for channel in manifest.channels or ()}
+    levels = {channel.name: {level.index for level in channel.levels} for channel in manifest.channels or ()}
     for name in transfers:
-        missing = set(program.levels) - held[of_transfer[name]]
+        missing = set(program.levels) - levels[of_transfer[name]]
         yield from (f"draws level {level}, which channel {of_transfer[name]} has not" for level in sorted(missing))
     tables = Counter(each.transfer for each in program.samplers if each.role == "transfer")
     if program.classification == "lookup" and tables != Counter(transfers):
-        yield f"samples tables of {', '.join(map(str, sorted(map(str, tables))))}, and draws {', '.join(transfers)}"
-    sampled = set()
-    for sampler in program.samplers:
-        if sampler.role == "volume":
-            channel = of_transfer.get(sampler.transfer or "")
-            sampled |= {
-                name
-                for texture in manifest.textures
-                if texture.role == "volume" and channel in (texture.channels or ())
-                for name in texture.channels or ()
-            }
+        yield f"samples tables of {', '.join(sorted(map(str, tables)))}, and draws {', '.join(transfers)}"
+    named = {of_transfer.get(each.transfer or "") for each in program.samplers if each.role == "volume"}
+    volumes = [set(texture.channels or ()) for texture in manifest.textures if texture.role == "volume"]
+    sampled = set[str]().union(*(held for held in volumes if held & named))
     unread = sorted({of_transfer[name] for name in transfers} - sampled)
     yield from (f"samples no volume of channel {name}" for name in unread)
     if program.classification not in {"lookup", "palette"} or program.lighting != "none":
