@@ -10,11 +10,11 @@
 // left is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and |error| <= h 64/15 M r^-2n / (1 - r^-2).
 //
 // Rounding. The light is the integral of k dA with A = 1 - exp(-T) and the colour of the mixture, k = sum(w_i c_i) with
-// weights w_i = tau_i / tau. As for one medium, an error of T costs where k changes. On a piece every field is
-// monotone, and so are tau_i and c_i: their values at the ends bound the range of w_i. w_i is a quotient of cubics,
-// whose derivative has at most 4 zeros, so that it varies by 5 times its range at most; and as the weights add up to 1,
-// k by sum(w_i |change of c_i|) + 5 sum(range of w_i) times half of the span of the colours. An error of tau_i alone
-// also shifts the weights: by the span times |error of tau_i| per length.
+// weights w_i = tau_i / tau. As for one medium, an error of T costs where k changes. The range of w_i follows from
+// those of all tau_i. w_i is a quotient of cubics, whose derivative has at most 4 zeros, so that it varies by 5 times
+// its range at most; and as the weights add up to 1, k by sum(w_i variation of c_i) + 5 sum(range of w_i) times half of
+// the span of the colours. An error of tau_i alone also shifts the weights: by the span times |error of tau_i| per
+// length.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -135,6 +135,17 @@ double difference(const double a[3], const double b[3]) {
     return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
 }
 
+struct Range {
+    double low;
+    double high;
+};
+
+// Between which values a cubic, of which all are 0 or more, lies on [-1, 1].
+Range range_of(const Cubic& cubic) {
+    const double most = std::fabs(cubic.c1) + std::fabs(cubic.c2) + std::fabs(cubic.c3);
+    return {std::max(0.0, cubic.c0 - most), std::max(0.0, cubic.c0 + most)};
+}
+
 // How the colour of the mixture behaves on a piece.
 struct Mixture {
     double span = 0.0;       // between any colours of any media, also those that the ray may still be in
@@ -149,42 +160,29 @@ struct Mixture {
         double most = 0.0;
         for (const SumMedium& medium : media) {
             for (int channel = 0; channel < 3; ++channel) {
-                const Cubic colour = colour_of(medium, channel);
-                const double front = medium.front != nullptr ? medium.front->colour[channel] : colour.at(1.0);
-                low[channel] = std::min({low[channel], colour.at(-1.0), colour.at(1.0), front});
-                high[channel] = std::max({high[channel], colour.at(-1.0), colour.at(1.0), front});
+                const Range colour = range_of(colour_of(medium, channel));
+                const double front = medium.front != nullptr ? medium.front->colour[channel] : colour.high;
+                low[channel] = std::min({low[channel], colour.low, front});
+                high[channel] = std::max({high[channel], colour.high, front});
             }
-            least += ends_of(medium).low;
-            most += ends_of(medium).high;
+            least += range_of(extinction_of(medium)).low;
+            most += range_of(extinction_of(medium)).high;
         }
         span = difference(high, low);
         double weights = 0.0;
         for (const SumMedium& medium : media) {
-            const Ends own = ends_of(medium);
+            const Range own = range_of(extinction_of(medium));
             if (!(own.high > 0.0)) continue;
             const double least_weight = own.low / (own.low + (most - own.high));
             const double most_weight = own.high / (own.high + (least - own.low));
             weights += most_weight - (own.low > 0.0 ? least_weight : 0.0);
             double change = 0.0;
             for (int channel = 0; channel < 3; ++channel) {
-                const Cubic colour = colour_of(medium, channel);
-                change = std::max(change, std::fabs(colour.at(1.0) - colour.at(-1.0)));
+                change = std::max(change, 2.0 * colour_of(medium, channel).slope_bound(1.0));
             }
             variation += most_weight * change;
         }
         variation += 0.5 * kRuns * weights * span;
-    }
-
-  private:
-    struct Ends {
-        double low;
-        double high;
-    };
-    static Ends ends_of(const SumMedium& medium) noexcept {
-        const Cubic tau = extinction_of(medium);
-        const double first = std::max(0.0, tau.at(-1.0));
-        const double last = std::max(0.0, tau.at(1.0));
-        return {std::min(first, last), std::max(first, last)};
     }
 };
 
