@@ -19,9 +19,10 @@
 
 namespace volprep::separable {
 
-// Rows of the level that one task makes. Tasks follow each other along z, so that the slices that the filter reaches
-// over stay in the L2 cache: 12 slices of 74 rows of 512 bytes for Lanczos-3.
-inline constexpr int64_t task_rows = 32;
+// Rows of the level that one task makes. Tasks follow each other along z, so that most of the slices that the filter
+// reaches over stay in the L2 cache: 8 slices of 132 rows of 512 bytes for the Gaussian. Half as many rows take bytes
+// 2 to 8 % longer, for more of them are summed along z twice.
+inline constexpr int64_t task_rows = 64;
 
 // Sizes of what a thread needs, all in elements.
 struct Sizes {
