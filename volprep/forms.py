@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from volprep_formats.package.compression import CompressedForm
-from volprep_formats.package.manifest import Sha256
+from volprep_formats.package.values import Sha256
 
 
 class FormTrial(CompressedForm):

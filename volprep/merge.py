@@ -9,9 +9,12 @@ from volprep.scene import Scene
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.editing import Editing
-from volprep_formats.package.manifest import Channel, Manifest, Program, Proxy, Texture
+from volprep_formats.package.manifest import Channel, Manifest
 from volprep_formats.package.palette import Palette
+from volprep_formats.package.program import Program
+from volprep_formats.package.proxy import Proxy
 from volprep_formats.package.skip import Skipping
+from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 
 _OF_CHANNELS = ("quantization", "stored_type")

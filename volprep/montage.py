@@ -12,10 +12,10 @@ from volprep.normals.codes import decoded
 from volprep.render.picture import encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.normals import NormalCode
 from volprep_formats.package.reader import Package
 from volprep_formats.package.slice_texels import slice_texels
+from volprep_formats.package.texture import Texture
 from volprep_formats.png import write_png
 
 LARGEST = 4096

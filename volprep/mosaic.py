@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep_formats.package.manifest import MosaicLayout, MosaicOrder
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 from volprep_formats.textures.mosaic import slices_of_tile, tiles_of
 
 Texels = NDArray[np.generic]

@@ -8,10 +8,13 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.transfer.wishes import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import ClassificationName, LevelFilter, MosaicOrder, ProxyForm, Tolerance
+from volprep_formats.package.manifest import LevelFilter, Tolerance
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.proxy import ProxyForm
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.slices import StackAxis
+from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec

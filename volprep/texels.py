@@ -17,8 +17,8 @@ from volprep.slabs import RawVolume
 from volprep.transfer.preclassified import Voxels
 from volprep.work import classified_name, codes_of_level, codes_of_source
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
 

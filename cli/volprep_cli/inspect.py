@@ -10,8 +10,9 @@ import typer
 from volprep_cli.console import Json, bytes_text, print_json, print_table
 
 if TYPE_CHECKING:
-    from volprep_formats.package.manifest import Channel, GlFormat, Manifest, Texture
+    from volprep_formats.package.manifest import Channel, Manifest
     from volprep_formats.package.reader import Package
+    from volprep_formats.package.texture import GlFormat, Texture
 
 PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
 Picture = Annotated[

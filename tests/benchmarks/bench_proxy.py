@@ -31,7 +31,7 @@ from volprep.skip.ranges import BlockRanges
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.meshes import primitives_of, read_glb, write_glb
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import ProxyForm
+from volprep_formats.package.proxy import ProxyForm
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 

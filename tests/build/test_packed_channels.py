@@ -18,8 +18,8 @@ from volprep.validation.uncut import uncut
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.check import check
-from volprep_formats.package.manifest import GlFormat
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import GlFormat
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.textures import ktx2

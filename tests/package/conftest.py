@@ -11,22 +11,18 @@ import pytest
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import (
-    GlFormat,
     Level,
     Manifest,
-    MosaicLayout,
     PlanItem,
-    Program,
     Quantization,
     RenderSettings,
-    Sampler,
     SourceRecord,
     StageRecord,
     Statistics,
-    Texture,
-    Uniform,
 )
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import Program, Sampler, Uniform
+from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2

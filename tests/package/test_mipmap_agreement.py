@@ -6,8 +6,9 @@ from tiny_packages import ES3, function, tiny_package
 
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.check import check
-from volprep_formats.package.manifest import GlFormat, Manifest
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mipmap_agreement import mipmap_contradictions
+from volprep_formats.package.texture import GlFormat
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
 R8 = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")

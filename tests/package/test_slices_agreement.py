@@ -10,7 +10,8 @@ from slice_packages import missing_es11, slice_package
 
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.check import check
-from volprep_formats.package.manifest import GlFormat, Manifest, Texture
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.package.transfer_function import TransferFunction
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")

@@ -26,21 +26,19 @@ from volprep.report.verdict import judge, passes
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import (
     FileRecord,
-    GlFormat,
     Level,
     Manifest,
     PlanItem,
-    Proxy,
-    ProxyMeshFile,
     Quantization,
     RenderSettings,
     SourceRecord,
     Statistics,
-    Texture,
     Tolerance,
 )
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.proxy import Proxy, ProxyMeshFile
 from volprep_formats.package.skip import Skipping, SkipTable
+from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 

@@ -11,7 +11,7 @@ from volprep.render.compose import compose
 from volprep.render.egl import Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.render.techniques import raycast_mosaic
-from volprep_formats.package.manifest import GlFormat, MosaicLayout, SampleFilter, Texture
+from volprep_formats.package.texture import GlFormat, MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]
 _FORMATS = {1: "LUMINANCE", 2: "LUMINANCE_ALPHA", 3: "RGB", 4: "RGBA"}

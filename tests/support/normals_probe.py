@@ -12,8 +12,8 @@ from volprep.render.compose import compose
 from volprep.render.gl import Gl, PictureTarget, ShaderText
 from volprep.render.gl_formats import gl_format
 from volprep.render.techniques.lighting import headlight
-from volprep_formats.package.manifest import MosaicLayout, Texture
 from volprep_formats.package.normals import NormalCode, Normals
+from volprep_formats.package.texture import MosaicLayout, Texture
 
 _FORMATS = {2: "LUMINANCE_ALPHA8", 3: "RGB8", 4: "RGBA8"}
 _MAIN = "void main() { gl_FragColor = vec4(normal_at(position(v_near.xyz / v_near.w)), 1.0); }\n"

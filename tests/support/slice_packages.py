@@ -8,8 +8,8 @@ from volprep.build import build
 from volprep.render.egl import context
 from volprep.request import load_request
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2, paletted
 

@@ -39,15 +39,9 @@ from volprep.stages import skip as skip_stage
 from volprep.work import codes_name, levels_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import (
-    ClassificationName,
-    Manifest,
-    RenderSettings,
-    SourceRecord,
-    StageRecord,
-    Statistics,
-)
+from volprep_formats.package.manifest import Manifest, RenderSettings, SourceRecord, StageRecord, Statistics
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from volprep.subvolumes import boxes_zyx, cuts_along, grid_points, moves_for_view, step_from
-from volprep_formats.package.manifest import GlFormat
 from volprep_formats.package.subvolumes import Subvolume, SubvolumeGrid, ViewThresholds
+from volprep_formats.package.texture import GlFormat
 
 VIEW = ViewThresholds()
 GL = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")

@@ -2,27 +2,29 @@
 
 from volprep.plan.channels import make_plans
 from volprep.plan.make import make_plan
-from volprep.plan.records import (
+from volprep.plan.products import (
     BlockRangesPlan,
-    CropPlan,
     EditingPlan,
     HistogramPlan,
-    LevelPlan,
-    LookupPlan,
     NormalsPlan,
     NormalTexturePlan,
-    PalettePlan,
-    Plan,
-    PreintegratedPlan,
     ProgramPlan,
     ProxyMeshPlan,
     ProxyPlan,
-    QuantizePlan,
     SkipPlan,
     SkipTablePlan,
     SlicesPlan,
     SliceStackPlan,
     SliceTexturePlan,
+)
+from volprep.plan.records import (
+    CropPlan,
+    LevelPlan,
+    LookupPlan,
+    PalettePlan,
+    Plan,
+    PreintegratedPlan,
+    QuantizePlan,
     VolumePlan,
 )
 

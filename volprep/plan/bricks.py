@@ -10,8 +10,9 @@ from volprep.plan.room import Beside, Misfit, one_channel
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import BrickSettings, Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import PlanItem, SampleFilter
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter
 
 ITEM = "bricks"
 

@@ -13,7 +13,8 @@ from volprep.plan.editing import for_edits
 from volprep.plan.functions import resolved_functions
 from volprep.plan.make import Common, make_plan
 from volprep.plan.packing import pack_channels
-from volprep.plan.records import BlockRangesPlan, CropPlan, NormalTexturePlan, Plan, VolumePlan
+from volprep.plan.products import BlockRangesPlan, NormalTexturePlan
+from volprep.plan.records import CropPlan, Plan, VolumePlan
 from volprep.plan.slices import API
 from volprep.plan.together import choose_together, plan_together
 from volprep.plan.whole import WholeSource

@@ -7,7 +7,8 @@ that shows one function only.
 
 from collections.abc import Iterator
 
-from volprep.plan.records import EditingPlan, HistogramPlan, LevelPlan
+from volprep.plan.products import EditingPlan, HistogramPlan
+from volprep.plan.records import LevelPlan
 from volprep.plan.slices import API
 from volprep.scene import Scene
 from volprep.transfer.joint_histogram import reference_mm

@@ -10,8 +10,9 @@ from volprep.pyramid.reduce import LABEL_FILTERS
 from volprep.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter, SampleFilter
+from volprep_formats.package.manifest import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter
 from volprep_formats.textures.block_formats import CompressedFormat
 
 _NEARLY_EQUAL = math.sqrt(2)

@@ -14,18 +14,9 @@ from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.labels import require_distinct_labels, step_voxels_of
 from volprep.plan.normals import normal_items, plan_normals, wanted_normals
+from volprep.plan.products import NormalsPlan, ProgramPlan, ProxyPlan, SkipPlan, SubvolumesPlan
 from volprep.plan.proxy import describe_proxy, plan_proxy
-from volprep.plan.records import (
-    CropPlan,
-    LevelPlan,
-    NormalsPlan,
-    Plan,
-    ProgramPlan,
-    ProxyPlan,
-    SkipPlan,
-    SubvolumesPlan,
-    VolumePlan,
-)
+from volprep.plan.records import CropPlan, LevelPlan, Plan, VolumePlan
 from volprep.plan.skip import Found, describe_skip, plan_skip
 from volprep.plan.slices import API, plan_of_slices, refuse_slices
 from volprep.plan.subvolumes import plan_subvolumes

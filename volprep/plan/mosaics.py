@@ -6,8 +6,9 @@ from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
 from volprep.scene import MosaicSettings
-from volprep_formats.package.manifest import MosaicLayout, MosaicOrder, PlanItem, SampleFilter
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
 MOST_TEXTURES = 8

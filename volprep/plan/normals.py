@@ -10,14 +10,16 @@ from collections.abc import Iterator
 from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.normals.codes import DIRECTION_BYTES
 from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
-from volprep.plan.records import LevelPlan, NormalsPlan, NormalTexturePlan
+from volprep.plan.products import NormalsPlan, NormalTexturePlan
+from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, first_of
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import NormalSettings, Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import MosaicLayout, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.normals import NormalCode
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout
 
 # Formats of the code alone, and with the length of the gradient in one channel more.
 _FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat, ...]]] = {

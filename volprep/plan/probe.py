@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
-from volprep_formats.package.manifest import SampleFilter
+from volprep_formats.package.texture import SampleFilter
 
 Array = NDArray[np.float64]
 

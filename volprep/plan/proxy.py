@@ -9,12 +9,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.plan.records import ProgramPlan, ProxyMeshPlan, ProxyPlan
+from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan
 from volprep.plan.skip import Found, measured_occupied
 from volprep.scene import ProxySettings
 from volprep.skip.occupancy import Occupied
 from volprep.statistics import MEASURED_BLOCK
-from volprep_formats.package.manifest import PlanItem, ProxyForm
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.proxy import ProxyForm
 from volprep_formats.package.transfer_function import TransferFunction
 
 LEAST_SHARE = 0.1

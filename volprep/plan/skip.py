@@ -13,16 +13,8 @@ import numpy as np
 from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.plan.levels import by
 from volprep.plan.mipmaps import chain_bytes
-from volprep.plan.records import (
-    BlockRangesPlan,
-    CropPlan,
-    LevelPlan,
-    NormalsPlan,
-    QuantizePlan,
-    SkipPlan,
-    SkipTablePlan,
-    VolumePlan,
-)
+from volprep.plan.products import BlockRangesPlan, NormalsPlan, SkipPlan, SkipTablePlan
+from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
@@ -31,9 +23,10 @@ from volprep.skip.ranges import BlockRanges, Triple, blocks_along
 from volprep.statistics import MEASURED_BLOCK, Measured
 from volprep.transfer.table import Table
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import MosaicLayout, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.package.transfer_function import TransferFunction
 
 BEST_BLOCK = 4

@@ -8,7 +8,8 @@ from volprep.plan.crop import choose_crop
 from volprep.plan.functions import describe_functions, resolved_functions
 from volprep.plan.items import PREVIEW, Grounds, describe_border, describe_codes
 from volprep.plan.levels import by, candidate_levels, filter_of
-from volprep.plan.records import LevelPlan, Plan, SlicesPlan, SliceStackPlan, SliceTexturePlan
+from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
+from volprep.plan.records import LevelPlan, Plan
 from volprep.plan.room import Misfit
 from volprep.plan.values import choose_values
 from volprep.render.gl_formats import BYTES_PER_TEXEL

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 
 from volprep.plan.levels import by
-from volprep.plan.records import LevelPlan, ProgramPlan, SubvolumesPlan, VolumePlan
+from volprep.plan.products import ProgramPlan, SubvolumesPlan
+from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import Scene

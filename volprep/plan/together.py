@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from volprep.plan.mipmaps import chain_bytes
-from volprep.plan.records import LevelPlan, Plan, ProgramPlan, SkipTablePlan, TogetherPlan, VolumePlan
+from volprep.plan.products import ProgramPlan, SkipTablePlan, TogetherPlan
+from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.skip import Found, skip_together
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import Scene

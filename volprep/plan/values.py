@@ -11,8 +11,9 @@ from volprep.scene import QuantizeSettings, Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import SampleFilter, Tolerance
+from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.skip.occupancy import Occupied
 from volprep.skip.ranges import Triple, blocks_along
-from volprep_formats.package.manifest import ProxyForm
+from volprep_formats.package.proxy import ProxyForm
 
 UNITS = 4
 """Units of a position in a voxel."""

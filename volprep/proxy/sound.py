@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from volprep.proxy.mesh import Planes, ProxyMesh, outer_corners_xyz
 from volprep.skip.occupancy import Occupied
-from volprep_formats.package.manifest import ProxyForm
+from volprep_formats.package.proxy import ProxyForm
 
 
 def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: ProxyForm) -> Iterator[str]:

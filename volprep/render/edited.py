@@ -21,9 +21,9 @@ from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.editing import decode_histogram
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.package.skip import Skipping
+from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic

@@ -18,7 +18,7 @@ from volprep.render.bindings import EXT_NORM16, GLES3, GLError
 from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.egl import Context
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.texture import Texture
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
 

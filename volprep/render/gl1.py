@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from volprep.render.bindings import EGL, GLES1, GLError
 from volprep.render.egl import Context
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
 _NEEDED = ("GL_OES_framebuffer_object", "GL_OES_rgb8_rgba8")

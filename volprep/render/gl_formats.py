@@ -6,8 +6,8 @@ OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13, GL_EXT_texture_norm16.
 import math
 from typing import Literal
 
-from volprep_formats.package.manifest import GlFormat
 from volprep_formats.package.profile import Api, TextureFormat
+from volprep_formats.package.texture import GlFormat
 from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format

@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Level, Program, Texture
+from volprep_formats.package.manifest import Level
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
 
 
 @dataclass(frozen=True)

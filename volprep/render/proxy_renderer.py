@@ -13,7 +13,9 @@ from volprep.render.renderer import Renderer, check_uniforms
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import Primitive, read_glb
 from volprep_formats.package.channels import package_of_transfer
-from volprep_formats.package.manifest import Manifest, Program, Proxy, ProxyMeshFile
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import Program
+from volprep_formats.package.proxy import Proxy, ProxyMeshFile
 from volprep_formats.package.reader import Package
 
 _MARGIN = 4.0

@@ -22,8 +22,10 @@ from volprep.render.inputs import level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import package_of_transfer
-from volprep_formats.package.manifest import Level, Program, Texture
+from volprep_formats.package.manifest import Level
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 

@@ -16,7 +16,8 @@ from pydantic import Field
 from volprep.forms import FormTrial
 from volprep.pyramid.records import LevelChoice
 from volprep_formats.grid import Count
-from volprep_formats.package.manifest import ByteCount, Manifest, Sha256, Tolerance
+from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.values import ByteCount, Sha256
 from volprep_formats.record import Record
 
 NonNegative = Annotated[float, Field(ge=0.0)]

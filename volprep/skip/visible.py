@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.tables import table_for
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 
 Extinctions = NDArray[np.float64]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 

@@ -18,7 +18,7 @@ from volprep.texels import texels_of, volume_texture
 from volprep.work import codes_of_level
 from volprep_formats.package.bricks import BrickLayout
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2

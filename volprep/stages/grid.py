@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.plan import Plan
-from volprep.plan.records import SubvolumesPlan
+from volprep.plan.products import SubvolumesPlan
 from volprep.plan.subvolumes import GRID
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.slabs import RawVolume, bytes_of, slab_ranges

@@ -20,8 +20,8 @@ from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
 from volprep.work import codes_of_source
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.normals import Normals
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2

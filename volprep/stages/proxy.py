@@ -17,7 +17,7 @@ from volprep.skip.visible import visible_extinction
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Proxy, ProxyMeshFile
+from volprep_formats.package.proxy import Proxy, ProxyMeshFile
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 

@@ -1,8 +1,8 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
 from volprep.plan import Plan, ProgramPlan, VolumePlan
+from volprep.plan.products import SkipTablePlan
 from volprep.plan.proxy import VERTEX as PROXY_VERTEX
-from volprep.plan.records import SkipTablePlan
 from volprep.render.gl_formats import gl_format
 from volprep.render.techniques import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.render.techniques.classification import classification
@@ -14,7 +14,7 @@ from volprep.render.techniques.skipping import skipping_of
 from volprep.render.techniques.together import drawn_together
 from volprep.stages import Changes, Stage
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Program
+from volprep_formats.package.program import Program
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 

@@ -22,8 +22,8 @@ from volprep.slabs import bytes_of
 from volprep.stages import Changes, Stage, with_textures
 from volprep.texels import texels_of, voxels_of
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2

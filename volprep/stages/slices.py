@@ -13,7 +13,7 @@ from volprep.stages import Changes, Stage, with_textures
 from volprep.transfer.palette import best_palette
 from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted

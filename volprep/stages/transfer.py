@@ -19,8 +19,8 @@ from volprep.transfer.texel_forms import MediumTexels
 from volprep.work import codes_of_level, codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.editing import Editing, JointHistogram, encode_histogram
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.palette import Palette, PaletteEntry
+from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record

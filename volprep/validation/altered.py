@@ -1,6 +1,7 @@
 """A package in which one text file is another, for diagnostic pictures."""
 
-from volprep_formats.package.manifest import Manifest, Program
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from volprep.render.renderer import Renderer
 from volprep.validation.altered import Altered
-from volprep_formats.package.manifest import Program
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = ).*;$", re.MULTILINE)

@@ -14,11 +14,12 @@ from volprep.normals.codes import interpolated
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.level_texels import level_texels
-from volprep_formats.package.manifest import Manifest, Quantization, Texture
+from volprep_formats.package.manifest import Manifest, Quantization
 from volprep_formats.package.normals import GradientKernel
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
+from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
 

@@ -25,7 +25,7 @@ from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
-from volprep_formats.package.manifest import Program
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _DRAWS = 3

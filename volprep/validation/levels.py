@@ -10,7 +10,8 @@ from volprep.truth.oracle import OraclePicture
 from volprep.validation.bench import Bench
 from volprep.validation.decoded import Volume
 from volprep.validation.subject import Subject, errors
-from volprep_formats.package.manifest import Level, Program
+from volprep_formats.package.manifest import Level
+from volprep_formats.package.program import Program
 
 
 def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePicture) -> tuple[LevelComparison, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from volprep.report.data import Convergence, Target
 from volprep.truth.convergence import fit_order
-from volprep_formats.package.manifest import ClassificationName
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}

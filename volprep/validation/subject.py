@@ -11,7 +11,8 @@ from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.validation.decoded import Volume, level_volume, own_table, table_function
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Program, RenderSettings
+from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 

@@ -21,7 +21,7 @@ from volprep.validation.subject import errors
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Program
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 SWEEP_VIEW = "anterior-left"

@@ -13,7 +13,8 @@ from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ra
 from volprep.render.techniques.skipping import skipping_of
 from volprep.render.techniques.together import drawn_together
 from volprep.validation.altered import Altered
-from volprep_formats.package.manifest import Manifest, Program, RenderSettings
+from volprep_formats.package.manifest import Manifest, RenderSettings
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 

@@ -15,12 +15,14 @@ from volprep_formats.package.channel_agreement import CHANNELS, channel_contradi
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.editing import Editing
 from volprep_formats.package.editing_agreement import editing_contradictions
-from volprep_formats.package.manifest import Level, Manifest, MosaicLayout, Program, Texture
+from volprep_formats.package.manifest import Level, Manifest
 from volprep_formats.package.mipmap_agreement import mipmap_contradictions, mipmap_shapes
 from volprep_formats.package.normals_agreement import normals_contradictions
+from volprep_formats.package.program import Program
 from volprep_formats.package.proxy_agreement import proxy_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.package.slices_agreement import slices_contradictions
+from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.package.together_agreement import together_contradictions
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of

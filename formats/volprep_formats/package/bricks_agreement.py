@@ -4,7 +4,9 @@ import math
 from collections.abc import Iterator
 
 from volprep_formats.package.bricks import bricks_along
-from volprep_formats.package.manifest import Level, Manifest, Program, Texture
+from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.package.program import Program
+from volprep_formats.package.texture import Texture
 
 
 def bricks_contradictions(manifest: Manifest) -> Iterator[str]:

@@ -11,10 +11,11 @@ from volprep_formats.meshes import read_glb
 from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.editing import decode_histogram
 from volprep_formats.package.files import MANIFEST, names_in
-from volprep_formats.package.manifest import GlFormat, ProxyMeshFile, Texture
+from volprep_formats.package.proxy import ProxyMeshFile
 from volprep_formats.package.proxy_agreement import mesh_problems
 from volprep_formats.package.reader import Package
 from volprep_formats.package.subvolumes import decode_grid
+from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS

@@ -31,8 +31,9 @@ from volprep_formats.package.files import (
     sync_folder,
 )
 from volprep_formats.package.lock import Lock
-from volprep_formats.package.manifest import FileRecord, Manifest, Proxy, StageRecord, SubvolumeFiles
+from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
+from volprep_formats.package.proxy import Proxy
 
 Role = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
 _STAGE = ".stage"

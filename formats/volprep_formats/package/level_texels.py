@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.bricks import BrickLayout, bricks_along
-from volprep_formats.package.manifest import MosaicLayout, Texture
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.bricks import misplaced, voxels_of_bricks

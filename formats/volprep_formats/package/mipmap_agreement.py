@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures.ktx2 import Shape, mipmap_shape
 
 

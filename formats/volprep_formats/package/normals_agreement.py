@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 
-from volprep_formats.package.manifest import Manifest, Program, Texture
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.normals import NormalCode
+from volprep_formats.package.program import Program
+from volprep_formats.package.texture import Texture
 
 _CHANNELS: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, "oct12": 3}
 _CHANNELS_OF_FORMAT: dict[str | None, int] = {"RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}

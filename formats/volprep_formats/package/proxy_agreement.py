@@ -6,7 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep_formats.meshes import GlbMesh
-from volprep_formats.package.manifest import Manifest, Program, ProxyMeshFile
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import Program
+from volprep_formats.package.proxy import ProxyMeshFile
 
 _RELATIVE_TOLERANCE = 1e-9
 _UNITS = 4

@@ -7,8 +7,9 @@ from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.files import open_inside
-from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.texture import Texture
 
 
 class Package:

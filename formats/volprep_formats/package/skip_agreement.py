@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
+from volprep_formats.package.texture import Texture
 
 _RELATIVE_TOLERANCE = 1e-9
 _OCTANTS = 8

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.manifest import Texture
 from volprep_formats.package.reader import Package
 from volprep_formats.package.slices import StackAxis
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2, paletted
 
 Bytes = NDArray[np.uint8]

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Manifest, Texture
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.slices import SliceLayout, StackAxis
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
 _AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}

@@ -16,7 +16,8 @@ from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Count
-from volprep_formats.package.manifest import GlFormat, PackagePath, SampleFilter
+from volprep_formats.package.texture import GlFormat, SampleFilter
+from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record, problems
 
 Index = Annotated[int, Field(ge=0)]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from volprep_formats.package.manifest import Texture
+from volprep_formats.package.texture import Texture
 
 
 def table_for(textures: Iterable[Texture], role: str, transfer: str, level: int) -> Texture | None:

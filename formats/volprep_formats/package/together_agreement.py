@@ -3,7 +3,8 @@
 from collections import Counter
 from collections.abc import Iterator
 
-from volprep_formats.package.manifest import Manifest, Program
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import Program
 
 
 def together_contradictions(manifest: Manifest) -> Iterator[str]:

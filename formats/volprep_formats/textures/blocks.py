@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.manifest import MosaicLayout
+from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures import astc_child
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape
 from volprep_formats.textures.mosaic import slice_of_mosaic

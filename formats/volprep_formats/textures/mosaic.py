@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.manifest import MosaicLayout, MosaicOrder
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 
 
 def tiles_of(slices: int, channels: int, order: MosaicOrder) -> int:

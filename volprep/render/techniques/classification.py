@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from volprep.render.compose import Slot, literal
-from volprep_formats.package.manifest import ClassificationName, Manifest, Program, Sampler, Texture
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
+from volprep_formats.package.program import ClassificationName, Program, Sampler
+from volprep_formats.package.texture import Texture
 
 
 @dataclass(frozen=True)

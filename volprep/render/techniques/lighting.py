@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from volprep.render.compose import literal
-from volprep_formats.package.manifest import MosaicLayout, Sampler, Texture
+from volprep_formats.package.program import Sampler
+from volprep_formats.package.texture import MosaicLayout, Texture
 
 # Linear filtering of 8-bit codes leaves about a thousandth of a zero vector.
 _LEAST_LENGTH = 0.01

@@ -8,7 +8,7 @@ off from 128 voxels on, and OpenGL ES 2.0 draws into no others. Rays end where t
 from dataclasses import dataclass
 
 from volprep.render.compose import Dialect, compose, literal
-from volprep_formats.package.manifest import Uniform
+from volprep_formats.package.program import Uniform
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from volprep.render.techniques.classification import Classification
 from volprep.render.techniques.lighting import Lighting
 from volprep.render.techniques.proxy import Entry
 from volprep.render.techniques.skipping import Skipping
-from volprep_formats.package.manifest import RenderSettings, Sampler, Uniform
+from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.program import Sampler, Uniform
 
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""

@@ -6,7 +6,8 @@ The layout is constant in the shader. Empty bricks cost a fetch from the first t
 from volprep.render.compose import literal
 from volprep.render.techniques.raycast import Sampling
 from volprep_formats.package.bricks import BrickLayout
-from volprep_formats.package.manifest import Manifest, Sampler
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import Sampler
 
 
 def sampling(

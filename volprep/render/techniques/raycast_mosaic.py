@@ -8,7 +8,8 @@ there is one, no texture where there is one, and nothing is clamped where gutter
 
 from volprep.render.compose import literal
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import MosaicLayout, SampleFilter, Sampler
+from volprep_formats.package.program import Sampler
+from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.textures.mosaic import tiles_of
 
 

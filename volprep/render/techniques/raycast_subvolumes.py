@@ -7,7 +7,7 @@ position lies between voxels that one piece holds.
 
 from volprep.render.compose import literal
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import Sampler, Uniform, UniformSource
+from volprep_formats.package.program import Sampler, Uniform, UniformSource
 
 PIECES = 8
 _VECTORS: dict[str, UniformSource] = {

@@ -4,7 +4,7 @@ Where levels are mipmaps of one texture they have one scale, and the level is th
 """
 
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import Sampler, Uniform
+from volprep_formats.package.program import Sampler, Uniform
 
 
 def sampling(component: str | None = "r", *, mipmaps: bool = False) -> Sampling:

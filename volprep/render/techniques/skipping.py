@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from volprep.render.compose import literal
-from volprep_formats.package.manifest import ClassificationName, Manifest, MosaicLayout, Sampler, Uniform
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import ClassificationName, Sampler, Uniform
 from volprep_formats.package.skip import SkipKind, SkipTable
+from volprep_formats.package.texture import MosaicLayout
 
 _REACH: dict[SkipKind, str] = {
     "blocks": "skip_reach_box",

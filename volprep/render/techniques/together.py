@@ -11,7 +11,9 @@ from volprep.render.techniques import raycast_mosaic, raycast_texture3d
 from volprep.render.techniques.classification import Classification, classification
 from volprep.render.techniques.components import component_letter
 from volprep.render.techniques.raycast import Sampling
-from volprep_formats.package.manifest import ClassificationName, Manifest, Sampler, Texture
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import ClassificationName, Sampler
+from volprep_formats.package.texture import Texture
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,84 @@
+"""Programs of a package: shaders, and what an app sets before it draws with them."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.package.values import PackagePath
+from volprep_formats.record import Record
+
+ClassificationName = Literal["lookup", "preintegrated", "palette", "preclassified"]
+"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; or
+they are colours, because the voxels are classified."""
+
+
+UniformSource = Literal[
+    "box_from_clip",
+    "step_mm",
+    "texture_from_box",
+    "mipmap",
+    "blocks_from_box",
+    "block_low_mm",
+    "block_high_mm",
+    "split_voxel",
+    "low_start_voxel",
+    "low_size_voxels",
+    "high_start_voxel",
+    "high_size_voxels",
+    "clip_from_box",
+    "box_from_mesh",
+]
+
+
+class Uniform(Record):
+    """One active uniform of a program that is no sampler."""
+
+    name: str
+    """Name in the shader."""
+    type: Literal["float", "vec3", "mat4"]
+    """GLSL type."""
+    source: UniformSource
+    """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz, the
+    mipmap of its texture, blocks_from_box_per_mm_xyz of its skip table, what section 16 says of the sub-volumes around
+    a point, or what section 20 says of proxy geometry."""
+
+
+class Sampler(Record):
+    """One active sampler of a program."""
+
+    name: str
+    """Name in the shader."""
+    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume"]
+    """Which texture to bind: the level's volume, places of bricks or normals, the table of the program's transfer
+    function, its skip table for the level, or one of the sub-volumes around a point."""
+    transfer: str | None = None
+    """In a program that draws several transfer functions the one whose table it is, or whose channel's volume."""
+    part: Annotated[int, Field(ge=0)] = 0
+    """Which of the textures of a mosaic, from 0; of sub-volumes 1 for upper along x, plus 2 along y, plus 4 along z."""
+
+
+class Program(Record):
+    """One vertex and fragment shader that draws a full-screen triangle over the attribute `a_ndc` (vec2)."""
+
+    name: str
+    """Name, unique in the package."""
+    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
+    """How it samples the volume."""
+    classification: ClassificationName = "lookup"
+    """How it classifies samples."""
+    lighting: Literal["none", "headlight"] = "none"
+    """What lights it. headlight: diffuse, from where the viewer is; what has no normal is fully lit."""
+    vertex: PackagePath
+    """Vertex shader."""
+    fragment: PackagePath
+    """Fragment shader."""
+    levels: tuple[int, ...]
+    """Levels that the program can draw."""
+    transfer: str
+    """Name of the transfer function that it draws, or of the picture of several."""
+    uniforms: tuple[Uniform, ...]
+    """Every active uniform that is no sampler."""
+    samplers: tuple[Sampler, ...]
+    """Every active sampler, in the order of texture units."""
+    step_mm_min: float | None = None
+    """Finest step for which the loop of the shader is long enough for the longest ray; no bound if absent."""

@@ -1,0 +1,52 @@
+"""Proxy geometry of a package: closed meshes around what is seen, at which rays begin."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count, Vector
+from volprep_formats.package.program import Program
+from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.package.values import PackagePath
+from volprep_formats.record import Record
+
+ProxyForm = Literal["blocks", "merged", "convex", "box"]
+"""Outer faces of occupied blocks; the same as rectangles; their convex hull; their bounding box."""
+
+
+class ProxyMeshFile(Record):
+    """A closed mesh around all that a transfer function shows of a level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    level: Annotated[int, Field(ge=0)]
+    """Level."""
+    form: ProxyForm
+    """What it follows."""
+    block: Count
+    """Cells along an edge of the blocks that it encloses."""
+    file: PackagePath | None = None
+    """glTF binary; absent where the transfer function shows nothing of the level: then nothing is drawn."""
+    vertices: Annotated[int, Field(ge=0)] = 0
+    """Number of vertices."""
+    triangles: Annotated[int, Field(ge=0)] = 0
+    """Number of triangles."""
+    draco: bool = False
+    """Whether it is compressed, by the extension KHR_draco_mesh_compression."""
+    box_from_mesh_mm_xyz: Vector
+    """Positions of vertices times this are box millimetres: a quarter of the level's spacing."""
+    occupied_share: Fraction
+    """Part of the blocks that are occupied."""
+
+
+class Proxy(Record):
+    """Proxy geometry: rays begin where they first meet a mesh."""
+
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that beginning there takes from a ray."""
+    meshes: tuple[ProxyMeshFile, ...] = ()
+    """One for each level of each transfer function for which it saves samples."""
+    depth: PackagePath
+    """Fragment shader of the first pass, which writes depth alone."""
+    programs: tuple[Program, ...] = ()
+    """Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh."""

@@ -1,0 +1,114 @@
+"""Textures of a package: what each holds, and how an app gives it to OpenGL ES."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count
+from volprep_formats.package.bricks import BrickLayout
+from volprep_formats.package.normals import Normals
+from volprep_formats.package.slices import SliceLayout
+from volprep_formats.package.values import PackagePath
+from volprep_formats.record import Record
+from volprep_formats.source import ChannelName
+
+MosaicOrder = Literal["interleaved", "planar", "overlapping"]
+
+
+class MosaicLayout(Record):
+    """Where the slices of a level lie in one or several 2D textures of the same size."""
+
+    tile_shape_yx: tuple[Count, Count]
+    """Size of a slice, in texels."""
+    slices: Count
+    """Number of slices."""
+    components: Annotated[int, Field(ge=1, le=4)] = 1
+    """Data channels of a voxel, each in its own channel of the texel; several only where a texel holds one slice."""
+    channels: Literal[1, 4]
+    """Slices in one texel."""
+    order: MosaicOrder = "interleaved"
+    """Which slices share a texel: four consecutive ones; four that are as many slices apart as the texture has tiles;
+    or three consecutive ones and the one after them, which the next tile has again."""
+    gutter: Annotated[int, Field(ge=0)] = 0
+    """Texels around each tile that repeat its edge. With 0 tiles abut, and a fetch must stay half a texel inside."""
+    padding_yx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
+    """Texels below and right of each tile, and of its gutter, that repeat its edge: the next tile begins with a
+    compressed block of its own."""
+    tiles_x: Count
+    """Number of tiles in a row of one texture."""
+    tiles_y: Count
+    """Number of rows of tiles in one texture."""
+    textures: Annotated[int, Field(ge=1, le=8)] = 1
+    """Number of textures."""
+    texture_shape_yx: tuple[Count, Count]
+    """Height and width of each texture, in texels."""
+
+    @property
+    def pitch_yx(self) -> tuple[int, int]:
+        """Texels from a tile to the next one."""
+        (height, width), (below, right) = self.tile_shape_yx, self.padding_yx
+        return height + 2 * self.gutter + below, width + 2 * self.gutter + right
+
+
+class GlFormat(Record):
+    """The arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
+
+    target: Literal["TEXTURE_2D", "TEXTURE_3D"]
+    """Binding target."""
+    internal_format: str
+    """Internal format."""
+    format: str | None = None
+    """Format of the pixels; absent where they are compressed."""
+    type: str | None = None
+    """Type of the pixels; absent where they are compressed."""
+
+
+SampleFilter = Literal["linear", "nearest"]
+"""How a texture is sampled between its texels."""
+
+
+class Texture(Record):
+    """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE."""
+
+    name: str
+    """Name, unique in the package."""
+    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
+    """volume: normalised stored values of a level. bricks: where in its volume each brick lies. transfer: the lookup
+    table of a transfer function. preintegrated: its pre-integrated table. slices: slices of a level, classified, in a
+    2D texture for polygons."""
+    file: PackagePath
+    """KTX 2 file; where gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold, the bytes for
+    glCompressedTexImage2D."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a 2D texture."""
+    gl: GlFormat
+    """How to upload it."""
+    level: int | None = None
+    """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
+    channels: Annotated[tuple[ChannelName, ...], Field(min_length=1, max_length=4)] | None = None
+    """In a package of several channels those that the texture holds; several are components of the same texels."""
+    mosaic: MosaicLayout | None = None
+    """Layout of the slices, for a volume in 2D textures."""
+    bricks: BrickLayout | None = None
+    """Layout of the bricks, for a volume that holds its level as bricks."""
+    mipmap: Annotated[int, Field(ge=0)] | None = None
+    """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
+    texture, and read this mipmap of it."""
+    part: Annotated[int, Field(ge=0)] = 0
+    """Which of the textures of its mosaic or its stack of slices it is, from 0."""
+    transfer: str | None = None
+    """Name of the transfer function, for a table, and for voxels that are classified by it."""
+    reference_mm: float | None = None
+    """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
+    max_extinction_per_mm: float | None = None
+    """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
+    segment_mm: float | None = None
+    """For a pre-integrated table: length of the segments whose colours it holds."""
+    filter: SampleFilter = "linear"
+    """Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic."""
+    normals: Normals | None = None
+    """What the texels mean, for normals."""
+    encoder: str | None = None
+    """What compressed it, with its version and settings."""
+    slices: SliceLayout | None = None
+    """Which slices the texture holds, and where they lie, for slices."""
