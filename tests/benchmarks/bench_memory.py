@@ -55,7 +55,7 @@ class MemoryRow:
 def measure_memory(console: Console) -> list[MemoryRow]:
     """Build a head, and import a file of 2 GB and one of 20 GB.
 
-    The second has 9000 slices more, of which the sample for the plan keeps 8 kB each; all else must be the same.
+    The second has 9000 slices more, of which the samples for the plan keep 20 kB each; all else must be the same.
     What the disk has no room for is left out; so is the head where VOLPREP_TEST_DATA does not say where scans are.
     """
     rows = []

@@ -112,7 +112,7 @@ def test_every_plane_across_an_axis_has_its_physical_range(slope, monkeypatch) -
 def test_patches_of_scans_of_any_width_lie_inside_apart_and_are_not_empty(length) -> None:
     stored = voxels(np.uint8, (3, length, 5))
     stored[:] = np.arange(length)[:, None]
-    patches = measure(InMemory(stored), Silent()).patches[:, 0, :, 0]
+    patches = measure(InMemory(stored), Silent()).stored_patches[:, 0, :, 0]
     assert patches.shape == (min(3, max(1, length // 24)), min(length, 24))
     found = patches.ravel()
     assert len(np.unique(found)) == len(found)

@@ -187,7 +187,8 @@ class _Patches:
         self._tolerance = grounds.scene.tolerance
         self._spacing_mm = grounds.info.grid.spacing_mm_zyx[0]
         self._codes = Codes(8, values.quantize.window)
-        texels = self._codes.texels(grounds.measured.patches.astype(np.float64))
+        stored = grounds.measured.stored_patches.astype(np.float64)
+        texels = self._codes.texels(stored * grounds.info.slope + grounds.info.intercept)
         self._texels = np.rint(texels * 255).astype(np.uint8)
         exact = [Table.exact(each) for each in grounds.functions]
         self._tables = [each.resampled(values.quantize.window, values.entries) for each in exact]
