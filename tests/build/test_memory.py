@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from volprep import slabs
+from volprep import slabs, statistics
 from volprep.pipeline import STAGES
 from volprep.plan import make_plan
 from volprep.profiles import load_profile
@@ -85,6 +85,9 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     monkeypatch.setattr(choice, "_RAYS", 300)
     monkeypatch.setattr(rays, "_MOST_SAMPLES", 100_000)
     monkeypatch.setattr(look, "_LONGEST_AXIS", 16)
+    # The samples for the plan grow with the depth: 20 kB a slice, however large it is.
+    monkeypatch.setattr(statistics, "_PATCH_VOXELS", 4)
+    monkeypatch.setattr(statistics, "_PROBES", 4)
     # Deeper than what a filter reads at one time: 4 voxels of level 3 on both sides of twice as many.
     shallow = stage_peaks(tmp_path, 160, profile)
     deep = stage_peaks(tmp_path, 416, profile)
