@@ -11,10 +11,10 @@ are drawn together.
 
 from collections.abc import Iterator, Sequence
 
-from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
+from volprep.mosaic import Packing, Room, fit_mosaic
 from volprep.plan.levels import by
 from volprep.plan.mipmaps import in_one_texture
-from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, part_names
+from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.render.gl_formats import size_bytes
@@ -99,10 +99,7 @@ def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gut
         room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
         layout = fit_mosaic(level.shape_zyx, packing, room)
         if layout is None:
-            most = most_slices(level.shape_zyx[1:], packing, room)
-            return Misfit(
-                f"level {level.index} has {level.shape_zyx[0]} slices, {textures} textures have room for {most}"
-            )
+            return no_room(level, packing, room, profile)
     textures_of = part_names(name, 1 if layout is None else layout.textures)
     volume = VolumePlan(
         level=level.index,

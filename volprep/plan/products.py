@@ -15,8 +15,6 @@ from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
-Index = Annotated[int, Field(ge=0)]
-
 
 class ProgramPlan(Record):
     """One shader program."""
