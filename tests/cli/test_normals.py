@@ -7,11 +7,12 @@ import pytest
 from phantom_scene import write_phantom_scene
 from typer.testing import CliRunner
 
-from volprep_cli.main import app
+from volprep_cli.main import command_line
 
 
 def run(*words: str | Path) -> tuple[int, str]:
-    result = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    arguments = [str(word) for word in words]
+    result = CliRunner().invoke(command_line(arguments), arguments, catch_exceptions=False)
     return result.exit_code, result.output
 
 

@@ -12,14 +12,15 @@ from typer.testing import CliRunner
 
 from volprep.render.picture import encoded
 from volprep_cli.console import print_remarks
-from volprep_cli.main import app
+from volprep_cli.main import command_line
 from volprep_formats.diagnostics import VolprepError
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 
 
 def run(*words: str | Path) -> tuple[int, str]:
-    result = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    arguments = [str(word) for word in words]
+    result = CliRunner().invoke(command_line(arguments), arguments, catch_exceptions=False)
     return result.exit_code, result.output
 
 

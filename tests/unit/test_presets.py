@@ -177,9 +177,10 @@ def test_points_of_linear_and_srgb_colours_are_told_apart() -> None:
 
 @pytest.mark.parametrize("verb", ["plan", "transfer"])
 def test_help_lists_the_presets(verb, capsys) -> None:
-    from volprep_cli.main import app
+    from volprep_cli.main import command_line
 
-    app([verb, "--help"], standalone_mode=False)
+    arguments = [verb, "--help"]
+    command_line(arguments)(arguments, standalone_mode=False)
     # Lines may be broken at a hyphen.
     text = re.sub(r"\s", "", capsys.readouterr().out)
     assert all(name in text for name in preset_names())
