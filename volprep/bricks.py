@@ -11,12 +11,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.skip.ranges import BlockRanges
+from volprep.skip.ranges import BlockRanges, Triple
 from volprep.slabs import RawVolume
-from volprep_formats.package.bricks import BrickLayout, bricks_along
+from volprep_formats.grid import blocks_along
+from volprep_formats.package.bricks import BrickLayout
 from volprep_formats.textures.bricks import STORED
-
-Triple = tuple[int, int, int]
 
 _MOST_PLACES = 255
 """Bricks along an axis of the texture: places are bytes."""
@@ -28,7 +27,7 @@ def brick_layout(shape_zyx: Triple, size: int, reach: int, limit: int, stored: i
     None where it has no room for them.
     """
     z, y, x = (min(size, n - 1) for n in shape_zyx)
-    counts = tuple(bricks_along(n, cells) for n, cells in zip(shape_zyx, (z, y, x), strict=True))
+    counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, (z, y, x), strict=True))
     count = int(np.prod(counts)) if stored is None else stored
     pitch = [cells + 2 * reach - 1 for cells in (z, y, x)]
     most_z, most_y, most_x = (min(limit // each, _MOST_PLACES) for each in pitch)

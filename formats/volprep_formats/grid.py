@@ -12,8 +12,10 @@ from pydantic import Field, model_validator
 
 from volprep_formats.record import Record
 
+LONGEST_AXIS = 2**31 - 1
+"""Most voxels along an axis."""
 Length = Annotated[float, Field(gt=0.0)]
-Count = Annotated[int, Field(ge=1, le=2**31 - 1)]
+Count = Annotated[int, Field(ge=1, le=LONGEST_AXIS)]
 Vector = tuple[float, float, float]
 
 _ORTHONORMAL_TOLERANCE = 1e-6
@@ -104,3 +106,8 @@ class Grid(Record):
         matrix[:3, :3] = self.direction
         matrix[:3, 3] = self.corner_mm_xyz
         return matrix
+
+
+def blocks_along(voxels: int, cells: int) -> int:
+    """Number of blocks of so many cells along an axis. Cells lie between voxels; an axis of one voxel has a block."""
+    return max(1, -(-(voxels - 1) // max(cells, 1)))

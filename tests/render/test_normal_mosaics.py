@@ -10,13 +10,14 @@ from normals_probe import normals_probe
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.mosaic import Packing, Room, fit_mosaic
-from volprep.normals.codes import DIRECTION_BYTES, decoded
+from volprep.normals.codes import decoded
 from volprep.render.camera import standard_views
 from volprep.render.egl import Context
 from volprep.render.gl import Gl
 from volprep.render.renderer import Renderer
 from volprep.scene import NormalSettings
 from volprep_formats.grid import Grid
+from volprep_formats.package.normals import DIRECTION_BYTES
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 

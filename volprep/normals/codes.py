@@ -7,10 +7,8 @@ is free for "no gradient", because a number from -1 to 1 goes to 1 to 255.
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.package.normals import NormalCode
+from volprep_formats.package.normals import DIRECTION_BYTES, NormalCode
 
-DIRECTION_BYTES: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, "oct12": 3}
-"""Bytes of a direction; one more holds the length, where it is wanted."""
 LARGEST_LENGTH: dict[NormalCode, int] = {"biased8": 255, "snorm8": 127, "oct8": 255, "oct12": 255}
 """Code of the longest gradient."""
 

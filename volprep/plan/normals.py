@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator
 
 from volprep.mosaic import Packing, Room, fit_mosaic
-from volprep.normals.codes import DIRECTION_BYTES
 from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import LevelPlan
@@ -17,7 +16,7 @@ from volprep.render.gl_formats import size_bytes
 from volprep.scene import NormalSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.normals import NormalCode
+from volprep_formats.package.normals import DIRECTION_BYTES, FILTERED_CODES, NormalCode
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.texture import MosaicLayout
 
@@ -116,7 +115,7 @@ def plan_normals(
         space=settings.space,
         magnitude=settings.magnitude,
         format=texel,
-        filter="linear" if settings.code in {"biased8", "snorm8"} else "nearest",
+        filter="linear" if settings.code in FILTERED_CODES else "nearest",
         textures=tuple(fit for fit in fits if isinstance(fit, NormalTexturePlan)),
     )
 

@@ -19,10 +19,10 @@ from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
 from volprep.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
-from volprep.skip.ranges import BlockRanges, Triple, blocks_along
+from volprep.skip.ranges import BlockRanges, Triple
 from volprep.statistics import MEASURED_BLOCK, Measured
 from volprep.transfer.table import Table
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.skip import SkipKind

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.skip.occupancy import Occupied
-from volprep.skip.ranges import Triple, blocks_along
+from volprep.skip.ranges import Triple
+from volprep_formats.grid import blocks_along
 from volprep_formats.package.proxy import ProxyForm
 
 UNITS = 4

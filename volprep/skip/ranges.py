@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.slabs import slab_ranges
+from volprep_formats.grid import blocks_along
 
 Triple = tuple[int, int, int]
 ReadTexels = Callable[[int, int], NDArray[np.generic]]
@@ -65,11 +66,6 @@ def enclosed(ranges: BlockRanges, slack: float) -> BlockRanges:
     high = np.ceil((ranges.high.astype(np.float64) + slack) * 255)
     least, most = (np.clip(ends, 0, 255).astype(np.uint8) for ends in (low, high))
     return BlockRanges(least, most, ranges.block)
-
-
-def blocks_along(voxels: int, block: int) -> int:
-    """Number of blocks along an axis of so many voxels."""
-    return _native.block_minmax_shape((voxels, 1, 1), block)[0]
 
 
 class BlockGauge:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.mosaic import pack_mosaic
-from volprep.normals.codes import DIRECTION_BYTES, LARGEST_LENGTH
+from volprep.normals.codes import LARGEST_LENGTH
 from volprep.normals.gradient import direction_matrix, length_scale
 from volprep.plan import LevelPlan, NormalsPlan, NormalTexturePlan, Plan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
@@ -20,7 +20,7 @@ from volprep.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.stages import Changes, Stage, with_textures
 from volprep.work import codes_of_source
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.normals import Normals
+from volprep_formats.package.normals import DIRECTION_BYTES, Normals
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record

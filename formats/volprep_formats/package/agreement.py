@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.bricks_agreement import bricks_contradictions
-from volprep_formats.package.channel_agreement import CHANNELS, channel_contradictions
+from volprep_formats.package.channel_agreement import channel_contradictions
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.editing import Editing
 from volprep_formats.package.editing_agreement import editing_contradictions
@@ -22,7 +22,7 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.proxy_agreement import proxy_contradictions
 from volprep_formats.package.skip_agreement import skip_contradictions
 from volprep_formats.package.slices_agreement import slices_contradictions
-from volprep_formats.package.texture import MosaicLayout, Texture
+from volprep_formats.package.texture import CHANNELS, MosaicLayout, Texture
 from volprep_formats.package.together_agreement import together_contradictions
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of

@@ -38,8 +38,3 @@ class BrickLayout(Record):
         """Depth, height and width of the texture, in texels."""
         z, y, x = (n * pitch for n, pitch in zip(self.pool_zyx, self.pitch_zyx, strict=True))
         return z, y, x
-
-
-def bricks_along(voxels: int, cells: int) -> int:
-    """Number of bricks along an axis."""
-    return max(1, -(-(voxels - 1) // max(cells, 1)))

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from volprep_formats.package.bricks import bricks_along
+from volprep_formats.grid import blocks_along
 from volprep_formats.package.manifest import Level, Manifest
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
@@ -46,7 +46,7 @@ def _of_level(texture: Texture, level: Level) -> Iterator[str]:
     if layout is None:
         return
     shape = level.grid.shape_zyx
-    counts = tuple(bricks_along(n, cells) for n, cells in zip(shape, layout.cells_zyx, strict=True))
+    counts = tuple(blocks_along(n, cells) for n, cells in zip(shape, layout.cells_zyx, strict=True))
     if any((cells == 0) != (n == 1) or cells >= n for n, cells in zip(shape, layout.cells_zyx, strict=True)):
         yield f"has bricks of {layout.cells_zyx} cells, its level {shape} voxels"
     elif counts != layout.bricks_zyx:

@@ -4,9 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
-
-CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
-"""Channels of a texel by the format of its pixels."""
+from volprep_formats.package.texture import CHANNELS
 
 
 def channel_contradictions(manifest: Manifest) -> Iterator[str]:

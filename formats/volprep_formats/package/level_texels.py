@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.bricks import BrickLayout, bricks_along
+from volprep_formats.grid import blocks_along
+from volprep_formats.package.bricks import BrickLayout
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures import ktx2
@@ -61,7 +62,7 @@ def _from_bricks(
         entries = np.asarray(file.data, np.uint8)
         problem = misplaced(entries, layout) if file.format == "RGBA8" else "is not RGBA8"
         shape_zyx = _shape(package, pool.level)
-        counts = tuple(bricks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
+        counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
         if problem is None and (texels.shape, counts) == (layout.texture_zyx, layout.bricks_zyx):
             return voxels_of_bricks(texels, entries, layout, shape_zyx)
         problem = f"{places.file} {problem or f'and {pool.file} do not make {shape_zyx} voxels'}"

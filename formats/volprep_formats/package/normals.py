@@ -12,6 +12,10 @@ or by (1 4 1) twice."""
 NormalCode = Literal["biased8", "snorm8", "oct8", "oct12"]
 """Three bytes or three signed bytes, one a component; or the octahedron unfolded into a square of two times 8 or 12
 bits."""
+DIRECTION_BYTES: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, "oct12": 3}
+"""Bytes of a direction; one more holds the length, where it is wanted."""
+FILTERED_CODES: frozenset[NormalCode] = frozenset(("biased8", "snorm8"))
+"""Codes that may be filtered: a mixture of two directions is one between them."""
 NormalSpace = Literal["box", "patient"]
 """Axes of the vectors: those of the volume, as box space has them, or those of the patient (LPS)."""
 

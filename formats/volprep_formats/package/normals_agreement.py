@@ -3,12 +3,9 @@
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.normals import NormalCode
+from volprep_formats.package.normals import DIRECTION_BYTES, FILTERED_CODES
 from volprep_formats.package.program import Program
-from volprep_formats.package.texture import Texture
-
-_CHANNELS: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, "oct12": 3}
-_CHANNELS_OF_FORMAT: dict[str | None, int] = {"RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}
+from volprep_formats.package.texture import CHANNELS, Texture
 
 
 def normals_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -60,12 +57,12 @@ def _code(texture: Texture) -> Iterator[str]:
     if normals is None:
         yield "holds normals, but does not say what they mean"
         return
-    channels = _CHANNELS[normals.code] + (normals.largest_gradient is not None)
-    if _CHANNELS_OF_FORMAT.get(texture.gl.format) != channels:
+    channels = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
+    if CHANNELS.get(texture.gl.format) != channels:
         yield f"holds normals of {channels} channels, its format is {texture.gl.format}"
     if (normals.code == "snorm8") != (texture.gl.type == "BYTE"):
         yield f"holds normals of code {normals.code}, but texels of type {texture.gl.type}"
-    if (texture.filter == "nearest") != (normals.code in {"oct8", "oct12"}):
+    if (texture.filter == "linear") != (normals.code in FILTERED_CODES):
         yield f"holds normals of code {normals.code}, but has the filter {texture.filter}"
     if texture.transfer is not None:
         yield "holds normals, but has a transfer function"

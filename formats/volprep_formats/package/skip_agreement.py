@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.texture import Texture
@@ -47,7 +47,7 @@ def _described(
     if grid is None:
         yield f"is for level {record.level}, which is not among the levels"
         return
-    z, y, x = (max(1, -(-(voxels - 1) // record.block)) for voxels in grid.shape_zyx)
+    z, y, x = (blocks_along(voxels, record.block) for voxels in grid.shape_zyx)
     if record.blocks_zyx != (z, y, x):
         yield f"has {record.blocks_zyx} blocks; its level has {(z, y, x)} of {record.block} cells"
     if texture is None or texture.role != role or texture.level != record.level:

@@ -63,6 +63,8 @@ class GlFormat(Record):
     """Type of the pixels; absent where they are compressed."""
 
 
+CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
+"""Channels of a texel by the format of its pixels."""
 SampleFilter = Literal["linear", "nearest"]
 """How a texture is sampled between its texels."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.detached import data_file
@@ -25,7 +25,6 @@ from volprep_formats.readers.voxel_source import VoxelSource, check_declared, fi
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
-_LONGEST_AXIS = 2**31 - 1
 # MET_LONG is left out: it has 4 bytes in some versions of MetaIO and 8 in others.
 _TYPES = {
     "MET_CHAR": "i1",
@@ -59,10 +58,10 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     fields, end_bytes = _header(path)
     if _integers(path, fields, "ndims", "", (0, 99))[0] != 3:
         raise VolprepError("VP1121", path=path, what=f"{fields['ndims']} axes")
-    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, _LONGEST_AXIS))[0]
+    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
     if channels != 1:
         raise VolprepError("VP1121", path=path, what=f"{channels} channels")
-    sizes = _integers(path, fields, "dimsize", "", (1, _LONGEST_AXIS))
+    sizes = _integers(path, fields, "dimsize", "", (1, LONGEST_AXIS))
     if len(sizes) != 3:
         raise VolprepError("VP1120", path=path, error=f"DimSize has {len(sizes)} numbers for 3 axes")
     shape_zyx = (sizes[2], sizes[1], sizes[0])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
@@ -29,7 +29,6 @@ _LENGTH_BITS = 7  # the other bits of the field are the unit of time
 _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
 _DISAGREEMENT_MM = 1e-2
 _LARGEST_OFFSET = 2**31
-_LONGEST_AXIS = 2**31 - 1
 _MOST_CHANNELS = 2**16
 
 Matrix = NDArray[np.float64]
@@ -106,7 +105,7 @@ def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], i
     """Shape of a volume, and how many there are."""
     dim = [int(n) for n in header["dim"]]
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
-    if not sizes or min(sizes) < 1 or max(sizes) > _LONGEST_AXIS:
+    if not sizes or min(sizes) < 1 or max(sizes) > LONGEST_AXIS:
         shape = "×".join(str(n) for n in sizes or dim)
         raise VolprepError("VP1020", path=path, error=f"its header says {shape} voxels")
     nx, ny, nz = (*sizes, 1, 1)[:3]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.detached import data_file
@@ -34,7 +34,6 @@ from volprep_formats.source import SourceInfo, SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
 _MOST_AXES = 16
-_LONGEST_AXIS = 2**31 - 1
 _ALIASES = {"datafile": "data file", "lineskip": "line skip", "byteskip": "byte skip"}
 _TYPES = {
     **dict.fromkeys(("signed char", "int8", "int8_t"), "i1"),
@@ -133,7 +132,7 @@ def _header(path: Path) -> tuple[Fields, int]:
 def _axes(path: Path, fields: Fields) -> _Axes:
     """Find the three axes of space; all others have one value or the file is refused."""
     dimension = _integers(path, fields, "dimension", 1, _MOST_AXES)[0]
-    sizes = _integers(path, fields, "sizes", 1, _LONGEST_AXIS)
+    sizes = _integers(path, fields, "sizes", 1, LONGEST_AXIS)
     vectors = _VECTOR.findall(fields.get("space directions", ""))
     kinds = fields.get("kinds", "").lower().split()
     for name, values in (("sizes", sizes), ("space directions", vectors), ("kinds", kinds)):

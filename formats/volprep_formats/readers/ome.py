@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import LONGEST_AXIS, Grid
 
 MOST_VOXELS = 2**34
 """Most voxels that a volume may have; a store of a few bytes can declare any number."""
@@ -61,7 +61,7 @@ def grid_of(
     Without any, 1 mm is taken, as for pictures. An axis of one voxel takes the distance of its neighbour axis. Raises
     VP1225 for a size that no volume has, VP1227 when some distances are missing or are none.
     """
-    if math.prod(shape_zyx) > MOST_VOXELS or max(shape_zyx) > 2**31 - 1:
+    if math.prod(shape_zyx) > MOST_VOXELS or max(shape_zyx) > LONGEST_AXIS:
         size = "×".join(str(n) for n in reversed(shape_zyx))
         raise VolprepError("VP1225", path=path, size=f"{size} voxels", limit=f"{MOST_VOXELS} voxels")
     given = [h for h in spacing_mm_zyx if h is not None]

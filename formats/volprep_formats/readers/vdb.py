@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.isolation import Function, Request, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -120,7 +120,7 @@ class VdbSource:
         VP1270 to VP1273.
         """
         x, y, z = (first + start for first, start in zip(self._first_xyz, start_zyx[::-1], strict=True))
-        bz, by, bx = (max(1, -(-(n - 1) // block)) for n in shape_zyx)
+        bz, by, bx = (blocks_along(n, block) for n in shape_zyx)
         request = RangesRequest(self._tree, (x, y, z), shape_zyx, block, (bz, by, bx))
         ends = self._worker.run(read_ranges, request, 8 * bz * by * bx)
         return ends.astype(np.float32, copy=False)

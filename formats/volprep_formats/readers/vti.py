@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
@@ -33,7 +33,6 @@ UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x,
 _CHUNK_BYTES = 2**18
 # The table of blocks is held in memory; in blocks of VTK's usual 32 KiB these are 128 GiB.
 _MOST_BLOCKS = 2**22
-_LARGEST_INDEX = 2**31 - 1
 _TYPES = {
     **{f"Int{8 * size}": f"i{size}" for size in (1, 2, 4, 8)},
     **{f"UInt{8 * size}": f"u{size}" for size in (1, 2, 4, 8)},
@@ -66,12 +65,12 @@ def _grid(path: Path, document: Document) -> Grid:
     if len(document.pieces) != 1:
         raise VolprepError("VP1142", path=path, what=f"{len(document.pieces)} pieces")
     whole = image.get("WholeExtent", "")
-    extent = parse_integers(whole.split(), -_LARGEST_INDEX, _LARGEST_INDEX)
+    extent = parse_integers(whole.split(), -LONGEST_AXIS, LONGEST_AXIS)
     if extent is None or len(extent) != 6 or document.pieces[0].get("Extent", "").split() != whole.split():
         raise VolprepError("VP1140", path=path, error=f"WholeExtent {whole[:60]!r} is not the Extent of its one piece")
     first = np.array(extent[::2], dtype=np.float64)
     nx, ny, nz = (last - start + 1 for start, last in zip(extent[::2], extent[1::2], strict=True))
-    if not all(1 <= n <= _LARGEST_INDEX for n in (nx, ny, nz)):
+    if not all(1 <= n <= LONGEST_AXIS for n in (nx, ny, nz)):
         raise VolprepError("VP1140", path=path, error=f"WholeExtent {whole[:60]!r} is empty or too large")
     spacing = _floats(path, image, "Spacing", "1 1 1", 3)
     if not (spacing > 0).all():

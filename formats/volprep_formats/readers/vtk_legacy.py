@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
@@ -23,7 +24,6 @@ from volprep_formats.readers.vti import UNPLACED
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _MOST_HEADER_BYTES = 2**16
-_LONGEST_AXIS = 2**31 - 1
 # long and unsigned_long are left out: they have 4 bytes on some machines and 8 on others.
 _TYPES = {
     "char": "i1",
@@ -48,7 +48,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     Raises VolprepError VP1003, VP1007, VP1008, VP1140 to VP1142 or VP2021.
     """
     is_text, lines, data_bytes = _header(path)
-    sizes = parse_integers(_field(lines, "DIMENSIONS") or [], 1, _LONGEST_AXIS)
+    sizes = parse_integers(_field(lines, "DIMENSIONS") or [], 1, LONGEST_AXIS)
     points = parse_integers(_field(lines, "POINT_DATA") or [], 1, 2**63 - 1)
     if sizes is None or len(sizes) != 3 or points != [prod(sizes)]:
         raise VolprepError("VP1140", path=path, error="DIMENSIONS and POINT_DATA do not agree, or are no numbers")
