@@ -8,9 +8,9 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.transfer.wishes import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import LevelFilter, Tolerance
+from volprep_formats.package.manifest import LevelFilter, Projection, Tolerance
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, Lighting
 from volprep_formats.package.proxy import ProxyForm
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.slices import StackAxis
@@ -101,9 +101,9 @@ class RenderWishes(Record):
     absent 0.5, or 1 between the ends of pre-integrated segments."""
     opacity_cutoff: Fraction = 0.998
     """A ray stops when its opacity passes this. What is left behind 0.998 rounds to nothing in 8 bits."""
-    projection: Literal["orthographic", "perspective"] = "orthographic"
+    projection: Projection = "orthographic"
     """Projection of the standard views."""
-    lighting: Literal["none", "headlight"] = "none"
+    lighting: Lighting = "none"
     """"headlight": diffuse light from where the viewer is. It needs normals, which the package then has."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""

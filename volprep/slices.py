@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 from volprep.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
-from volprep_formats.package.slices import SliceLayout, StackAxis
+from volprep_formats.package.slices import AXES, SliceLayout, StackAxis
 from volprep_formats.package.transfer_function import TransferFunction
 
 Bytes = NDArray[np.uint8]
 Shape3 = tuple[int, int, int]
 
-AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
-"""Place of each axis in [z, y, x]."""
 _MORE_TEXTURES = 3
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from volprep.slabs import RawVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.files import source_name
 from volprep_formats.package.manifest import Level, LevelFilter, Manifest
 from volprep_formats.source import SourceInfo
 
@@ -18,15 +19,8 @@ if TYPE_CHECKING:
 
 SCENE = "work/scene.json"
 """The scene, with the absolute path of the source."""
-
-
 FORMS = "work/forms.json"
 """Compressed forms that were tried: what trying them took is not spent again by the next verb."""
-
-
-def source_name(channel: str | None) -> str:
-    """Give the name of the stored values of the source, in its type; of a channel where there are several."""
-    return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"
 
 
 def codes_name(level: int, channel: str | None = None) -> str:

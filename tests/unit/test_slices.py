@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep.slabs import RawVolume
-from volprep.slices import AXES, atlas_codes, fit_atlases, layouts, slice_shape_yx
+from volprep.slices import atlas_codes, fit_atlases, layouts, slice_shape_yx
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.slices import AXES
 from volprep_formats.textures import paletted
 
 

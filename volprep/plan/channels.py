@@ -15,7 +15,6 @@ from volprep.plan.make import Common, make_plan
 from volprep.plan.packing import pack_channels
 from volprep.plan.products import BlockRangesPlan, NormalTexturePlan
 from volprep.plan.records import CropPlan, Plan, VolumePlan
-from volprep.plan.slices import API
 from volprep.plan.together import choose_together, plan_together
 from volprep.plan.whole import WholeSource
 from volprep.scene import Scene
@@ -47,7 +46,7 @@ def make_plans(
         alone = scene.model_copy(update={"source": drawn[0].spec})
         plan = make_plan(alone, profile, infos[0], measured[0], whole=wholes[0] if wholes else None)
         return plan.model_copy(update={"items": (*plan.items, *_left_out(scene, plan))})
-    if profile.api == API:
+    if not profile.has_shaders:
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.plan.probe import PictureError, difference
 from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
-from volprep.plan.values import ValueChoice
+from volprep.plan.values import TABLE_SHARE, ValueChoice
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import RenderWishes, Scene
 from volprep.statistics import Measured
@@ -32,8 +32,6 @@ Classify = Callable[[Array, Array], tuple[Array, Array]]
 
 _ENTRIES = (64, 128, 256)
 """Sizes of a pre-integrated table: the largest has 512 kB as half floats."""
-_TABLE_SHARE = 0.05
-"""Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
 _RAYS = 256
 _MORE_SAMPLES = 4
 _REFERENCES = 8
@@ -117,7 +115,7 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
     planned: list[PreintegratedPlan] = []
     texts: list[str] = []
     for function in functions:
-        entries, error = rays.smallest_table(function, profile, _TABLE_SHARE * scene.tolerance.rmse)
+        entries, error = rays.smallest_table(function, profile, TABLE_SHARE * scene.tolerance.rmse)
         planned.append(_preintegrated(function, entries, step.segment_mm, profile))
         texts.append(rays.preintegration_reason(function, entries, error))
     return Tables(preintegrated=tuple(planned), reasons=tuple(texts))

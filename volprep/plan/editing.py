@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 from volprep.plan.products import EditingPlan, HistogramPlan
 from volprep.plan.records import LevelPlan
-from volprep.plan.slices import API
 from volprep.scene import Scene
 from volprep.transfer.joint_histogram import reference_mm
 from volprep_formats.diagnostics import VolprepError
@@ -27,7 +26,7 @@ def for_edits(scene: Scene, profile: DeviceProfile) -> Scene:
     if not scene.editable:
         return scene
     frozen = {
-        f"profile {profile.name}, which has no shaders": profile.api == API,
+        f"profile {profile.name}, which has no shaders": not profile.has_shaders,
         f"classification {scene.render.classification}": scene.render.classification != "lookup",
         "pyramid.filter appearance": scene.pyramid.filter == "appearance",
         "[proxy]": scene.proxy is not None,

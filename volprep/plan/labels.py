@@ -12,6 +12,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.transfer_function import TransferFunction
 
 LARGEST_LABEL = 255
+"""Labels are codes of 8 bits."""
 _SHARE = 0.25
 """Part of the largest error allowed that one step through the densest label may make: rays meet several corners. With
 a half, 1 of 9 views of thin labels was beyond it, with a quarter none (largest error 0.27 and 0.11 of 0.25)."""

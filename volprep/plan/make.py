@@ -1,9 +1,7 @@
 """Make the plan of a scene: one decision after the other."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 from volprep.plan.bricks import require_bricks
 from volprep.plan.classification import StepLengths, choose_tables, require_classification
@@ -14,15 +12,16 @@ from volprep.plan.functions import resolved_functions
 from volprep.plan.items import Grounds, describe
 from volprep.plan.labels import require_distinct_labels, step_voxels_of
 from volprep.plan.normals import normal_items, plan_normals, wanted_normals
-from volprep.plan.products import NormalsPlan, ProgramPlan, ProxyPlan, SkipPlan, SubvolumesPlan
+from volprep.plan.products import NormalsPlan, ProxyPlan, SkipPlan, SubvolumesPlan
+from volprep.plan.programs import ray_casters, technique_of
 from volprep.plan.proxy import describe_proxy, plan_proxy
 from volprep.plan.records import CropPlan, LevelPlan, Plan, VolumePlan
 from volprep.plan.skip import Found, describe_skip, plan_skip
-from volprep.plan.slices import API, plan_of_slices, refuse_slices
+from volprep.plan.slices import plan_of_slices, refuse_slices
 from volprep.plan.subvolumes import plan_subvolumes
 from volprep.plan.values import choose_values
 from volprep.plan.whole import WholeSource
-from volprep.scene import RenderWishes, Scene
+from volprep.scene import Scene
 from volprep.statistics import Measured
 from volprep.transfer.table import Table
 from volprep_formats.grid import Grid
@@ -63,7 +62,7 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
     VP3071 for mipmaps where it has no 3D textures, VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
-    if profile.api == API:
+    if not profile.has_shaders:
         return plan_of_slices(scene, profile, info, measured)
     refuse_slices(scene, profile)
     require_classification(scene, profile)
@@ -88,7 +87,7 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
         layout.profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable
     )
     skip = plan_skip(scene.skip, functions, found)
-    programs = tuple(program for function in functions for program in _programs(function, volumes, scene.render))
+    programs = tuple(program for each in functions for program in ray_casters(each.name, volumes, scene.render))
     proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
     # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
     slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
@@ -136,40 +135,6 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
                 *normal_items(normals, scene, levels),
             )
         }
-    )
-
-
-def _programs(
-    function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes
-) -> Iterator[ProgramPlan]:
-    """One program draws all 3D textures; mosaics and bricks have one each, whose text holds the layout."""
-    name = f"raycast-{function.name}"
-    if len(volumes) == 1 or (volumes[0].mosaic is None and volumes[0].bricks is None):
-        yield _program(name, function, volumes, render)
-        return
-    for volume in volumes:
-        yield _program(f"{name}-{volume.level}", function, (volume,), render)
-
-
-def technique_of(volume: VolumePlan) -> Literal["raycast_texture3d", "raycast_mosaic", "raycast_bricks"]:
-    """Give the technique that samples the textures of a level."""
-    if volume.mosaic is not None:
-        return "raycast_mosaic"
-    return "raycast_texture3d" if volume.bricks is None else "raycast_bricks"
-
-
-def _program(
-    name: str, function: TransferFunction, volumes: tuple[VolumePlan, ...], render: RenderWishes
-) -> ProgramPlan:
-    return ProgramPlan(
-        name=name,
-        technique=technique_of(volumes[0]),
-        classification=render.classification,
-        lighting=render.lighting,
-        vertex="shaders/raycast.vert",
-        fragment=f"shaders/{name}.frag",
-        levels=tuple(volume.level for volume in volumes),
-        transfer=function.name,
     )
 
 

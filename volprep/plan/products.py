@@ -7,7 +7,7 @@ from pydantic import Field
 from volprep_formats.grid import Count
 from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.profile import TextureFormat
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, Lighting, Technique
 from volprep_formats.package.proxy import ProxyForm
 from volprep_formats.package.skip import SkipKind
 from volprep_formats.package.slices import SliceLayout
@@ -21,11 +21,11 @@ class ProgramPlan(Record):
 
     name: str
     """Name of the program."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
+    technique: Technique
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
-    lighting: Literal["none", "headlight"] = "none"
+    lighting: Lighting = "none"
     """What lights it."""
     vertex: PackagePath
     """Vertex shader, which programs share."""

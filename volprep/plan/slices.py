@@ -14,19 +14,17 @@ from volprep.plan.room import Misfit
 from volprep.plan.values import choose_values
 from volprep.render.gl_formats import BYTES_PER_TEXEL
 from volprep.scene import RenderWishes, Scene, SliceSettings
-from volprep.slices import AXES, code_colours, fit_atlases, layouts, slice_shape_yx
+from volprep.slices import code_colours, fit_atlases, layouts, slice_shape_yx
 from volprep.statistics import Measured
 from volprep.transfer.palette import best_palette
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.slices import AXES
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures.paletted import PALETTE_BYTES
-
-API = "es1.1"
-"""The API without shaders."""
 
 
 def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:

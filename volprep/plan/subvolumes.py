@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from volprep.plan.levels import by
 from volprep.plan.products import ProgramPlan, SubvolumesPlan
+from volprep.plan.programs import VERTEX
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import one_channel
 from volprep.render.gl_formats import BYTES_PER_TEXEL
@@ -68,7 +69,7 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramPlan:
         technique="raycast_subvolumes",
         classification=scene.render.classification,
         lighting="none",
-        vertex="shaders/raycast.vert",
+        vertex=VERTEX,
         fragment=f"shaders/{name}.frag",
         levels=(0,),
         transfer=function.name,

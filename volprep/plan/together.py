@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from volprep.plan.mipmaps import chain_bytes
-from volprep.plan.products import ProgramPlan, SkipTablePlan, TogetherPlan
-from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.products import SkipTablePlan, TogetherPlan
+from volprep.plan.programs import ray_casters
+from volprep.plan.records import LevelPlan, Plan
 from volprep.plan.skip import Found, skip_together
 from volprep.render.gl_formats import size_bytes
 from volprep.scene import Scene
@@ -88,12 +89,7 @@ def plan_together(
         profile = group[0].profile
         limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
         _refuse(scene, f"at no level are there {limit} of profile {profile.name} enough for all channels")
-    # The layout of a mosaic is constant in a shader.
-    parts = [levels] if levels[0].mosaic is None else [[volume] for volume in levels]
-    programs = tuple(
-        _program(f"raycast-{name}" if len(parts) == 1 else f"raycast-{name}-{part[0].level}", name, part, scene)
-        for part in parts
-    )
+    programs = tuple(ray_casters(name, levels, scene.render))
     item = PlanItem(
         name=name,
         kept=True,
@@ -177,15 +173,3 @@ def _fits(group: Sequence[Plan], level: int, skip_bytes: int = 0) -> bool:
     tables = [*(max(of_channel, default=0) for of_channel in each), skip_bytes]
     units = sum(len(files) for files in sizes) + sum(1 for size in tables if size)
     return units <= profile.texture_units and sum(sizes.values()) + sum(tables) <= profile.max_texture_bytes
-
-
-def _program(file: str, name: str, volumes: Sequence[VolumePlan], scene: Scene) -> ProgramPlan:
-    return ProgramPlan(
-        name=file,
-        technique="raycast_texture3d" if volumes[0].mosaic is None else "raycast_mosaic",
-        classification=scene.render.classification,
-        vertex="shaders/raycast.vert",
-        fragment=f"shaders/{file}.frag",
-        levels=tuple(volume.level for volume in volumes),
-        transfer=name,
-    )

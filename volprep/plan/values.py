@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from volprep.plan.labels import LARGEST_LABEL
 from volprep.plan.probe import Codes, PictureError, difference, picture
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
@@ -19,9 +20,8 @@ from volprep_formats.source import SourceInfo
 
 SHARE = 0.5
 """Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
-_TABLE_SHARE = 0.05
-"""Part of the scene's tolerance by which a shorter lookup table may be worse than the longest one."""
-_LARGEST_LABEL = 255.0
+TABLE_SHARE = 0.05
+"""Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
 _ENTRIES = (256, 512, 1024, 2048, 4096)
 """Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
 _EDITABLE_ENTRIES = {8: 256, 16: 2048}
@@ -113,7 +113,7 @@ def choose_values(
         entries = min(_EDITABLE_ENTRIES[codes.bits], lengths[-1])
         error = bench.error(codes, entries)
     else:
-        entries, error = _shortest_table(bench, codes, lengths, error.rmse + _TABLE_SHARE * scene.tolerance.rmse)
+        entries, error = _shortest_table(bench, codes, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
         quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
         codes=codes,
@@ -127,11 +127,11 @@ def choose_values(
 def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeSettings:
     """Settings under which the code of a label is the label. Half floats have only 11 bits."""
     low, high = measured.statistics.minimum, measured.statistics.maximum
-    if low < 0 or high > _LARGEST_LABEL:
+    if low < 0 or high > LARGEST_LABEL:
         raise VolprepError("VP3025", problem=f"the values of the source reach from {low:g} to {high:g}")
     if settings != QuantizeSettings():
         raise VolprepError("VP3025", problem="the scene asks for other codes in quantize")
-    return QuantizeSettings(bits=8, window=(0.0, _LARGEST_LABEL))
+    return QuantizeSettings(bits=8, window=(0.0, float(LARGEST_LABEL)))
 
 
 def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:

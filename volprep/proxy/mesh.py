@@ -14,10 +14,8 @@ from volprep import _native
 from volprep.skip.occupancy import Occupied
 from volprep.skip.ranges import Triple
 from volprep_formats.grid import blocks_along
-from volprep_formats.package.proxy import ProxyForm
+from volprep_formats.package.proxy import UNITS, ProxyForm
 
-UNITS = 4
-"""Units of a position in a voxel."""
 Integers = NDArray[np.int32]
 Planes = tuple[Integers, Integers, Integers]
 """Positions of the planes between blocks along z, y and x."""

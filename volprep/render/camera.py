@@ -1,13 +1,13 @@
 """Cameras, and the nine standard views of a patient."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
+from volprep_formats.package.manifest import Projection
 
 _HEAD: Vector = (0.0, 0.0, 1.0)
 _FRONT: Vector = (0.0, -1.0, 0.0)
@@ -41,7 +41,7 @@ class Camera:
     """Height of the picture's field at the distance `focus_mm`; the width follows from the picture's shape."""
     focus_mm: float
     """Distance from the eye to the middle of the volume; rays end at twice this distance."""
-    projection: Literal["orthographic", "perspective"] = "orthographic"
+    projection: Projection = "orthographic"
     """Whether rays are parallel or leave the eye."""
 
     def world_from_clip(self, aspect: float) -> NDArray[np.float64]:
@@ -76,9 +76,7 @@ class Camera:
         return matrix
 
 
-def standard_views(
-    grid: Grid, projection: Literal["orthographic", "perspective"] = "orthographic"
-) -> dict[str, Camera]:
+def standard_views(grid: Grid, projection: Projection = "orthographic") -> dict[str, Camera]:
     """Six views along the patient's axes and three oblique ones, each holding the whole volume."""
     extent_xyz = np.array(grid.extent_mm_zyx[::-1])
     centre = grid.corner_mm_xyz + np.array(grid.direction) @ (extent_xyz / 2)
@@ -98,9 +96,7 @@ def standard_views(
     }
 
 
-def view_from(
-    grid: Grid, eye_mm_xyz: Vector, projection: Literal["orthographic", "perspective"] = "orthographic"
-) -> Camera:
+def view_from(grid: Grid, eye_mm_xyz: Vector, projection: Projection = "orthographic") -> Camera:
     """Look from a point of the world at the middle of the volume, with the field and the angle of the standard views.
 
     The head is up, the front where one looks along the body. Raises VP5020 for an eye in the middle of the volume.

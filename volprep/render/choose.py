@@ -7,9 +7,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
-API_OF_SLICES = "es1.1"
-"""The API without shaders."""
-
 
 def renderer_of(
     package: Package,
@@ -23,7 +20,7 @@ def renderer_of(
     if edit is not None:
         # Without shaders nothing can be edited, nor where there are meshes.
         return Renderer(package, level=level, transfer=transfer, point=point, edit=edit)
-    if package.manifest.profile.api != API_OF_SLICES:
+    if package.manifest.profile.has_shaders:
         if point is not None:
             return Renderer(package, level=level, transfer=transfer, point=point)
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer)

@@ -15,10 +15,10 @@ from volprep_formats.meshes import Primitive, read_glb
 from volprep_formats.package.channels import package_of_transfer
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
-from volprep_formats.package.proxy import Proxy, ProxyMeshFile
+from volprep_formats.package.proxy import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.reader import Package
 
-_MARGIN = 4.0
+_MARGIN = float(UNITS)
 """Units, a voxel, by which the vertex shader moves what lies on the volume's border."""
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from volprep.slabs import bytes_of
 from volprep.statistics import Gauge, Measured, source_slabs
-from volprep.work import source_name
 from volprep_formats.package.draft import Draft
+from volprep_formats.package.files import source_name
 from volprep_formats.package.manifest import Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec, VolumeSource

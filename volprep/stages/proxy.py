@@ -8,7 +8,7 @@ import math
 from volprep.plan import Plan, ProxyMeshPlan, ProxyPlan
 from volprep.plan.proxy import DEPTH
 from volprep.proxy.files import mesh_file
-from volprep.proxy.mesh import UNITS, block_planes, proxy_mesh
+from volprep.proxy.mesh import block_planes, proxy_mesh
 from volprep.proxy.sound import problems_of
 from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.skip.on_gpu import ranges_on_gpu
@@ -17,7 +17,7 @@ from volprep.skip.visible import visible_extinction
 from volprep.stages import Changes, Stage
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
-from volprep_formats.package.proxy import Proxy, ProxyMeshFile
+from volprep_formats.package.proxy import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 

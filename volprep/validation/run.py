@@ -11,7 +11,6 @@ from volprep import _native
 from volprep.forms import FormTrial
 from volprep.origin import read_origin
 from volprep.pyramid.records import LevelChoice
-from volprep.render.choose import API_OF_SLICES
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.report.folder import report_folder
 from volprep.report.verdict import judge
@@ -122,7 +121,7 @@ def _require_no_lit_labels(package: Package) -> None:
 
 def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Driver]:
     """Measure all programs of all channels; give them, the gain of their difference pictures, and the driver."""
-    if benches[0].subject.package.manifest.profile.api == API_OF_SLICES:
+    if not benches[0].subject.package.manifest.profile.has_shaders:
         return measure_slices(benches[0])
     programs = [(bench, program) for bench in benches for program in bench.subject.programs]
     viewed = [measure_views(bench, program, SWEEP_VIEW) for bench, program in programs]

@@ -346,7 +346,7 @@ def _complete(manifest: Manifest) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
     needed = ["grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "render"]
-    if manifest.profile.api == "es1.1":
+    if not manifest.profile.has_shaders:
         what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
         needed.append("programs")

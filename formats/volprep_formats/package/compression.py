@@ -4,10 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
 from volprep_formats.textures.block_formats import CompressedFormat
 
-ByteCount = Annotated[int, Field(ge=0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 
 

@@ -31,11 +31,10 @@ from volprep_formats.package.files import (
     sync_folder,
 )
 from volprep_formats.package.lock import Lock
-from volprep_formats.package.manifest import FileRecord, Manifest, StageRecord, SubvolumeFiles
+from volprep_formats.package.manifest import FileRecord, FileRole, Manifest, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 from volprep_formats.package.proxy import Proxy
 
-Role = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
 _STAGE = ".stage"
 
 
@@ -88,7 +87,7 @@ class Draft:
         """The manifest as of the last commit."""
         return self._manifest
 
-    def write(self, path: str, role: Role, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
+    def write(self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
         """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
 
         Chunks must not change after they were given. The file counts from the next `commit` on; until then only this

@@ -19,13 +19,16 @@ from volprep_formats.package.values import ByteCount, PackagePath, Sha256
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName, SourceInfo, StoredType
 
+FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
+"""What a file of a package is for."""
+
 
 class FileRecord(Record):
     """One file of the package."""
 
     path: PackagePath
     """Path inside the package."""
-    role: Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
+    role: FileRole
     """What the file is for. Working data exists in drafts only."""
     size_bytes: ByteCount
     """Size of the file."""
@@ -119,6 +122,10 @@ class Tolerance(Record):
     """Largest error of one channel of one pixel."""
 
 
+Projection = Literal["orthographic", "perspective"]
+"""Projection of a picture."""
+
+
 class RenderSettings(Record):
     """How the package wants to be drawn. Fragments are premultiplied linear light; alpha is the opacity."""
 
@@ -126,7 +133,7 @@ class RenderSettings(Record):
     """Nominal distance of the samples along a ray."""
     opacity_cutoff: Fraction | None = None
     """A ray stops when its opacity passes this; absent where no ray can reach it."""
-    projection: Literal["orthographic", "perspective"] = "orthographic"
+    projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""

@@ -53,3 +53,8 @@ class DeviceProfile(Record):
     """Widest index of a draw call."""
     max_texture_bytes: Annotated[int, Field(ge=1)]
     """Memory that all textures in use at one time may take together, in bytes."""
+
+    @property
+    def has_shaders(self) -> bool:
+        """Whether there are shaders; OpenGL ES 1.1 has none, and draws stacks of slices."""
+        return self.api != "es1.1"

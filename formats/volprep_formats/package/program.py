@@ -10,8 +10,10 @@ from volprep_formats.record import Record
 ClassificationName = Literal["lookup", "preintegrated", "palette", "preclassified"]
 """How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; or
 they are colours, because the voxels are classified."""
-
-
+Technique = Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
+"""How a program samples the volume."""
+Lighting = Literal["none", "headlight"]
+"""What lights it: nothing, or diffuse light from where the viewer is."""
 UniformSource = Literal[
     "box_from_clip",
     "step_mm",
@@ -62,11 +64,11 @@ class Program(Record):
 
     name: str
     """Name, unique in the package."""
-    technique: Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
+    technique: Technique
     """How it samples the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
-    lighting: Literal["none", "headlight"] = "none"
+    lighting: Lighting = "none"
     """What lights it. headlight: diffuse, from where the viewer is; what has no normal is fully lit."""
     vertex: PackagePath
     """Vertex shader."""

@@ -12,6 +12,8 @@ from volprep_formats.record import Record
 
 ProxyForm = Literal["blocks", "merged", "convex", "box"]
 """Outer faces of occupied blocks; the same as rectangles; their convex hull; their bounding box."""
+UNITS = 4
+"""Units of a position of a mesh in a voxel."""
 
 
 class ProxyMeshFile(Record):

@@ -8,10 +8,9 @@ import numpy as np
 from volprep_formats.meshes import GlbMesh
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
-from volprep_formats.package.proxy import ProxyMeshFile
+from volprep_formats.package.proxy import UNITS, ProxyMeshFile
 
 _RELATIVE_TOLERANCE = 1e-9
-_UNITS = 4
 
 
 def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -30,7 +29,7 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
         if mesh.level not in grids:
             yield f"{name} is for no level"
             continue
-        expected = [spacing / _UNITS for spacing in grids[mesh.level].spacing_mm_zyx[::-1]]
+        expected = [spacing / UNITS for spacing in grids[mesh.level].spacing_mm_zyx[::-1]]
         if not np.allclose(mesh.box_from_mesh_mm_xyz, expected, rtol=_RELATIVE_TOLERANCE, atol=0.0):
             yield f"{name} has box_from_mesh_mm_xyz that is not a quarter of its level's spacing"
         shown = mesh.file is not None
@@ -50,7 +49,7 @@ def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, in
         yield f"has {triangles} triangles or compression that the manifest does not name"
     if mesh.scale_mm_xyz != record.box_from_mesh_mm_xyz:
         yield "has another scale than the manifest says"
-    ends = np.array(shape_zyx[::-1]) * _UNITS
+    ends = np.array(shape_zyx[::-1]) * UNITS
     for part in mesh.primitives:
         at = part.positions_xyz
         if (at < 0).any() or (at > ends).any() or (at != np.rint(at)).any():

@@ -13,6 +13,8 @@ from volprep_formats.record import Record
 
 StackAxis = Literal["x", "y", "z"]
 """Index axis that the slices of a stack are perpendicular to."""
+AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
+"""Place of each axis in [z, y, x]."""
 
 
 class SliceLayout(Record):

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.slices import SliceLayout, StackAxis
+from volprep_formats.package.slices import AXES, SliceLayout, StackAxis
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
-_AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
 _FORMATS = (("RGBA", "RGBA", "UNSIGNED_BYTE"), (INTERNAL_FORMAT, None, None))
 
 
@@ -21,7 +20,7 @@ def slices_contradictions(manifest: Manifest) -> Iterator[str]:
         elif texture.slices is not None:
             stacks.setdefault((str(texture.transfer), texture.slices.axis), []).append(texture)
             yield from (f"texture {texture.name} {problem}" for problem in _texture(manifest, texture, texture.slices))
-    if manifest.profile.api != "es1.1":
+    if manifest.profile.has_shaders:
         if stacks:
             yield f"it holds slices, but profile {manifest.profile.name} has shaders"
         return
@@ -58,7 +57,7 @@ def _stack(textures: list[Texture], grids: dict[int, Grid], axis: StackAxis) -> 
         yield f"holds level {textures[0].level}, which is not among the levels"
         return
     ordered = sorted(textures, key=lambda texture: texture.part)
-    place = _AXES[axis]
+    place = AXES[axis]
     shape = tuple(n for index, n in enumerate(grid.shape_zyx) if index != place)
     at = 0
     for part, texture in enumerate(ordered):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
-from volprep_formats.package.files import open_inside
+from volprep_formats.package.files import open_inside, source_name
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
@@ -67,7 +67,7 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
     package = packages[name]
     manifest = package.manifest
-    working = f"work/level0-{name}.raw" if name else "work/level0.raw"
+    working = source_name(name or None)
     work = next((record for record in manifest.files if record.path == working), None)
     if work is not None and level in {None, 0}:
         return _working_volume(package, work)
