@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from tiny_packages import function
 
 from volprep.transfer.lookup import lookup_table, lookup_texels
+from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.table import Table
+from volprep.transfer.texel_forms import decoded_texels, opaque_per_mm
 
 RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
 fractions = st.floats(0.0, 1.0)
@@ -81,6 +83,19 @@ def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
     table = lookup_texels(lookup_table(fog_and_bone, (0.0, 1.0), 256), "RGBA8")
     fog = 20.0 * (table.texels[0, 0, 0, 3] / 255) ** 2
     assert fog == pytest.approx(0.001, rel=0.4)
+
+
+@pytest.mark.parametrize("classification", ["lookup", "preintegrated"])
+def test_a_wall_takes_no_bits_from_the_fog_in_front_of_it(classification):
+    white = (1.0, 1.0, 1.0)
+    fog_and_wall = function((0.0, white, 0.02), (0.5, white, 0.02), (0.5, white, 1e9), (1.0, white, 1e9))
+    if classification == "lookup":
+        table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), "RGBA8", opaque_per_mm(0.5))
+    else:
+        table = preintegrated_texels(fog_and_wall, (0.0, 1.0), 16, 0.5, "RGBA8")
+    extinction = decoded_texels(table)[1][0]
+    assert extinction[0, 0] == pytest.approx(0.02, rel=0.15)
+    assert -np.expm1(-0.5 * extinction[-1, -1]) >= 1 - 2**-16
 
 
 def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():

@@ -58,7 +58,6 @@ def _table_texels(package: Package, texture: Texture, level: int, function: Tran
     largest_per_mm = texture.max_extinction_per_mm
     if largest_per_mm is None:
         return lookup_texels(table, "RGBA16F").texels
-    table[:, 3] = np.minimum(table[:, 3], largest_per_mm)
     return lookup_texels(table, "RGBA8", largest_per_mm).texels
 
 

@@ -15,7 +15,7 @@ from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import Array, lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
-from volprep.transfer.texel_forms import MediumTexels
+from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep.work import codes_of_level, codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.editing import Editing, JointHistogram, encode_histogram
@@ -30,7 +30,7 @@ from volprep_formats.textures import ktx2
 def _settings(plan: Plan) -> tuple[Record, ...]:
     editing = () if plan.editing is None else (plan.editing,)
     tables = (*plan.lookups, *plan.preintegrated, *plan.palettes)
-    return (plan.quantize, *plan.levels, *plan.transfer_functions, *tables, *editing)
+    return (plan.quantize, plan.render, *plan.levels, *plan.transfer_functions, *tables, *editing)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
@@ -72,6 +72,7 @@ def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFun
     # One shader reads all of them, and holds one scale.
     headroom_per_mm = plan.editing.headroom_per_mm if plan.editing else 0.0
     largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
+    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else lookup_of_level(lookup, level)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.transfer.table import Table
-from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels
+from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels, opaque_per_mm
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -54,7 +54,8 @@ def preintegrated_texels(
     """Make the table [1, back, front, RGBA] of `entries`² texels for segments of `step_mm`, over `window`."""
     values = np.linspace(*window, entries)
     colour, extinction = segment_light(Table.exact(function), values[None, :], values[:, None], step_mm)
-    return medium_texels(_bled(colour, extinction)[None], extinction[None], texel_format)
+    largest_per_mm = min(float(extinction.max()), opaque_per_mm(step_mm))
+    return medium_texels(_bled(colour, extinction)[None], extinction[None], texel_format, largest_per_mm)
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,8 @@ class Texture(Record):
     reference_mm: float | None = None
     """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
     max_extinction_per_mm: float | None = None
-    """For a table of 8 bits: extinction = this · a², where a is the alpha channel."""
+    """For a table of 8 bits: extinction = this · a², where a is the alpha channel. Larger ones are held as this: a step
+    of the package lets none of the light behind it through."""
     segment_mm: float | None = None
     """For a pre-integrated table: length of the segments whose colours it holds."""
     filter: SampleFilter = "linear"
