@@ -15,7 +15,9 @@ def grid(
     size: Annotated[
         int | None,
         typer.Option(
-            min=2, help="Largest number of voxels of a sub-volume along an axis. Replaces the scene's grid.size."
+            min=2,
+            help="Largest number of voxels of a sub-volume along an axis. Replaces the scene's grid.size.",
+            metavar="VOXELS",
         ),
     ] = None,
     layout: Annotated[

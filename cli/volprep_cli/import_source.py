@@ -14,23 +14,31 @@ if TYPE_CHECKING:
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the draft goes.", metavar="PACKAGE")]
 Series = Annotated[
     str | None,
-    typer.Option(help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's."),
+    typer.Option(
+        help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's.", metavar="UID"
+    ),
 ]
 Volume = Annotated[
-    int | None, typer.Option(min=1, help="Which volume of a series that holds several. Replaces the scene's.")
+    int | None,
+    typer.Option(min=1, help="Which volume of a series that holds several. Replaces the scene's.", metavar="NUMBER"),
 ]
 Channel = Annotated[
     str | None,
-    typer.Option(help="Which channel of an OME file that holds several, by name or number. Replaces the scene's."),
+    typer.Option(
+        help="Which channel of an OME file that holds several, by name or number. Replaces the scene's.", metavar="NAME"
+    ),
 ]
 Level = Annotated[
     int | None,
     typer.Option(
-        min=0, help="Which resolution of a package or an OME-Zarr store; 0 is the finest. Replaces the scene's."
+        min=0,
+        help="Which resolution of a package or an OME-Zarr store; 0 is the finest. Replaces the scene's.",
+        metavar="NUMBER",
     ),
 ]
 Grid = Annotated[
-    str | None, typer.Option(help="Name of the grid in an OpenVDB file that holds several. Replaces the scene's.")
+    str | None,
+    typer.Option(help="Name of the grid in an OpenVDB file that holds several. Replaces the scene's.", metavar="NAME"),
 ]
 Rgb = Annotated[
     Literal["luminance"] | None,

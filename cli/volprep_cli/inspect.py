@@ -19,7 +19,7 @@ Picture = Annotated[
     Path | None,
     typer.Option(help="Write the slices of a level side by side to this PNG file, to look at.", metavar="PICTURE"),
 ]
-Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.")]
+Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.", metavar="NUMBER")]
 Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture: x, y and z as colours.")]
 Rows = list[tuple[str, ...]]
 

@@ -59,7 +59,11 @@ def volprep(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
-    """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web."""
+    """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web.
+
+    volprep build SCENE -o PACKAGE makes a package, and volprep validate PACKAGE proves it. A scene is a short text
+    file; volprep import SCAN begins without one. The verbs from quantize to seal are the stages of a build, one by one.
+    """
 
 
 def command_line(arguments: Sequence[str]) -> typer.Typer:
@@ -79,7 +83,10 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
     program.callback()(volprep)
     for verb in [verb for verb in arguments[:1] if verb in _VERBS] or _VERBS:
         name = _VERBS[verb]
-        program.command(verb)(getattr(import_module(f"volprep_cli.{name}"), name))
+        function = getattr(import_module(f"volprep_cli.{name}"), name)
+        # The list of verbs has each one's first paragraph whole; click would cut it off at the end of the line.
+        summary = " ".join(function.__doc__.partition("\n\n")[0].split())
+        program.command(verb, short_help=summary)(function)
     return program
 
 

@@ -16,9 +16,11 @@ _CODES = ("biased8", "snorm8", "oct8", "oct12")
 def normals(
     package: Draft,
     kernel: Annotated[
-        str | None, typer.Option(help=f"{', '.join(_KERNELS)}. Replaces the scene's normals.kernel.")
+        str | None, typer.Option(help=f"{', '.join(_KERNELS)}. Replaces the scene's normals.kernel.", metavar="KERNEL")
     ] = None,
-    code: Annotated[str | None, typer.Option(help=f"{', '.join(_CODES)}. Replaces the scene's normals.code.")] = None,
+    code: Annotated[
+        str | None, typer.Option(help=f"{', '.join(_CODES)}. Replaces the scene's normals.code.", metavar="CODE")
+    ] = None,
     magnitude: Annotated[
         bool | None, typer.Option(help="Keep the lengths of gradients, too. Replaces the scene's normals.magnitude.")
     ] = None,

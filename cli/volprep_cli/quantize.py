@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 def quantize(
     package: Draft,
-    bits: Annotated[int | None, typer.Option(help="8 or 16. Replaces the scene's quantize.bits.")] = None,
+    bits: Annotated[
+        int | None, typer.Option(help="8 or 16. Replaces the scene's quantize.bits.", metavar="BITS")
+    ] = None,
     window: Annotated[
         tuple[float, float] | None,
         typer.Option(

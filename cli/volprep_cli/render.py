@@ -9,14 +9,18 @@ Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
 View = Annotated[
     str,
-    typer.Option(help="Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, ..."),
+    typer.Option(
+        help="Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, anterior-right or "
+        "posterior-left. Left and right are the patient's.",
+        metavar="VIEW",
+    ),
 ]
 Eye = Annotated[
     str | None,
     typer.Option(help="Look from this point at the middle instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"),
 ]
 Size = Annotated[str, typer.Option(help="Width and height in pixels.", metavar="WxH")]
-Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.")]
+Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.", metavar="NUMBER")]
 Transfer = Annotated[
     str | None,
     typer.Option(

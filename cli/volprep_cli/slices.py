@@ -18,7 +18,9 @@ def slices(
     ] = None,
     palette_entries: Annotated[
         int | None,
-        typer.Option(min=2, max=256, help="Colours of a palette. Replaces the scene's slices.palette_entries."),
+        typer.Option(
+            min=2, max=256, help="Colours of a palette. Replaces the scene's slices.palette_entries.", metavar="COUNT"
+        ),
     ] = None,
 ) -> None:
     """Lay a level out as stacks of slices along each axis, for devices of OpenGL ES 1.1, which have no shaders."""

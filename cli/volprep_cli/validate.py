@@ -15,10 +15,13 @@ if TYPE_CHECKING:
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
     Path | None,
-    typer.Option(help="The scan, or the scene, that the package was made from; else PACKAGE.origin.json tells."),
+    typer.Option(
+        help="The scan, or the scene, that the package was made from; else PACKAGE.origin.json tells.", metavar="PATH"
+    ),
 ]
 ReportFolder = Annotated[
-    Path | None, typer.Option("--report", help="Folder of the report; else NAME.report beside the package.")
+    Path | None,
+    typer.Option("--report", help="Folder of the report; else NAME.report beside the package.", metavar="FOLDER"),
 ]
 Size = Annotated[
     int | None,

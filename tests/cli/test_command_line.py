@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from dicom_files import save_all, stack
 from phantom_scene import SCENE, phantom, write_phantom_scene
 from pydicom.uid import ExplicitVRLittleEndian
 
-from volprep_cli.main import main
+from volprep_cli.main import _VERBS, main
 from volprep_formats.diagnostics import ExitStatus
 
 HEAVY = {"numpy", "pydantic", "rich", "pydicom", "nibabel", "OpenGL", "OpenImageIO", "skimage", "matplotlib", "pyvista"}
@@ -238,6 +239,19 @@ atexit.register(lambda: print("LOADED", *sorted(not_needed & set(sys.modules)), 
     command = [sys.executable, "-c", code, "import", tmp_path / "series", "-o", tmp_path / "a.volpkg"]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     assert run.stderr.splitlines()[-1] == "LOADED"
+
+
+def test_help_lists_each_verb_with_its_whole_first_sentence() -> None:
+    told = volprep("--help", COLUMNS="80").stdout.replace("sub-\n", "sub-")
+    for verb, name in _VERBS.items():
+        first, _, _ = getattr(import_module(f"volprep_cli.{name}"), name).__doc__.partition("\n\n")
+        assert " ".join([verb, *first.split()]) in " ".join(told.split()).replace("sub- ", "sub-")
+
+
+def test_help_names_what_an_option_takes_and_not_its_type(tmp_path, in_process) -> None:
+    for verb in _VERBS:
+        _, told, _ = in_process(tmp_path, f"{verb} --help")
+        assert not re.search(r"<(str|int|float|path)[ >]", told.partition("Options:")[2]), told
 
 
 def test_help_tells_every_exit_status() -> None:
