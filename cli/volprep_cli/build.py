@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress, voxels_text
 
 Scene = Annotated[Path, typer.Argument(help="Scene file.", metavar="SCENE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
@@ -31,5 +31,5 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
     if as_json:
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
     else:
-        levels = ", ".join("×".join(str(n) for n in level.grid.shape_zyx) for level in manifest.levels)
+        levels = ", ".join(voxels_text(level.grid.shape_zyx) for level in manifest.levels)
         print(f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}")

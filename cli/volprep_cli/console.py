@@ -114,8 +114,16 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     table = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
         table.add_row(*row)
-    # Piped text is for grep: a row stays one line.
-    Console(width=None if sys.stdout.isatty() else 10_000, highlight=False, markup=False).print(table)
+    # Piped text is for grep and diff: a row stays one line, and no line ends with blanks.
+    console = Console(width=None if sys.stdout.isatty() else 10_000, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+
+
+def voxels_text(numbers_zyx: Sequence[float]) -> str:
+    """Give sizes for people, x first, as scanners and viewers do: 512×512×54."""
+    return "×".join(f"{number:.6g}" for number in reversed(numbers_zyx))
 
 
 def bytes_text(size: int) -> str:

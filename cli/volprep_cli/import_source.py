@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from volprep_cli.build import Profile, Source
-from volprep_cli.console import Json, print_json, print_remarks, print_table, progress
+from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom_list import Listing
@@ -114,7 +114,7 @@ def import_source(
         draft = import_draft(request, output, watcher).draft
     origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
     write_origin(output, origin)
-    shape = "×".join(str(n) for n in draft.manifest.source.info.grid.shape_zyx)
+    shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
     print_remarks(draft.manifest)
     low, high = values.minimum, values.maximum
@@ -162,7 +162,7 @@ def _print(listing: "Listing") -> None:
             series.ending,
             series.modality or "-",
             str(series.files),
-            "×".join(str(n) for n in reversed(series.shape_zyx)),
+            voxels_text(series.shape_zyx),
             " × ".join("?" if h is None else f"{h:.4g}" for h in reversed(series.spacing_mm_zyx)),
             "a volume" if series.problem is None else f"{series.problem.code} {series.problem.summary}",
         )

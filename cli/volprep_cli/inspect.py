@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_table
+from volprep_cli.console import Json, bytes_text, print_json, print_table, voxels_text
 
 if TYPE_CHECKING:
     from volprep_formats.package.manifest import Channel, Manifest
@@ -22,6 +22,15 @@ Picture = Annotated[
 Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.", metavar="NUMBER")]
 Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture: x, y and z as colours.")]
 Rows = list[tuple[str, ...]]
+_KINDS = {
+    "transfer": "lookup table",
+    "preintegrated": "pre-integrated table",
+    "skip": "skip table",
+    "ranges": "ranges of blocks",
+    "bricks": "places of bricks",
+    "normals": "normals",
+}
+"""What a texture holds if it is not the values or colours of a level."""
 
 
 def inspect(
@@ -77,13 +86,13 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
         yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
     yield (
         "LEVELS",
-        ("level", "voxels z×y×x", "spacing mm", "of level 0", "filter"),
+        ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter"),
         [
             (
                 str(level.index),
-                _times(level.grid.shape_zyx),
-                _times(level.grid.spacing_mm_zyx),
-                _times(level.factors_zyx),
+                voxels_text(level.grid.shape_zyx),
+                voxels_text(level.grid.spacing_mm_zyx),
+                voxels_text(level.factors_zyx),
                 level.filter,
             )
             for level in manifest.levels
@@ -92,12 +101,12 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
     sizes = {record.path: record.size_bytes for record in manifest.files}
     yield (
         "TEXTURES",
-        ("texture", "holds", "texels z×y×x", "GL format", "size", "file"),
+        ("texture", "holds", "texels x×y×z", "GL format", "size", "file"),
         [
             (
                 texture.name,
                 _holds(texture),
-                _times(texture.shape_zyx),
+                voxels_text(texture.shape_zyx),
                 _gl_format(texture.gl),
                 bytes_text(sizes.get(texture.file, 0)),
                 texture.file,
@@ -158,8 +167,8 @@ def _general(manifest: "Manifest") -> Rows:
         ("name", manifest.name),
         ("format", f"{manifest.format} {manifest.version}, written by {manifest.generator}"),
         ("profile", f"{profile.name}, OpenGL ES {profile.api.removeprefix('es')}"),
-        ("source", f"{source}, {_times(info.grid.shape_zyx)} voxels z×y×x, {info.stored_type}"),
-        ("extent", f"{_times(info.grid.extent_mm_zyx)} mm z×y×x"),
+        ("source", f"{source}, {voxels_text(info.grid.shape_zyx)} voxels x×y×z, {info.stored_type}"),
+        ("extent", f"{voxels_text(info.grid.extent_mm_zyx)} mm x×y×z"),
         ("values", f"{statistics.minimum:g} to {statistics.maximum:g} {info.unit}".rstrip() + non_finite),
     ]
     rows += [("repaired", f"{repair.kind}, {repair.interpolation} interpolation") for repair in info.repairs]
@@ -193,29 +202,31 @@ def _channel(channel: "Channel") -> tuple[str, ...]:
 
 
 def _holds(texture: "Texture") -> str:
-    if texture.role == "transfer":
-        scale = "" if texture.max_extinction_per_mm is None else f", extinction up to {texture.max_extinction_per_mm:g}"
-        return f"transfer {texture.transfer}{scale}"
-    level = ", ".join((*(texture.channels or ()), f"level {texture.level}"))
+    kind = f"{_KINDS[texture.role]} {texture.transfer or ''}".strip() if texture.role in _KINDS else ""
+    largest = texture.max_extinction_per_mm
+    words = (
+        kind,
+        *(texture.channels or ()),
+        "" if texture.level is None else f"level {texture.level}",
+        "" if largest is None else f"extinction up to {largest:g}",
+    )
+    level = ", ".join(word for word in words if word)
     if texture.slices is not None:
         slices = texture.slices
         last = slices.first + slices.slices - 1
         return f"{level}, slices {slices.first} to {last} across {slices.axis}, {texture.transfer}"
     if texture.bricks is not None:
-        layout = texture.bricks
-        return f"{level}: {layout.stored} of {math.prod(layout.bricks_zyx)} bricks of {_times(layout.cells_zyx)} cells"
+        layout, cells = texture.bricks, voxels_text(texture.bricks.cells_zyx)
+        return f"{level}: {layout.stored} of {math.prod(layout.bricks_zyx)} bricks of {cells} cells"
     if texture.mosaic is None:
         return level if texture.mipmap is None else f"{level}, mipmap {texture.mipmap} of {texture.file}"
     mosaic = texture.mosaic
     part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
     order = "" if mosaic.channels == 1 else f" {mosaic.order}"
     gutter = f", gutter {mosaic.gutter}" if mosaic.gutter else ""
-    tiles = f"{mosaic.tiles_y}×{mosaic.tiles_x} tiles of {mosaic.channels}{order} slices"
+    slices = "slice" if mosaic.channels == 1 else "slices"
+    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.channels}{order} {slices}"
     return f"{level}{part}: {tiles}{gutter}"
-
-
-def _times(numbers: tuple[float, ...]) -> str:
-    return "×".join(f"{number:.6g}" for number in numbers)
 
 
 def _gl_format(gl: "GlFormat") -> str:

@@ -53,7 +53,7 @@ def test_a_package_shows_its_channels(package) -> None:
     assert run.returncode == 0, run.stderr
     lines = [line.split() for line in run.stdout.splitlines()]
     assert ["skin", "red", "blue"] in [[line[0], *line[-2:]] for line in lines if len(line) > 5]
-    assert any(line[:5] == ["volume-0-bone", "bone,", "level", "0", "17×19×24"] for line in lines)
+    assert any(line[:5] == ["volume-0-bone", "bone,", "level", "0", "24×19×17"] for line in lines)
 
 
 def test_a_channel_is_exported(package, tmp_path) -> None:
@@ -68,7 +68,7 @@ def test_a_channel_is_exported(package, tmp_path) -> None:
 def test_a_package_is_a_source_of_one_of_its_channels(package, tmp_path) -> None:
     run = volprep("import", package, "--channel", "skin", "-o", tmp_path / "a.volpkg")
     assert run.returncode == 0, run.stderr
-    assert "17×19×24 voxels" in run.stdout
+    assert "24×19×17 voxels" in run.stdout
 
 
 def test_one_path_cannot_replace_several(package, tmp_path) -> None:

@@ -32,15 +32,17 @@ def test_a_person_sees_every_table(sealed: Path) -> None:
     titles = [line.rstrip() for line in text.splitlines() if line and line == line.upper() and not line.startswith(" ")]
     assert titles == ["GENERAL", "LEVELS", "TEXTURES", "TRANSFER FUNCTIONS", "PROGRAMS", "PLAN", "FILES"]
     lines = [" ".join(line.split()) for line in text.splitlines()]
-    assert "source raw, 5×7×9 voxels z×y×x, uint8" in lines
-    assert "1 5×4×5 2.5×1.4×0.6 1×2×2 box" in lines
-    assert "volume-0 level 0 5×7×9 TEXTURE_3D R8/RED/UNSIGNED_BYTE 523 B textures/level0.ktx2" in lines
+    assert "source raw, 9×7×5 voxels x×y×z, uint8" in lines
+    assert "1 5×4×5 0.6×1.4×2.5 2×2×1 box" in lines
+    assert "volume-0 level 0 9×7×5 TEXTURE_3D R8/RED/UNSIGNED_BYTE 523 B textures/level0.ktx2" in lines
+    assert "lookup-bone lookup table bone, extinction up to 2 16×1×1 TEXTURE_2D" in " ".join(lines)
     assert "bone 2 0 to 255 2" in lines
     assert "everything kept 0 B small" in lines
+    assert not [line for line in text.splitlines() if line != line.rstrip()]
 
 
 def test_a_person_sees_how_a_mosaic_is_laid_out(sealed_mosaic: Path) -> None:
-    assert "level 0: 2×3 tiles of 1 slices" in run(str(sealed_mosaic))
+    assert "level 0: 3×2 tiles of 1 slice" in run(str(sealed_mosaic))
 
 
 @pytest.mark.parametrize("package", ["sealed", "sealed_mosaic"])

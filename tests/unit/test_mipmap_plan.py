@@ -72,7 +72,7 @@ def test_the_finest_level_holds_the_file_and_the_item_says_what_halving_costs() 
     voxels = sum(math.prod(level.shape_zyx) for level in decided.levels)
     assert f"{texels - voxels} bytes more" in item(decided, "mipmaps").reason
     assert sum(item(decided, f"level {index}").size_bytes for index in range(4)) == texels
-    assert "16×72×40 texels, so that 9×70×33 voxels" in item(decided, "mipmaps").reason
+    assert "40×72×16 texels, so that 33×70×9 voxels" in item(decided, "mipmaps").reason
     assert decided.programs[0].levels == (0, 1, 2, 3)
 
 
@@ -87,7 +87,7 @@ def test_levels_stay_apart_unless_the_scene_asks() -> None:
     [
         (
             {"max_3d_texture_size": 70},
-            r"its mipmaps need 16×72×40 texels, but a 3D texture of profile gles3 holds at most 70",
+            r"its mipmaps need 40×72×16 texels, but a 3D texture of profile gles3 holds at most 70",
         ),
         ({"max_texture_bytes": 50_000}, r"bytes with mipmaps, \d+ beside them, are more than the 50000"),
     ],

@@ -191,7 +191,7 @@ class TestLevels:
         assert [level.index for level in decided.levels] == [1, 2]
         left_out = item(decided, "level 0")
         assert not left_out.kept
-        assert "33×20×7 voxels, but 3D textures of profile gles3 hold at most 20" in left_out.reason
+        assert "7×20×33 voxels, but 3D textures of profile gles3 hold at most 20" in left_out.reason
         assert left_out.size_bytes == 33 * 20 * 7
         # The whole volume does not fit: no claim that a grid of sub-volumes is not needed.
         assert item(decided, "sub-volumes").reason == "the scene has no table [grid]"
@@ -215,7 +215,7 @@ class TestLevels:
         assert [program.levels for program in decided.programs] == [(1,), (4,)]
         assert [volume.format for volume in decided.volumes] == ["RGBA8", "LUMINANCE8"]
         assert decided.stages == ("import", "quantize", "pyramid", "transfer", "mosaic", "shaders", "seal")
-        assert "33 slices of 20×31 voxels, but" in item(decided, "level 0").reason
+        assert "33 slices of 31×20 voxels, but" in item(decided, "level 0").reason
         assert "room for 24" in item(decided, "level 0").reason
         assert item(decided, "level 2").reason == "level 1 fits and is finer"
         assert not item(decided, "3D texture").kept
@@ -254,7 +254,7 @@ class TestLevels:
 
     def test_a_volume_that_fits_no_mosaic_at_any_level_is_an_error_with_the_numbers(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})
-        with pytest.raises(VolprepError, match=r"VP3022 .* level 0: 3 slices of 70×31 voxels, .* has room for 0"):
+        with pytest.raises(VolprepError, match=r"VP3022 .* level 0: 3 slices of 31×70 voxels, .* has room for 0"):
             plan(noise((3, 70, 31)), scene(pyramid={"coarsest_longest_axis": 70}), small)
 
     def test_the_scene_chooses_order_and_gutter(self) -> None:

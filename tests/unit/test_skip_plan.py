@@ -116,7 +116,7 @@ def test_a_table_for_which_there_is_no_room_is_left_out():
     assert "beside level 0 there is no room for a table of 4096 bytes" in item(decided).reason
     short = GLES3.model_copy(update={"max_3d_texture_size": 65})
     decided = plan(voxels, scene(kind="octants"), short)
-    assert "a table of 128×16×16 entries fits no texture of profile gles3" in item(decided).reason
+    assert "a table of 16×16×128 entries fits no texture of profile gles3" in item(decided).reason
 
 
 def test_ranges_of_blocks_come_on_request():

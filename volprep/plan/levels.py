@@ -112,6 +112,6 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: 
     )
 
 
-def by(shape: tuple[int, int, int]) -> str:
-    """Write a shape for people."""
-    return "×".join(str(n) for n in shape)
+def by(shape_zyx: tuple[int, int, int]) -> str:
+    """Write a shape for people, x first."""
+    return "×".join(str(n) for n in reversed(shape_zyx))

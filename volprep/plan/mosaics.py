@@ -99,7 +99,7 @@ def mosaic_text(layout: MosaicLayout) -> str:
     """Say in a few words what a mosaic looks like."""
     textures = "" if layout.textures == 1 else f" in each of {layout.textures} textures"
     gutter = f" with gutters of {layout.gutter}" if layout.gutter else ""
-    return f"mosaic of {layout.tiles_y}×{layout.tiles_x} tiles{gutter}{textures}"
+    return f"mosaic of {layout.tiles_x}×{layout.tiles_y} tiles{gutter}{textures}"
 
 
 def describe_mosaic(
@@ -146,7 +146,7 @@ def no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProfi
         f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for what else is sampled"
     )
     return Misfit(
-        f"{depth} slices of {height}×{width} voxels, but {where} of {room.size}×{room.size} texels and "
+        f"{depth} slices of {width}×{height} voxels, but {where} of {room.size}×{room.size} texels and "
         f"{'one channel' if packing.channels == 1 else 'four channels'} has room for {most}"
         f"{beside if 1 < room.textures < MOST_TEXTURES else ''}"
     )

@@ -122,7 +122,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and what is wanted 
             atlases = fit_atlases(shape, slices, profile.max_texture_size, square=profile.square)
             if atlases is None:
                 largest = profile.max_texture_size
-                return Misfit(f"slices of {shape[0]}×{shape[1]} voxels, but textures have {largest}×{largest} texels")
+                return Misfit(f"slices of {shape[1]}×{shape[0]} voxels, but textures have {largest}×{largest} texels")
             textures = tuple(
                 SliceTexturePlan(
                     name=(name := f"slices-{function.name}-{axis}-{part}"),
@@ -185,11 +185,11 @@ def _stack_item(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function:
     count = sum(texture.layout.slices for texture in stack.textures)
     rows, columns = layout.slice_shape_yx
     wasted = 1 - count * rows * columns / _texels(stack)
-    sizes = ", ".join(f"{texture.shape_yx[0]}×{texture.shape_yx[1]}" for texture in stack.textures)
+    sizes = ", ".join(f"{texture.shape_yx[1]}×{texture.shape_yx[0]}" for texture in stack.textures)
     return PlanItem(
         name=f"slices of {stack.transfer} across {layout.axis}",
         kept=True,
-        reason=f"{count} slices of {rows}×{columns} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
+        reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
         f"{wasted:.1%} of the texels stay empty, of single textures with sizes of powers of two "
         f"{1 - rows * columns / (_rounded(rows) * _rounded(columns)):.1%}; {_colours(plan, slices, stack, function)}; "
         f"{_oblique(plan, stack, function)}",
