@@ -19,10 +19,10 @@ from fetch_scan import BRAIN, SCANS, fetch
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import ExitStatus
-from volprep_formats.dicom_series import write_series
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+from volprep_formats.writers import dicom
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "sample_specs" / "brain-mr.toml"
@@ -73,7 +73,7 @@ def make_series(nifti: Path) -> None:
     """Write the NIfTI file as SERIES, anew each time, so that it never is of an older version."""
     shutil.rmtree(SERIES, ignore_errors=True)
     with open_source(SourceSpec(path=str(nifti)), ROOT, Silent()) as source:
-        write_series(AsMr(source), SERIES, description="MNI152 T1", progress=Silent())
+        dicom.write(AsMr(source), SERIES, Silent(), description="MNI152 T1")
 
 
 def volprep(*arguments: str | Path) -> int:

@@ -1,16 +1,13 @@
 """volprep export: write a level of a package in a format that other programs read."""
 
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, progress
+from volprep_cli.console import Json, print_json, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
-
-if TYPE_CHECKING:
-    from volprep_formats.progress import Progress
-    from volprep_formats.source import VolumeSource
 
 File = Annotated[
     Path,
@@ -19,7 +16,7 @@ File = Annotated[
         metavar="FILE",
     ),
 ]
-Level = Annotated[int | None, typer.Option(min=0, help="Level to write; the finest if not given.")]
+Level = Annotated[int | None, typer.Option(min=0, help="Level to write; the finest if not given.", metavar="NUMBER")]
 Channel = Annotated[
     str | None, typer.Option(help="Channel to write, by name or number, of a package of several.", metavar="NAME")
 ]
@@ -55,15 +52,17 @@ def export(
         if target.exists() and not force:
             raise VolprepError("VP1251", path=target)
     with open_level(package, level, channel) as source, progress() as watcher:
-        _write(StoredValues(source) if values == "stored" else source, file, kind, watcher)
+        writer = import_module(f"volprep_formats.writers.{kind}")
+        writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
         shape_zyx = source.info.grid.shape_zyx
     if as_json:
         print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "values": values})
     else:
-        print(f"{file}: {'×'.join(map(str, shape_zyx))} voxels, {values} values, {kind}")
+        print(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
 
 
 def _kind(file: Path) -> str:
+    """Name of the writer, which is a module of `volprep_formats.writers`."""
     from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415 - keeps volprep --help fast
 
     endings = {".nii": "nifti", ".nrrd": "nrrd", ".raw": "raw", ".vdb": "vdb", "": "dicom"}
@@ -73,28 +72,3 @@ def _kind(file: Path) -> str:
     if ending not in endings:
         raise VolprepError("VP1252", path=file)
     return endings[ending]
-
-
-def _write(source: "VolumeSource", file: Path, kind: str, watcher: "Progress") -> None:
-    from volprep_formats.writers.values import PhysicalValues  # noqa: PLC0415 - keeps volprep --help fast
-
-    if kind == "dicom":
-        from volprep_formats.dicom_series import write_series  # noqa: PLC0415
-
-        write_series(source, file, progress=watcher)
-    elif kind == "vdb":
-        from volprep_formats.vdb_file import write_vdb  # noqa: PLC0415
-
-        write_vdb(source, file, watcher)
-    elif kind == "nifti":
-        from volprep_formats.writers import nifti  # noqa: PLC0415
-
-        nifti.write(source, file, watcher)
-    elif kind == "nrrd":
-        from volprep_formats.writers import nrrd  # noqa: PLC0415
-
-        nrrd.write(PhysicalValues(source), file, watcher)
-    else:
-        from volprep_formats.writers import raw  # noqa: PLC0415
-
-        raw.write(PhysicalValues(source), file, watcher)

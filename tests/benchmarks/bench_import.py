@@ -25,11 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 
-from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.writers import dicom
 
 ROUNDS = 5
 LARGE_ZYX = (400, 512, 512)
@@ -129,7 +129,7 @@ def measure_import(console: Console) -> list[ImportRow]:
         folder = Path(name)
         with open_source(SourceSpec(path=str(scan)), Path(), Silent()) as source:
             voxels = source.read_slab(0, source.info.grid.shape_zyx[0]).astype(np.int16)
-        write_series(_Resampled(voxels), folder / "large", progress=Silent())
+        dicom.write(_Resampled(voxels), folder / "large", Silent())
         rows = []
         for series, shape_zyx in ((scan, voxels.shape), (folder / "large", LARGE_ZYX)):
             size = "×".join(str(n) for n in reversed(shape_zyx))

@@ -127,8 +127,8 @@ def _program(*, mosaic: bool) -> Program:
 
 
 def run_import(draft: Draft, seed: int = 0) -> None:
-    voxels = draft.work_map("work/level0.raw", GRID.shape_zyx, np.uint8, "w+")
-    voxels[:] = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
+    voxels = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
+    draft.write("work/level0.raw", "work", voxels.tobytes())
     quantization = Quantization(
         bits=8,
         window=(0.0, 255.0),
@@ -144,7 +144,7 @@ def run_import(draft: Draft, seed: int = 0) -> None:
 
 def run_texture(draft: Draft) -> None:
     mosaic = draft.manifest.profile.api == "es2.0"
-    voxels = np.asarray(draft.work_map("work/level0.raw", GRID.shape_zyx, np.uint8, "r"))
+    voxels = np.frombuffer(draft.read_bytes("work/level0.raw"), np.uint8).reshape(GRID.shape_zyx)
     levels = _levels(mosaic=mosaic)
     textures = []
     for level in levels:

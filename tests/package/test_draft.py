@@ -1,7 +1,5 @@
 """A draft: what a stage adds, what a stage that runs again drops, and how it says no."""
 
-import errno
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +9,6 @@ import pytest
 from pydantic import ValidationError
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.package import draft as drafts
 from volprep_formats.package.check import check
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, StageRecord
@@ -56,28 +53,6 @@ def test_what_was_not_committed_is_gone_when_the_draft_is_opened_again(draft: Dr
     assert content(Draft.open(draft.folder).folder) == before
     with pytest.raises(VolprepError, match="VP4012"):
         draft.commit(stage("shaders"))
-
-
-def test_working_data_are_mapped_and_read_back(new_draft: Draft) -> None:
-    array = new_draft.work_map("work/level0.raw", (2, 3, 5), np.int16, "w+")
-    assert array.shape == (2, 3, 5)
-    assert not array.any()
-    array[1, 2, 4] = -7
-    assert new_draft.work_map("work/level0.raw", (2, 3, 5), np.int16, "r")[1, 2, 4] == -7
-    new_draft.commit(stage("import"))
-    later = Draft.open(new_draft.folder).work_map("work/level0.raw", (30,), np.int16, "r")
-    assert later[29] == -7
-    assert not later.flags.writeable
-    (record,) = new_draft.manifest.files
-    assert (record.role, record.size_bytes) == ("work", 60)
-
-
-def test_working_data_of_another_size_are_refused(new_draft: Draft) -> None:
-    new_draft.write("work/level0.raw", "work", bytes(60))
-    with pytest.raises(VolprepError, match=r"VP4008 .*work/level0.raw has 60 bytes instead of 120"):
-        new_draft.work_map("work/level0.raw", (2, 3, 5), np.float32, "r")
-    with pytest.raises(VolprepError, match=r"VP4014 .*work/level1.raw"):
-        new_draft.work_map("work/level1.raw", (2, 3, 5), np.float32, "r")
 
 
 def test_a_stage_that_runs_again_drops_its_files_and_all_that_later_stages_did(draft: Draft) -> None:
@@ -170,20 +145,6 @@ def test_a_full_disk_is_told_and_leaves_the_draft_as_it_was(new_draft: Draft) ->
     with pytest.raises(VolprepError, match=r"VP4020 .*work/a.raw: cannot write: No space left on device"):
         new_draft.write("work/a.raw", "work", bytes(100_000))
     assert Draft.open(new_draft.folder).manifest == new_draft.manifest
-
-
-def test_a_full_disk_is_told_before_working_data_are_mapped(new_draft: Draft, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(drafts.os, "posix_fallocate", full)
-    with pytest.raises(VolprepError, match=r"VP4020 .*No space left"):
-        new_draft.work_map("work/level0.raw", (2, 3, 5), np.int16, "w+")
-
-
-def test_a_map_takes_its_room_on_the_disk_at_once(new_draft: Draft) -> None:
-    new_draft.work_map("work/level0.raw", (100, 100, 100), np.uint8, "w+")
-    assert new_draft._staged("work/level0.raw").stat().st_blocks * 512 >= 1_000_000
 
 
 def test_a_stage_does_not_write_through_a_link(tmp_path: Path, draft: Draft) -> None:

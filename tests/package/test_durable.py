@@ -4,7 +4,6 @@ import errno
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from volprep_formats.diagnostics import VolprepError
@@ -68,7 +67,6 @@ def test_all_that_a_stage_wrote_is_on_the_disk_before_its_step_and_under_its_nam
     monkeypatch.setattr(chunks, "_DISK_BYTES", 1000)
     new_draft.write("work/a.raw", "work", (bytes([k]) * 700 for k in range(9)))
     new_draft.write("shaders/deep/b.frag", "shader", b"void main() {}")
-    new_draft.work_map("work/map.raw", (3, 5, 7), np.int16, "w+")[...] = 3
     new_draft.commit(StageRecord(name="import", key="0" * 64))
     assert watched == {"the step": [], "the end": []}
     assert new_draft.read_bytes("work/a.raw") == b"".join(bytes([k]) * 700 for k in range(9))

@@ -11,7 +11,6 @@ from volprep.drafts import import_draft
 from volprep.mosaic import Packing, Room
 from volprep.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Quantization, StageRecord
@@ -19,7 +18,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.source import RawLayout, SourceSpec
-from volprep_formats.writers import nifti, nrrd, raw
+from volprep_formats.writers import dicom, nifti, nrrd, raw
 from volprep_formats.writers.values import PhysicalValues, StoredValues
 
 DIRECTION = ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0), (0.0, -0.8, -0.6))  # right-handed: DICOM keeps the order of slices
@@ -124,7 +123,7 @@ def test_a_package_is_a_source_of_another_import(package) -> None:
 
 def test_a_dicom_series_comes_back_at_the_same_places(package, tmp_path) -> None:
     with open_level(package) as source:
-        write_series(source, tmp_path / "series", progress=Silent())
+        dicom.write(source, tmp_path / "series", Silent())
     info, codes = read_back(tmp_path / "series")
     np.testing.assert_array_equal(codes, CODES)
     # A DS has 16 characters: at least 1e-9 of a direction, and of a position here.

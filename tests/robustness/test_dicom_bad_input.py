@@ -19,7 +19,7 @@ from pydicom.uid import (
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom_header import TAGS
+from volprep_formats.readers.dicom_fields import TAGS
 from volprep_formats.source import SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")

@@ -24,7 +24,8 @@ from volprep_formats import _dicom
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers import dicom_file
 from volprep_formats.readers.dicom_any import any_slices
-from volprep_formats.readers.dicom_header import PRIVATE_TAGS, TAGS, interpreted, slice_image
+from volprep_formats.readers.dicom_fields import PRIVATE_TAGS, TAGS
+from volprep_formats.readers.dicom_header import interpreted, slice_image
 from volprep_formats.readers.dicom_plain import plain_headers
 
 from .mutations import mutation

@@ -10,13 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from volprep_formats import dicom_series
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.dicom_series import write_series
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.writers import dicom
 
 OBLIQUE = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
@@ -39,7 +38,7 @@ def noise(dtype: str, shape=(19, 5, 7)) -> np.ndarray:
 
 
 def write_and_read(volume: Volume, folder: Path) -> tuple[np.ndarray, SourceInfo]:
-    write_series(volume, folder, progress=Silent())
+    dicom.write(volume, folder, Silent())
     with open_source(SourceSpec(path=str(folder)), Path(), Silent()) as source:
         return source.read_slab(0, source.info.grid.shape_zyx[0]), source.info
 
@@ -102,23 +101,21 @@ def test_a_constant_float_volume_is_stored(tmp_path) -> None:
 
 def test_a_volume_that_is_not_finite_is_refused_and_leaves_nothing(tmp_path) -> None:
     with pytest.raises(VolprepError) as error:
-        write_series(Volume(np.array([[[1.0, np.nan]]], np.float32)), tmp_path / "series", progress=Silent())
+        dicom.write(Volume(np.array([[[1.0, np.nan]]], np.float32)), tmp_path / "series", Silent())
     assert error.value.code == "VP1082"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_same_volume_gives_the_same_bytes_and_another_gives_other_uids(tmp_path) -> None:
-    first = write_series(Volume(noise("uint8")), tmp_path / "a", description="brain", progress=Silent())
-    again = write_series(Volume(noise("uint8")), tmp_path / "b", description="brain", progress=Silent())
+    first = dicom.write(Volume(noise("uint8")), tmp_path / "a", Silent(), description="brain")
+    again = dicom.write(Volume(noise("uint8")), tmp_path / "b", Silent(), description="brain")
     assert [file.read_bytes() for file in first] == [file.read_bytes() for file in again]
-    other = write_series(Volume(noise("uint8") ^ 1), tmp_path / "c", description="brain", progress=Silent())
+    other = dicom.write(Volume(noise("uint8") ^ 1), tmp_path / "c", Silent(), description="brain")
     assert pydicom.dcmread(first[0]).SeriesInstanceUID != pydicom.dcmread(other[0]).SeriesInstanceUID
 
 
 def test_files_carry_valid_values_and_no_identity(tmp_path, monkeypatch) -> None:
-    files = write_series(
-        Volume(noise("int16"), modality="MR"), tmp_path / "s", description="a\\b" * 40, progress=Silent()
-    )
+    files = dicom.write(Volume(noise("int16"), modality="MR"), tmp_path / "s", Silent(), description="a\\b" * 40)
     monkeypatch.setattr(pydicom.config.settings, "reading_validation_mode", pydicom.config.RAISE)
     data = pydicom.dcmread(files[4])
     str(data)  # converts every value, which raises on one that the standard does not allow
@@ -132,7 +129,7 @@ def test_a_folder_that_holds_something_is_left_alone(tmp_path) -> None:
     (tmp_path / "series").mkdir()
     (tmp_path / "series" / "mine").write_text("x")
     with pytest.raises(VolprepError) as error:
-        write_series(Volume(noise("uint8")), tmp_path / "series", progress=Silent())
+        dicom.write(Volume(noise("uint8")), tmp_path / "series", Silent())
     assert error.value.code == "VP1080"
     assert [p.name for p in (tmp_path / "series").iterdir()] == ["mine"]
 
@@ -143,9 +140,9 @@ def test_a_failure_in_the_middle_leaves_nothing(tmp_path, monkeypatch) -> None:
             raise OSError(28, "No space left on device")
         path.touch()
 
-    monkeypatch.setattr(dicom_series, "dcmwrite", fail_at_third)
+    monkeypatch.setattr(dicom, "dcmwrite", fail_at_third)
     with pytest.raises(VolprepError) as error:
-        write_series(Volume(noise("uint8")), tmp_path / "series", progress=Silent())
+        dicom.write(Volume(noise("uint8")), tmp_path / "series", Silent())
     assert error.value.code == "VP1081"
     assert "No space left" in str(error.value)
     assert list(tmp_path.iterdir()) == []
@@ -156,7 +153,7 @@ def test_dcm2niix_reads_the_same_voxels_at_the_same_places(tmp_path) -> None:
     import nibabel
 
     volume = Volume(noise("int16"), modality="MR")
-    write_series(volume, tmp_path / "series", progress=Silent())
+    dicom.write(volume, tmp_path / "series", Silent())
     subprocess.run(["dcm2niix", "-z", "n", "-b", "n", "-f", "out", "-o", tmp_path, tmp_path / "series"], check=True)
     theirs = nibabel.load(tmp_path / "out.nii")
     data = np.asarray(theirs.dataobj)

@@ -1,6 +1,8 @@
 """Which reader opens what, and settings that fit none."""
 
+import errno
 import gzip
+import os
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ from dicom_files import save, save_all, stack
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
-from volprep_formats.readers import READERS, open_source
+from volprep_formats.readers import READERS, open_source, picture_kinds
 from volprep_formats.source import RawLayout, SourceSpec
 
 LAYOUT = RawLayout(shape_zyx=(1, 2, 3), dtype="uint8")
@@ -57,6 +59,18 @@ def test_a_missing_path_is_refused(tmp_path) -> None:
     error = refusal(tmp_path, path="none")
     assert error.code == "VP1001"
     assert str(tmp_path / "none") in str(error)
+
+
+def test_a_folder_that_cannot_be_looked_through_is_refused(tmp_path, monkeypatch) -> None:
+    (tmp_path / "scan").mkdir()
+    (tmp_path / "scan" / "1.png").write_bytes(b"")
+
+    def denied(folder: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder / "private"))
+
+    monkeypatch.setattr(picture_kinds, "files_below", denied)
+    error = refusal(tmp_path, path="scan")
+    assert (error.code, error.fields["path"]) == ("VP1003", str(tmp_path / "scan" / "private"))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.vdb_tree import list_grids
 from volprep_formats.source import SourceInfo, SourceSpec
-from volprep_formats.vdb_file import write_vdb
+from volprep_formats.writers.vdb import write
 
 vdb = pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
 
@@ -133,7 +133,7 @@ def test_a_volume_that_is_written_reads_the_same(tmp_path, shape_zyx) -> None:
     values[0] = 0  # also at the border, where nothing would be active
     grid = Grid.of(shape_zyx, (3.0, 1.5, 2.0), (5.0, 6.0, 7.0), ((0, -1, 0), (1, 0, 0), (0, 0, 1)))
     path = tmp_path / "v.vdb"
-    write_vdb(ArraySource(values, grid, 0.5, -2.0), path, Silent())
+    write(ArraySource(values, grid, 0.5, -2.0), path, Silent())
     again, info = read(path)
     assert np.array_equal(again, (0.5 * values - 2.0).astype(np.float32))
     assert info.grid.shape_zyx == shape_zyx
@@ -144,7 +144,7 @@ def test_background_is_sparse_and_the_volume_still_whole(tmp_path) -> None:
     values = np.zeros((40, 9, 33), np.float32)
     values[20, 4, 7] = np.float32(0.1)
     path = tmp_path / "v.vdb"
-    write_vdb(ArraySource(values, Grid.of(values.shape, (1.0, 1.0, 1.0))), path, Silent())
+    write(ArraySource(values, Grid.of(values.shape, (1.0, 1.0, 1.0))), path, Silent())
     assert np.array_equal(read(path)[0], values)
     tree = vdb.ScalarGrid(str(path), 0)
     assert (tree.active_voxels, tree.background) == (3, 0.0)
@@ -155,10 +155,10 @@ def test_the_same_volume_gives_the_same_bytes_in_another_process(tmp_path) -> No
     program = (
         "import sys; from pathlib import Path; from volprep_formats.progress import Silent\n"
         "from volprep_formats.source import *; from volprep_formats.readers import open_source\n"
-        "from volprep_formats.vdb_file import write_vdb\n"
+        "from volprep_formats.writers.vdb import write\n"
         "layout = RawLayout(shape_zyx=(3, 1, 4), dtype='int16')\n"
         "with open_source(SourceSpec(path=sys.argv[1], raw=layout), Path(), Silent()) as source:\n"
-        "    write_vdb(source, Path(sys.argv[2]), Silent())\n"
+        "    write(source, Path(sys.argv[2]), Silent())\n"
     )
     (tmp_path / "v.raw").write_bytes(noise().tobytes())
     for name in ("a.vdb", "b.vdb"):
@@ -176,14 +176,14 @@ def test_one_thread_does_it_for_a_worker_has_memory_for_no_more(tmp_path) -> Non
         "print(len(list(tasks.iterdir())) - loaded)\n"
     )
     path = tmp_path / "v.vdb"
-    write_vdb(ArraySource(noise("int16", (40, 50, 60)), Grid.of((40, 50, 60), (1.0, 1.0, 1.0))), path, Silent())
+    write(ArraySource(noise("int16", (40, 50, 60)), Grid.of((40, 50, 60), (1.0, 1.0, 1.0))), path, Silent())
     run = subprocess.run([sys.executable, "-c", program, path], check=True, capture_output=True, text=True)
     assert run.stdout == "0\n"
 
 
 def test_a_place_where_nothing_can_be_written_costs_a_code(tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP1081"):
-        write_vdb(ArraySource(noise(), Grid.of((3, 1, 4), (1.0, 1.0, 1.0))), tmp_path / "no" / "v.vdb", Silent())
+        write(ArraySource(noise(), Grid.of((3, 1, 4), (1.0, 1.0, 1.0))), tmp_path / "no" / "v.vdb", Silent())
 
 
 def test_a_build_without_openvdb_says_what_to_do(tmp_path, monkeypatch) -> None:
@@ -223,7 +223,7 @@ def test_the_sphere_is_a_level_set_about_the_origin(scans) -> None:
 def test_a_real_grid_that_is_written_reads_the_same(scans, tmp_path, name) -> None:
     values, info = read(scans / "vdb" / name)
     path = tmp_path / name
-    write_vdb(ArraySource(values, info.grid), path, Silent())
+    write(ArraySource(values, info.grid), path, Silent())
     again, about = read(path)
     assert np.array_equal(again, values)
     assert about.grid == info.grid

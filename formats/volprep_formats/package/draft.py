@@ -7,15 +7,10 @@ was; what one killed after it left to do is done by the next `Draft.open`.
 """
 
 import hashlib
-import math
-import os
 import shutil
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Any, BinaryIO, Literal, Self
-
-import numpy as np
-from numpy.typing import DTypeLike
+from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.chunks import write_all, write_chunks
@@ -46,7 +41,6 @@ class Draft:
         self._folder = folder
         self._manifest = manifest
         self._pending: dict[str, FileRecord] = {}
-        self._maps: dict[str, np.memmap[Any, Any]] = {}
         self._lock: Lock | None = None
 
     @classmethod
@@ -105,29 +99,14 @@ class Draft:
 
     def read_bytes(self, path: str) -> bytes:
         """Read a file that this or an earlier stage wrote. Raises VP4014 if there is none."""
-        with self._open(path) as file:
+        if path in self._pending:
+            folder = self._folder / _STAGE / "files"
+        elif any(record.path == path for record in self._manifest.files):
+            folder = self._folder
+        else:
+            raise VolprepError("VP4014", path=self._folder, file=path)
+        with open_inside(folder, path) as file:
             return file.read()
-
-    def work_map(
-        self, name: str, shape: tuple[int, ...], dtype: DTypeLike, mode: Literal["r", "w+"]
-    ) -> np.memmap[Any, Any]:
-        """Map working data into memory as an array in C order, for example "work/level0.raw".
-
-        `w+` makes the file, zero everywhere, which counts from the next `commit` on and must not change after it;
-        `r` maps one that this or an earlier stage made. Raises VP4020 where it cannot be written, VP4014 for a file
-        that is not there, VP4008 for one of another size.
-        """
-        size = math.prod(shape) * np.dtype(dtype).itemsize
-        if mode == "w+":
-            with output_errors(self._folder / name), self._new_file(name).open("w+b") as file:
-                _allocate(file, size)
-                self._maps[name] = np.memmap(file, dtype=dtype, mode="r+", shape=shape)
-            return self._maps[name]
-        with self._open(name) as file:
-            actual = os.fstat(file.fileno()).st_size
-            if actual != size:
-                raise VolprepError("VP4008", path=self._folder, file=name, size=actual, expected=size)
-            return np.memmap(file, dtype=dtype, mode="r", shape=shape)
 
     def scratch(self, name: str) -> Path:
         """Give the path of a file for the stage's own use, inside the draft's folder; the next `commit` removes it."""
@@ -147,7 +126,6 @@ class Draft:
         before = self._manifest
         with output_errors(self._folder):
             staging = self._begin()
-            self._finish_maps()
             after = _after(before, stage, drop, self._pending, manifest_updates)
             self._check_staged()
             manifest = staging / MANIFEST_IN_MAKING
@@ -161,7 +139,6 @@ class Draft:
             shutil.rmtree(staging)
         self._manifest = after
         self._pending.clear()
-        self._maps.clear()
         self._lock = None
 
     def _begin(self) -> Path:
@@ -180,20 +157,6 @@ class Draft:
         target = self._staged(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         return target
-
-    def _open(self, path: str) -> BinaryIO:
-        if path in self._pending or path in self._maps:
-            return open_inside(self._folder / _STAGE / "files", path)
-        if all(record.path != path for record in self._manifest.files):
-            raise VolprepError("VP4014", path=self._folder, file=path)
-        return open_inside(self._folder, path)
-
-    def _finish_maps(self) -> None:
-        for path, array in self._maps.items():
-            array.flush()
-            with self._staged(path).open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-            self._pending[path] = FileRecord(path=path, role="work", size_bytes=array.nbytes, sha256=digest)
 
     def _check_staged(self) -> None:
         # Another draft object, opened on the same folder in between, has dropped what this one wrote.
@@ -291,11 +254,3 @@ def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
 def _folders_around(files: Iterable[Path], outermost: Path) -> set[Path]:
     parents = {parent for file in files for parent in file.parents if parent.is_relative_to(outermost)}
     return parents | {outermost}
-
-
-def _allocate(file: BinaryIO, size: int) -> None:
-    # Blocks are reserved now: a disk that is full is an error here, and a signal that kills in a write to the map.
-    if hasattr(os, "posix_fallocate"):
-        os.posix_fallocate(file.fileno(), 0, size)
-    else:
-        file.truncate(size)

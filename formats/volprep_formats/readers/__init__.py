@@ -4,6 +4,7 @@ import gzip
 import re
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, Literal
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom_kind import has_prefix
 from volprep_formats.readers.picture_kinds import holds_only_pictures, kind_of
 from volprep_formats.readers.zarr_kind import is_zarr
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
@@ -32,7 +34,7 @@ class Reader:
 
     name: SourceFormat
     module: str
-    """Has `open_volume(spec, path, progress) -> VolumeSource`. Imported when needed: parsers are heavy."""
+    """Its file here, with `open_volume(spec, path, progress) -> VolumeSource`; imported when needed: it is heavy."""
     knows: Callable[[SourceSpec, Path, bytes], bool]
     """Whether the source is of this format, by what the scene says, the path, and a file's first bytes, unpacked."""
 
@@ -55,37 +57,37 @@ def _is_package(folder: Path) -> bool:
 
 
 READERS = (
-    Reader("raw", "volprep_formats.readers.raw", lambda spec, _path, _head: spec.raw is not None),
-    Reader("mosaic", "volprep_formats.readers.mosaic", lambda spec, _path, _head: spec.mosaic is not None),
-    Reader("volpkg", "volprep_formats.readers.volpkg", lambda _spec, path, _head: _is_package(path)),
-    Reader("ome-zarr", "volprep_formats.readers.ome_zarr", lambda _spec, path, head: is_zarr(path, head)),
-    Reader("ome-tiff", "volprep_formats.readers.ome_tiff", _is_ome_tiff),
+    Reader("raw", "raw", lambda spec, _path, _head: spec.raw is not None),
+    Reader("mosaic", "mosaic", lambda spec, _path, _head: spec.mosaic is not None),
+    Reader("volpkg", "volpkg", lambda _spec, path, _head: _is_package(path)),
+    Reader("ome-zarr", "ome_zarr", lambda _spec, path, head: is_zarr(path, head)),
+    Reader("ome-tiff", "ome_tiff", _is_ome_tiff),
     Reader(
         "dicom",
-        "volprep_formats.readers.dicom",
+        "dicom",
         lambda spec, path, head: (
-            spec.series is not None or (path.is_dir() and not _is_stack(spec, path)) or head[128:132] == b"DICM"
+            spec.series is not None or (path.is_dir() and not _is_stack(spec, path)) or has_prefix(head)
         ),
     ),
     Reader(
         "stack",
-        "volprep_formats.readers.image_stack",
+        "image_stack",
         lambda spec, path, head: path.is_dir() or spec.stack is not None or kind_of(head) is not None,
     ),
     Reader(
         "nifti",
-        "volprep_formats.readers.nifti",
+        "nifti",
         lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
     ),
     Reader(
         "metaimage",
-        "volprep_formats.readers.metaimage",
+        "metaimage",
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
-    Reader("nrrd", "volprep_formats.readers.nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
-    Reader("vdb", "volprep_formats.readers.vdb", lambda _spec, _path, head: head[:4] == b" BDV"),
-    Reader("vti", "volprep_formats.readers.vti", lambda _spec, _path, head: b"<VTKFile" in head),
-    Reader("vtk", "volprep_formats.readers.vtk_legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
+    Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
+    Reader("vdb", "vdb", lambda _spec, _path, head: head[:4] == b" BDV"),
+    Reader("vti", "vti", lambda _spec, _path, head: b"<VTKFile" in head),
+    Reader("vtk", "vtk_legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
 )
 """All source formats, in the order in which they are tried."""
 
@@ -129,7 +131,7 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
     path, reader = _found(spec, base)
     if reader.name not in _CHANNEL_KEYS:
         raise VolprepError("VP1242", path=path, format=reader.name)
-    names: list[str] = import_module(reader.module).channel_names(spec, path)
+    names: list[str] = import_module(f"{__name__}.{reader.module}").channel_names(spec, path)
     return _CHANNEL_KEYS[reader.name], names
 
 
@@ -157,7 +159,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         if value is not None and reader.name not in format_names:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
     try:
-        return getattr(import_module(reader.module), function)(spec, path, progress)
+        return getattr(import_module(f"{__name__}.{reader.module}"), function)(spec, path, progress)
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
 
@@ -165,23 +167,21 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
 def _reader(spec: SourceSpec, path: Path) -> Reader:
     if spec.format != "auto":
         return next(reader for reader in READERS if reader.name == spec.format)
-    head = b"" if path.is_dir() else _head(path)
-    for reader in READERS:
-        if reader.knows(spec, path, head):
-            return reader
-    raise VolprepError("VP1002", path=path, known=", ".join(reader.name for reader in READERS))
+    try:
+        head = b"" if path.is_dir() else _head(path)
+        found = next((reader for reader in READERS if reader.knows(spec, path, head)), None)
+    except OSError as error:
+        raise VolprepError("VP1003", path=error.filename or path, error=error.strerror or error) from error
+    if found is None:
+        raise VolprepError("VP1002", path=path, known=", ".join(reader.name for reader in READERS))
+    return found
 
 
 def _head(path: Path) -> bytes:
-    """First bytes of a file, unpacked if it is gzipped and sound."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES)
-        if head[:2] == b"\x1f\x8b":
-            with gzip.open(path) as unpacked:
-                return unpacked.read(_HEAD_BYTES)
-    except (EOFError, zlib.error, gzip.BadGzipFile):
-        return head
-    except OSError as error:
-        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
+    """First bytes of a file, unpacked if it is gzipped and sound. Raises OSError."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+    if head[:2] == b"\x1f\x8b":
+        with suppress(EOFError, zlib.error, gzip.BadGzipFile), gzip.open(path) as unpacked:
+            return unpacked.read(_HEAD_BYTES)
     return head

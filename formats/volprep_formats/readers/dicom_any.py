@@ -19,8 +19,9 @@ from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, Implic
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_element import PIXEL_DATA, pixel_element
+from volprep_formats.readers.dicom_fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
 from volprep_formats.readers.dicom_frames import elements_of, frame_count, frame_slices
-from volprep_formats.readers.dicom_header import PRIVATE_TAGS, TAGS, SliceImage, raw_text, raw_value, slice_image
+from volprep_formats.readers.dicom_header import SliceImage, slice_image
 from volprep_formats.readers.dicom_inflate import inflated_data_set
 from volprep_formats.readers.dicom_mosaic import is_mosaic, mosaic_slices
 

@@ -9,13 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
-PIXEL_DATA, FLOAT_PIXELS, DOUBLE_PIXELS = 0x7FE0_0010, 0x7FE0_0008, 0x7FE0_0009
-"""Tags of the elements that can hold pixels."""
+PIXEL_DATA = 0x7FE0_0010
+"""Tag of the element that holds pixels, where these are integers; others of its group hold floats."""
 UNDEFINED_LENGTH = 0xFFFF_FFFF
 """Length of a value that ends with a delimiter."""
-ITEM, ITEM_END, SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E00D, 0xFFFE_E0DD
-"""Tags of the parts of sequences."""
 
+_ITEM, _SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E0DD
 _PIXEL_GROUP = PIXEL_DATA >> 16
 _MOST_ITEMS = 2**20
 
@@ -86,9 +85,9 @@ def _walk(stream: BinaryIO, size: int, items: list[tuple[int, int]]) -> int:
             return size + 1
         group, number, length = struct.unpack("<HHL", header)
         tag = group << 16 | number
-        if tag == SEQUENCE_END:
+        if tag == _SEQUENCE_END:
             return stream.tell()
-        if tag != ITEM:
+        if tag != _ITEM:
             return size + 1
         items.append((stream.tell(), length))
         stream.seek(length, io.SEEK_CUR)

@@ -5,17 +5,12 @@ from pathlib import Path
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_header import SliceImage, slice_image
 from volprep_formats.readers.dicom_inflate import DEFLATED, meta_end_bytes
+from volprep_formats.readers.dicom_kind import SUFFIXES, has_prefix
 from volprep_formats.readers.dicom_mosaic import is_mosaic, mosaic_slices
 from volprep_formats.readers.dicom_plain import PlainHeader, plain_headers
 
 _HEAD_BYTES = 2**12
-_SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
 _BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
-
-
-def has_prefix(head: bytes) -> bool:
-    """Whether these first bytes (at least 132) are those of a DICOM file."""
-    return head[128:132] == b"DICM"
 
 
 def read_slices(path: Path) -> tuple[SliceImage, ...]:
@@ -57,7 +52,7 @@ def _unusual_slices(path: Path) -> tuple[SliceImage, ...]:
     if cut_off:
         raise VolprepError("VP1031", path=path, what="it ends before its data set begins")
     # macOS leaves a "._NAME" with its own data beside NAME.
-    if path.suffix.lower() in _SUFFIXES and not path.name.startswith("._"):
+    if path.suffix.lower() in SUFFIXES and not path.name.startswith("._"):
         raise VolprepError("VP1031", path=path, what="it has no DICOM header")
     return ()
 

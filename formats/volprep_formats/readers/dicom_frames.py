@@ -14,19 +14,8 @@ from pydicom.uid import UID, ExplicitVRBigEndian
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_element import PixelElement
-from volprep_formats.readers.dicom_header import (
-    PRIVATE_TAGS,
-    TAGS,
-    VARIANTS,
-    Elements,
-    EncodedPixels,
-    Fields,
-    SliceImage,
-    pixel_spacing,
-    raw_text,
-    unit_of,
-    variant_text,
-)
+from volprep_formats.readers.dicom_fields import PRIVATE_TAGS, TAGS, VARIANTS, Elements, Fields, raw_text, variant_text
+from volprep_formats.readers.dicom_header import EncodedPixels, SliceImage, pixel_spacing, unit_of
 
 _MOST_FRAMES = 2**20
 _GROUP_OF_VARIANT = {

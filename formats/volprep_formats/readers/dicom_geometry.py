@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.readers.dicom_header import VARIANTS, SliceImage
+from volprep_formats.readers.dicom_fields import VARIANTS
+from volprep_formats.readers.dicom_header import SliceImage
 from volprep_formats.readers.dicom_volumes import choose_volume
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 from volprep_formats.source import RepairKind, SlicePlaces

@@ -1,13 +1,9 @@
 """What the header of one DICOM image says of geometry and pixels, checked.
 
-Only the attributes in `TAGS` are ever looked at, and only what `ImageFile` has fields for is kept: that list is
-what protects the patient's identity. Values are checked here, so that the rest of the reader computes with sound
-numbers. Source: DICOM PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
+Only what `SliceImage` has fields for is kept, of the few attributes that are read (`dicom_fields.py`). Source: DICOM
+PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
 """
 
-import math
-import struct
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,103 +12,23 @@ from typing import Literal
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom_codecs import EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom_element import PixelElement
+from volprep_formats.readers.dicom_fields import (
+    LARGEST_NUMBER,
+    PRIVATE_TAGS,
+    TAGS,
+    VARIANTS,
+    Elements,
+    Fields,
+    raw_value,
+    variant_text,
+)
 
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
 
-VARIANTS = (
-    "EchoTime",
-    "InversionTime",
-    "TriggerTime",
-    "TemporalPositionIdentifier",
-    "DiffusionBValue",
-    "AcquisitionNumber",
-    "ImageType",
-)
-"""Attributes that tell apart several images at one place."""
-
-TAGS = {
-    "EchoTime": 0x0018_0081,
-    "InversionTime": 0x0018_0082,
-    "TriggerTime": 0x0018_1060,
-    "TemporalPositionIdentifier": 0x0020_0100,
-    "DiffusionBValue": 0x0018_9087,
-    "AcquisitionNumber": 0x0020_0012,
-    "ImageType": 0x0008_0008,
-    "SOPClassUID": 0x0008_0016,
-    "SOPInstanceUID": 0x0008_0018,
-    "SeriesInstanceUID": 0x0020_000E,
-    "Modality": 0x0008_0060,
-    "BurnedInAnnotation": 0x0028_0301,
-    "SliceThickness": 0x0018_0050,
-    "SpacingBetweenSlices": 0x0018_0088,
-    "ImagePositionPatient": 0x0020_0032,
-    "ImageOrientationPatient": 0x0020_0037,
-    "SamplesPerPixel": 0x0028_0002,
-    "PlanarConfiguration": 0x0028_0006,
-    "PhotometricInterpretation": 0x0028_0004,
-    "NumberOfFrames": 0x0028_0008,
-    "Rows": 0x0028_0010,
-    "Columns": 0x0028_0011,
-    "PixelSpacing": 0x0028_0030,
-    "BitsAllocated": 0x0028_0100,
-    "BitsStored": 0x0028_0101,
-    "HighBit": 0x0028_0102,
-    "PixelRepresentation": 0x0028_0103,
-    "PixelPaddingValue": 0x0028_0120,
-    "RescaleIntercept": 0x0028_1052,
-    "RescaleSlope": 0x0028_1053,
-    "RescaleType": 0x0028_1054,
-    "Units": 0x0054_1001,
-    "SharedFunctionalGroupsSequence": 0x5200_9229,
-    "PerFrameFunctionalGroupsSequence": 0x5200_9230,
-    "PlanePositionSequence": 0x0020_9113,
-    "PlaneOrientationSequence": 0x0020_9116,
-    "PixelMeasuresSequence": 0x0028_9110,
-    "PixelValueTransformationSequence": 0x0028_9145,
-    "FrameContentSequence": 0x0020_9111,
-    "TemporalPositionIndex": 0x0020_9128,
-    "FrameAcquisitionNumber": 0x0020_9156,
-    "StackID": 0x0020_9056,
-    "MREchoSequence": 0x0018_9114,
-    "EffectiveEchoTime": 0x0018_9082,
-    "MRDiffusionSequence": 0x0018_9117,
-    "CardiacSynchronizationSequence": 0x0018_9118,
-    "NominalCardiacTriggerDelayTime": 0x0020_9153,
-}
-"""The only attributes that are read, besides `PRIVATE_TAGS`, and their tags: group and element."""
-MOSAIC_CREATOR, MOSAIC_COUNT = 0x0019_0010, 0x0019_100A
-CSA_CREATOR, CSA_HEADER = 0x0029_0010, 0x0029_1010
-PRIVATE_TAGS = (MOSAIC_CREATOR, MOSAIC_COUNT, CSA_CREATOR, CSA_HEADER)
-"""Where Siemens writes how many slices a mosaic holds, and which way they follow each other."""
 _OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], *PRIVATE_TAGS))
 """What differs from slice to slice, and what is not interpreted here."""
 
-Elements = Mapping[int, tuple[bytes, str]]
-"""Values of elements as they stand in the file, and their byte order ("<" or ">"), by tag; no sequences."""
-
-_BINARY = frozenset(
-    (
-        "SamplesPerPixel",
-        "PlanarConfiguration",
-        "Rows",
-        "Columns",
-        "BitsAllocated",
-        "BitsStored",
-        "HighBit",
-        "PixelRepresentation",
-    )
-)
-"""Those of them that are stored as 16-bit numbers, the others being text."""
-_VARIANT_FORMS = {
-    "DiffusionBValue": "d",
-    "EffectiveEchoTime": "d",
-    "NominalCardiacTriggerDelayTime": "d",
-    "TemporalPositionIndex": "L",
-    "FrameAcquisitionNumber": "H",
-}
-"""Forms of what tells images apart, where it is no text."""
-_LIMIT = 1e6
 _MODALITIES = frozenset(
     ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
 )
@@ -183,103 +99,6 @@ class SliceImage:
     pixels: EncodedPixels | None
     problem: VolprepError | None
     """Why this image cannot be part of a volume; raised when its series is wanted."""
-
-
-def raw_value(data: Elements, keyword: str) -> tuple[bytes, str]:
-    """Value of an attribute as it stands in the file, and its byte order; empty when missing, or a sequence."""
-    return raw_element(data, TAGS[keyword])
-
-
-def raw_element(data: Elements, tag: int) -> tuple[bytes, str]:
-    """Value of the element `tag` as it stands in the file, and its byte order; empty when missing, or a sequence."""
-    return data.get(tag, (b"", "<"))
-
-
-def raw_text(data: Elements, keyword: str) -> str:
-    """Value of a text attribute as it stands in the file."""
-    return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
-
-
-def variant_text(data: Elements, keyword: str) -> str:
-    """Value of an attribute that tells images apart, as text; a binary number as its digits."""
-    value, order = raw_value(data, keyword)
-    form = _VARIANT_FORMS.get(keyword)
-    if form is None:
-        return raw_text(data, keyword)
-    return repr(struct.unpack(order + form, value)[0]) if len(value) == struct.calcsize("=" + form) else ""
-
-
-class Fields:
-    """Attributes of one data set as sound values. The first that is wrong becomes `problem`.
-
-    Values are converted here and not by pydicom: it takes three times as long, and damaged ones can raise anything.
-    """
-
-    def __init__(self, path: Path, data: Elements) -> None:
-        self.path = path
-        self.problem: VolprepError | None = None
-        self._data = data
-
-    def refuse(self, code: str, **fields: object) -> None:
-        """Remember why this image cannot be used, unless a reason is known already."""
-        self.problem = self.problem or VolprepError(code, path=self.path, **fields)
-
-    def text(self, keyword: str) -> str:
-        """Value as text; empty when missing."""
-        return raw_text(self._data, keyword)
-
-    def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
-        """Value as `count` finite numbers of sane size; None when missing or wrong."""
-        value, order = raw_value(self._data, keyword)
-        numbers = _words(value, order) if keyword in _BINARY else _decimals(value)
-        if not numbers:
-            return None
-        if len(numbers) != count or not all(abs(n) <= _LIMIT for n in numbers):
-            wanted = "a number" if count == 1 else f"{count} numbers"
-            wanted += " of at most a million"
-            self.refuse("VP1037", keyword=keyword, wanted=wanted)
-            return None
-        return numbers
-
-    def number(self, keyword: str) -> float | None:
-        """Value as one finite number; None when missing or wrong."""
-        numbers = self.numbers(keyword, 1)
-        return None if numbers is None else numbers[0]
-
-    def hint(self, keyword: str) -> float | None:
-        """Value as one number that geometry seldom needs; None when missing or wrong, which is no problem by itself."""
-        found = Fields(self.path, self._data).number(keyword)
-        return found or None
-
-    def count(self, keyword: str, low: int, high: int) -> int:
-        """Value as a whole number from low to high; `low`, and a problem, when it is missing or wrong."""
-        number = self.number(keyword)
-        if number is None:
-            self.refuse("VP1036", keyword=keyword)
-        elif number != int(number) or not low <= number <= high:
-            self.refuse("VP1037", keyword=keyword, wanted=f"a whole number from {low} to {high}")
-        else:
-            return int(number)
-        return low
-
-
-# Most values of a series are the same in all its slices.
-@lru_cache(maxsize=4096)
-def _decimals(value: bytes) -> tuple[float, ...]:
-    """Numbers of a decimal string; NaN for what is none."""
-    text = value.decode("latin-1").strip(" \0")
-    try:
-        return tuple(float(part) for part in text.split("\\")) if text else ()
-    except ValueError:
-        return (math.nan,)
-
-
-@lru_cache(maxsize=4096)
-def _words(value: bytes, order: str) -> tuple[float, ...]:
-    """16-bit numbers; NaN where a byte is left over."""
-    if len(value) % 2:
-        return (math.nan,)
-    return tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
@@ -408,7 +227,7 @@ def _refuse_colours(fields: Fields) -> None:
 def pixel_spacing(fields: Fields) -> tuple[float, ...] | None:
     """Distances between rows and between columns, checked; None when missing or wrong."""
     spacing = fields.numbers("PixelSpacing", 2)
-    if spacing is not None and not all(1.0 / _LIMIT <= s <= _LIMIT for s in spacing):
+    if spacing is not None and not all(1.0 / LARGEST_NUMBER <= s <= LARGEST_NUMBER for s in spacing):
         fields.refuse("VP1037", keyword="PixelSpacing", wanted="two lengths above 0 mm")
         return None
     return spacing

@@ -14,16 +14,16 @@ from dataclasses import replace
 import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers.dicom_header import (
+from volprep_formats.readers.dicom_fields import (
     CSA_CREATOR,
     CSA_HEADER,
     MOSAIC_COUNT,
     MOSAIC_CREATOR,
     Elements,
-    SliceImage,
     raw_element,
     raw_text,
 )
+from volprep_formats.readers.dicom_header import SliceImage
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 
 _MOST_TILES = 2**12

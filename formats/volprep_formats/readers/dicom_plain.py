@@ -18,7 +18,7 @@ from volprep_formats.readers.dicom_element import (
     native_element,
     pixel_element,
 )
-from volprep_formats.readers.dicom_header import PRIVATE_TAGS, TAGS, Elements, raw_text
+from volprep_formats.readers.dicom_fields import PRIVATE_TAGS, TAGS, Elements, raw_text
 
 _KEPT = (*TAGS.values(), *PRIVATE_TAGS)
 _SYNTAXES = frozenset((IMPLICIT, EXPLICIT, *DECODERS))

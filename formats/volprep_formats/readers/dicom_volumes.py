@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers.dicom_header import VARIANTS, SliceImage
+from volprep_formats.readers.dicom_fields import VARIANTS
+from volprep_formats.readers.dicom_header import SliceImage
 
 
 def choose_volume(

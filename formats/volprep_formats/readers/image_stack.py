@@ -24,14 +24,12 @@ from volprep_formats.readers.picture_file import (
     decode_request,
     header_request,
     page_remarks,
+    pages_at_once,
     pages_of,
 )
 from volprep_formats.readers.picture_kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.picture_names import in_order
 from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
-
-_PAGES_AT_ONCE = 16
-_PIXELS_AT_ONCE = 2**22
 
 
 class StackSource:
@@ -80,8 +78,8 @@ class StackSource:
 
     def _parts(self, z0: int, z1: int) -> list[tuple[int, Part]]:
         """Pages of one file each, few enough for all cores to have some, and where they go."""
-        at_once = max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (self._page.rows * self._page.columns)))
         whole = self._page.rows, self._page.columns
+        at_once = pages_at_once(*whole)
         parts = []
         for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):

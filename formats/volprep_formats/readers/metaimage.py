@@ -68,11 +68,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid, remarks = _grid(path, fields, shape_zyx)
     slope, intercept = _intensity(path, fields)
     voxels = _voxels(path, fields, end_bytes, shape_zyx)
-    try:
-        stored_type, type_remarks = find_stored_type(voxels, progress)
-    except VolprepError:
-        voxels.close()
-        raise
+    stored_type, type_remarks = find_stored_type(voxels, progress)
     info = SourceInfo(
         format="metaimage",
         grid=grid,

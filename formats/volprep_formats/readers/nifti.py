@@ -52,14 +52,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     slope, intercept = _scaling(path, header)
     offset = int(header.get_data_offset()) + volume * prod(shape_zyx) * dtype.itemsize
     voxels = VoxelFile(path, dtype, shape_zyx, offset)
-    try:
-        actual = path.stat().st_size
-        if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1):
-            raise size_error(voxels, actual)
-        stored_type, type_remarks = find_stored_type(voxels, progress)
-    except VolprepError:
+    actual = path.stat().st_size
+    if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1):
         voxels.close()
-        raise
+        raise size_error(voxels, actual)
+    stored_type, type_remarks = find_stored_type(voxels, progress)
     info = SourceInfo(
         format="nifti",
         grid=grid,

@@ -92,11 +92,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
     grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
     voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
-    try:
-        stored_type, type_remarks = find_stored_type(voxels, progress)
-    except VolprepError:
-        voxels.close()
-        raise
+    stored_type, type_remarks = find_stored_type(voxels, progress)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
     info = SourceInfo(format="nrrd", grid=grid, stored_type=stored_type, remarks=(*remarks, *type_remarks))

@@ -26,6 +26,7 @@ from volprep_formats.readers.ome_pages import (
     pages_request,
 )
 from volprep_formats.readers.ome_xml import Description, Image, Sizes, parse_description, planes_of, sizes_of
+from volprep_formats.readers.picture_file import pages_at_once
 from volprep_formats.readers.voxel_source import stored_type_of
 from volprep_formats.source import SourceInfo, SourceSpec
 
@@ -33,8 +34,6 @@ _DTYPES = {"float": "float32", "double": "float64"}
 _READ = frozenset(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
 _USUAL_UNIT = "µm"
 _SAMPLE_NAMES = {2: ("1", "2"), 3: ("red", "green", "blue"), 4: ("red", "green", "blue", "alpha")}
-_PAGES_AT_ONCE = 16
-_PIXELS_AT_ONCE = 2**22
 
 
 class OmeTiffSource:
@@ -99,8 +98,7 @@ class _Slices:
         """Slices in the type of the file."""
         page = self.page
         slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype)
-        at_once = max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (page.rows * page.columns)))
-        parts = list(self.places.parts(z0, z1, at_once))
+        parts = list(self.places.parts(z0, z1, pages_at_once(page.rows, page.columns)))
 
         def place(index: int, values: NDArray[np.generic]) -> None:
             start = parts[index][0] - z0

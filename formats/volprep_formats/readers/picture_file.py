@@ -39,6 +39,7 @@ _TYPES: dict[str, StoredType] = {
 }
 _STORED: tuple[StoredType, ...] = ("uint8", "int16", "uint16", "float32")
 _BITS = {"uint8": 8, "int16": 16, "uint16": 16, "float32": 32}
+_PAGES_AT_ONCE, _PIXELS_AT_ONCE = 16, 2**22
 MEMORY_BYTES, MEMORY_BYTES_PER_PIXEL = 2**28, 16
 SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6
 
@@ -104,6 +105,11 @@ def header_request(path: Path) -> Request:
 def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
     """Pages from the answer to a `header_request`."""
     return tuple(Page(*row) for row in answer.tolist())
+
+
+def pages_at_once(rows: int, columns: int) -> int:
+    """How many pages of this size a worker decodes for one request: few enough for all cores to have some."""
+    return max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (rows * columns)))
 
 
 def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:

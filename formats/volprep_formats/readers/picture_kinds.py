@@ -1,7 +1,9 @@
 """Which files are pictures: by their first bytes, or by their names where a folder is looked through."""
 
-import os
 from pathlib import Path
+
+from volprep_formats.readers import dicom_kind
+from volprep_formats.tree import files_below
 
 SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
 """File names that are taken as pictures where a folder is looked through, in lower case."""
@@ -33,19 +35,14 @@ def pictures_in(folder: Path) -> list[str]:
 
 
 def holds_only_pictures(folder: Path) -> bool:
-    """Whether there are pictures in a folder, and no DICOM files in it or below."""
-    if not pictures_in(folder):
-        return False
-    for parent, _, names in os.walk(folder):
-        for name in names:
-            file = Path(parent, name)
-            if name == "DICOMDIR" or file.suffix.lower() in {".dcm", ".ima"} or _is_dicom(file):
-                return False
-    return True
+    """Whether there are pictures in a folder, and no DICOM files in it or below. Raises OSError."""
+    return bool(pictures_in(folder)) and not any(_is_dicom(Path(entry.path)) for entry in files_below(folder))
 
 
 def _is_dicom(file: Path) -> bool:
-    if file.suffix.lower() in SUFFIXES or not file.is_file():
+    if file.name == "DICOMDIR" or file.suffix.lower() in dicom_kind.SUFFIXES:
+        return True
+    if file.suffix.lower() in SUFFIXES:
         return False
     with file.open("rb") as data:
-        return data.read(132)[128:] == b"DICM"
+        return dicom_kind.has_prefix(data.read(dicom_kind.HEAD_BYTES))

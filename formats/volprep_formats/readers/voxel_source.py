@@ -82,8 +82,15 @@ def size_error(voxels: VoxelFile, actual: int) -> VolprepError:
 
 
 def find_stored_type(voxels: VoxelFile, progress: Progress) -> tuple[StoredType, list[str]]:
-    """Smallest type that holds the voxels, and what is lost in it; wide integers are looked through for their range."""
-    return stored_type_of(voxels.dtype.name, voxels.shape_zyx[0], lambda z: read_voxels(voxels, z, z + 1), progress)
+    """Smallest type that holds the voxels, and what is lost in it; wide integers are looked through for their range.
+
+    Closes the file of voxels that cannot be read, and raises what `read_voxels` raises.
+    """
+    try:
+        return stored_type_of(voxels.dtype.name, voxels.shape_zyx[0], lambda z: read_voxels(voxels, z, z + 1), progress)
+    except VolprepError:
+        voxels.close()
+        raise
 
 
 def stored_type_of(

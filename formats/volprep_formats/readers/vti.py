@@ -50,11 +50,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid = _grid(path, document)
     array = _scalars(path, document)
     voxels = _voxels(path, document, array, grid.shape_zyx)
-    try:
-        stored_type, remarks = find_stored_type(voxels, progress)
-    except VolprepError:
-        voxels.close()
-        raise
+    stored_type, remarks = find_stored_type(voxels, progress)
     return VoxelSource(
         SourceInfo(format="vti", grid=grid, stored_type=stored_type, remarks=(UNPLACED, *remarks)), voxels
     )

@@ -61,11 +61,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
     voxels = _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text)
-    try:
-        stored_type, remarks = find_stored_type(voxels, progress)
-    except VolprepError:
-        voxels.close()
-        raise
+    stored_type, remarks = find_stored_type(voxels, progress)
     return VoxelSource(
         SourceInfo(format="vtk", grid=grid, stored_type=stored_type, remarks=(UNPLACED, *remarks)), voxels
     )

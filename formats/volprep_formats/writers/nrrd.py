@@ -11,16 +11,18 @@ import numpy as np
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 from volprep_formats.writers.output import new_file, write_voxels, zipped
+from volprep_formats.writers.values import PhysicalValues
 
 _TYPES = {"uint8": "uint8", "int16": "int16", "uint16": "uint16", "float32": "float"}
 
 
 def write(source: VolumeSource, path: Path, progress: Progress) -> None:
-    """Write the values of `source` as they are: the format has no slope. Raises VP4020."""
+    """Write the physical values of `source`: the format has no slope. Raises VP4020."""
+    values = PhysicalValues(source)
     with new_file(path) as file:
-        file.write(_header(source.info))
+        file.write(_header(values.info))
         with zipped(file) as stream:
-            write_voxels(source, stream, progress)
+            write_voxels(values, stream, progress)
 
 
 def _header(info: SourceInfo) -> bytes:

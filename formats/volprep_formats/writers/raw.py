@@ -6,6 +6,7 @@ from volprep_formats.package.files import output_errors, replace_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 from volprep_formats.writers.output import new_file, write_voxels
+from volprep_formats.writers.values import PhysicalValues
 
 
 def sidecar_path(path: Path) -> Path:
@@ -14,11 +15,12 @@ def sidecar_path(path: Path) -> Path:
 
 
 def write(source: VolumeSource, path: Path, progress: Progress) -> None:
-    """Write the values of `source`, and what the file does not say about itself. Raises VP4020."""
+    """Write the physical values of `source`, and what the file does not say about itself. Raises VP4020."""
+    values = PhysicalValues(source)
     with new_file(path) as file:
-        write_voxels(source, file, progress)
+        write_voxels(values, file, progress)
     with output_errors(sidecar_path(path)):
-        replace_file(sidecar_path(path), _sidecar(source.info).encode())
+        replace_file(sidecar_path(path), _sidecar(values.info).encode())
 
 
 def _sidecar(info: SourceInfo) -> str:

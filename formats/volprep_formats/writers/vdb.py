@@ -13,32 +13,28 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.vdb_tree import openvdb
 from volprep_formats.source import VolumeSource
+from volprep_formats.writers.values import PhysicalValues
 
 _SLAB_BYTES = 2**26
 _LEAF = 8
 _UUID_AT, _UUID_BYTES = 21, 36
 
 
-def write_vdb(source: VolumeSource, path: Path, progress: Progress) -> None:
+def write(source: VolumeSource, path: Path, progress: Progress) -> None:
     """Write the physical values of `source` as the grid "density" of 32-bit floats; an older file is replaced.
 
     Voxels of value 0 are the background and take no room, but the first and the last voxel are active whatever their
     value: so the bounding box of the active voxels is the volume, and whoever reads it gets all of it. World is
     LPS in millimetres. Raises VolprepError VP1081 (cannot be written), VP1201 (no OpenVDB) and what reading raises.
     """
-    info = source.info
-    nz, ny, nx = info.grid.shape_zyx
-    fog = openvdb(path).FogVolume("density", info.grid.world_from_index.tolist())
+    grid, values = source.info.grid, PhysicalValues(source)
+    nz, ny, nx = grid.shape_zyx
+    fog = openvdb(path).FogVolume("density", grid.world_from_index.tolist())
     step = max(_LEAF, _SLAB_BYTES // (4 * ny * nx) // _LEAF * _LEAF)
     progress.start("making the volume sparse", nz)
     for z0 in range(0, nz, step):
         z1 = min(z0 + step, nz)
-        stored = source.read_slab(z0, z1)
-        if (info.slope, info.intercept) == (1.0, 0.0):
-            values = stored.astype(np.float32)
-        else:
-            values = (info.slope * stored.astype(np.float64) + info.intercept).astype(np.float32)
-        fog.add(z0, np.ascontiguousarray(values))
+        fog.add(z0, np.ascontiguousarray(values.read_slab(z0, z1), np.float32))
         progress.advance(z1 - z0)
     fog.activate((0, 0, 0))
     fog.activate((nx - 1, ny - 1, nz - 1))

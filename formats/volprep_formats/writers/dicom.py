@@ -57,7 +57,7 @@ class _Coding:
     is_lossless: bool
 
 
-def write_series(source: VolumeSource, folder: Path, *, description: str = "", progress: Progress) -> list[Path]:
+def write(source: VolumeSource, folder: Path, progress: Progress, *, description: str = "") -> list[Path]:
     """Write `source` into `folder`, which appears whole or not at all. Gives the files, slice 0 first.
 
     Integer voxels are written as they are; float32 ones too where all are whole and fit 16 bits, and else as 65536
