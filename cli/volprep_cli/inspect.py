@@ -224,8 +224,8 @@ def _holds(texture: "Texture") -> str:
     part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
     order = "" if mosaic.channels == 1 else f" {mosaic.order}"
     gutter = f", gutter {mosaic.gutter}" if mosaic.gutter else ""
-    slices = "slice" if mosaic.channels == 1 else "slices"
-    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.channels}{order} {slices}"
+    many = "slice" if mosaic.channels == 1 else "slices"
+    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.channels}{order} {many}"
     return f"{level}{part}: {tiles}{gutter}"
 
 
