@@ -41,12 +41,12 @@ class Diagnostic:
 CATALOGUE: dict[str, Diagnostic] = {
     # VP1xxx sources and readers
     "VP1001": Diagnostic(
-        ExitStatus.SOURCE, "{path}: no such file or folder", "Check the path in [source] of the scene."
+        ExitStatus.SOURCE, "{path}: no such file or folder", "Check the path: in [source] of the scene, or of --source."
     ),
     "VP1002": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: no reader knows this format",
-        "Set source.format, one of: {known}.",
+        "{path}: {problem}",
+        "Check that the file is whole. If it is one of these, set source.format: {known}.",
     ),
     "VP1003": Diagnostic(ExitStatus.SOURCE, "{path}: cannot be read: {error}", "Check the file and its permissions."),
     "VP1004": Diagnostic(
@@ -117,12 +117,12 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1033": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: holds {count} DICOM series, and more than one, or none, could be the volume that is meant",
-        "Set source.series to one of these, or to a unique ending of it:{found}",
+        "Set source.series, or give import --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1034": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {fits} here ends with {wanted!r}",
-        "Set source.series to one of these, or to a unique ending of it:{found}",
+        "Set source.series, or give import --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1035": Diagnostic(
         ExitStatus.SOURCE,
@@ -476,13 +476,15 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: {each} images at each of {places} places, so these are several volumes (echoes, phases, time "
         "points), or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
-        "Set source.volume to choose one, if an attribute tells them apart; or keep the images of one in the folder.",
+        "Set source.volume, or give import --volume, to choose one, if an attribute tells them apart; or keep the "
+        "images of one in the folder.",
     ),
     "VP2007": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: gantry tilt of {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
         "{step_mm:.3f} mm along the line from slice to slice, and have shifted sideways by {total_mm:.2f} mm in all",
-        'Set source.repair = ["tilt"] to shear the tilt away by linear interpolation within the slices.',
+        'Set source.repair = ["tilt"], or give import --repair tilt, to shear the tilt away by linear interpolation '
+        "within the slices.",
     ),
     "VP2008": Diagnostic(
         ExitStatus.SOURCE,
@@ -494,14 +496,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, usual is "
         "{usual_mm:.3f} mm; such gaps in all: {holes}",
-        'Copy the series again, whole; or set source.repair = ["gaps"] to interpolate between the neighbours.',
+        'Copy the series again, whole; or set source.repair = ["gaps"], or give import --repair gaps, to interpolate '
+        "between the neighbours.",
     ),
     "VP2015": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usual {usual_mm:.3f} mm; the "
         "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, and up to "
         "{tolerance_mm:.3f} mm is taken as rounding",
-        'Set source.repair = ["gaps"] to interpolate slices at even distances, or leave out those that are wrong.',
+        'Set source.repair = ["gaps"], or give import --repair gaps, to interpolate slices at even distances; or leave '
+        "out those that are wrong.",
     ),
     "VP2016": Diagnostic(
         ExitStatus.SOURCE,
@@ -530,7 +534,13 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP3003": Diagnostic(
         ExitStatus.SCENE,
         "{path}: {problems}",
-        "Mend these keys; sample_specs holds scenes to start from.",
+        "Mend these keys; sample_specs holds scenes to start from, and its README.md lists all keys.",
+    ),
+    "VP3004": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: this is no scene, which is a short TOML file that says how to draw a scan",
+        "If it is a scan, name it with --source, behind a scene; README.md has one to start from. Or begin without a "
+        "scene: volprep import {path} -o NAME.volpkg.",
     ),
     "VP3010": Diagnostic(
         ExitStatus.SCENE,
@@ -895,6 +905,16 @@ CATALOGUE: dict[str, Diagnostic] = {
         "angle adds {angle:.2g}, 8 bits {target:.2g}",
         "See {report}. A transfer function with softer edges comes nearer; steep ones cannot without shaders. Say in "
         "[tolerance] what is good enough for such devices.",
+    ),
+    "VP6017": Diagnostic(
+        ExitStatus.SCENE,
+        "profile {profile} has no shaders: stacks of slices have neither a step nor a float target to be tried with",
+        "Choose a profile of OpenGL ES 2 or 3 with --profile.",
+    ),
+    "VP6018": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{failed} of {cases} cases are not drawn as they must be, the first is {case}: {problem}",
+        "See {report}. This driver, or volprep, is wrong where arithmetic is hard.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,

@@ -57,6 +57,8 @@ def place(tmp_path_factory) -> Path:
     (folder / "watch.profile.toml").write_text(TINY_PROFILE, encoding="utf-8")
     (folder / "empty").mkdir()
     (folder / "a-file").write_text("x", encoding="utf-8")
+    (folder / "nothing.nii").touch()
+    (folder / "broken.toml").write_text("name =", encoding="utf-8")
     (folder / "thesis").mkdir()
     (folder / "thesis" / "chapter1.txt").write_text("x", encoding="utf-8")
     assert volprep("build", "phantom.toml", "-o", "good.volpkg", cwd=folder).returncode == 0
@@ -95,9 +97,12 @@ CASES = [
     Case("build not-finite.toml -o x.volpkg", 3, stderr=r"VP1090 the source has 1 voxels .* slice 7"),
     Case("build empty-folder.toml -o x.volpkg", 3, stderr=r"VP1030 .*empty: no DICOM images"),
     Case("import phantom.raw -o x.volpkg", 3, stderr=r"VP1002 .*phantom.raw: no reader knows"),
+    Case("import nothing.nii -o x.volpkg", 3, stderr=r"VP1002 .*nothing.nii: the file is empty"),
     # scene and profile
     Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the scene: No such file"),
-    Case("build phantom.raw -o x.volpkg", 4, stderr=r"VP3002 phantom.raw: not a TOML file"),
+    Case("build broken.toml -o x.volpkg", 4, stderr=r"VP3002 broken.toml: not a TOML file"),
+    Case("build phantom.raw -o x.volpkg", 4, stderr=r"VP3004 phantom.raw: this is no scene.*--source.*volprep import"),
+    Case("plan empty", 4, stderr=r"VP3004 empty: this is no scene"),
     Case("build misspelt.toml -o x.volpkg", 4, stderr=r"VP3003 misspelt.toml: pyramyd: unknown key"),
     Case("build phantom.toml --profile gles9 -o x.volpkg", 4, stderr=r"VP3010 there is no profile gles9.*gles2-2048"),
     Case("build phantom.toml --profile no.toml -o x.volpkg", 4, stderr=r"VP3011 .*no.toml: cannot read the profile"),

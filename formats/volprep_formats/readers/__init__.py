@@ -173,7 +173,8 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
     except OSError as error:
         raise VolprepError("VP1003", path=error.filename or path, error=error.strerror or error) from error
     if found is None:
-        raise VolprepError("VP1002", path=path, known=", ".join(reader.name for reader in READERS))
+        problem = "no reader knows this format" if head or path.is_dir() else "the file is empty"
+        raise VolprepError("VP1002", path=path, problem=problem, known=", ".join(sorted(each.name for each in READERS)))
     return found
 
 
