@@ -1,4 +1,6 @@
-"""Fill the tables of fields in formats/SPEC.md from the models. A test compares; run this when it says so.
+"""Fill the tables of fields in formats/SPEC.md and sample_specs/README.md from the models.
+
+A test compares; run this when it says so.
 
     python tools/make_spec.py
 
@@ -9,28 +11,37 @@ import json
 import re
 from pathlib import Path
 
+from pydantic import BaseModel
+
+from volprep.scene import Scene
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.subvolumes import SubvolumeGrid
 
-SPEC = Path(__file__).parent.parent / "formats" / "SPEC.md"
+_ROOT = Path(__file__).parent.parent
+DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
+    _ROOT / "formats" / "SPEC.md": (SubvolumeGrid, Manifest),
+    _ROOT / "sample_specs" / "README.md": (DeviceProfile, Scene),
+}
+"""Each text with tables, and the models whose fields they list, with those of every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
 
 Schema = dict[str, object]
 
 
-def filled(text: str) -> str:
-    """Give the text of the specification with the tables that the models have now."""
-    records = records_of_manifest()
+def filled(path: Path) -> str:
+    """Give the text of a document with the tables that the models have now."""
+    records, text = records_of(path), path.read_text(encoding="utf-8")
     return _TABLE.sub(lambda match: f"{match[1]}\n{_table(match[2], records)}\n{match[3]}", text)
 
 
-def records_of_manifest() -> dict[str, Schema]:
-    """JSON Schema of the manifest, of the grid of sub-volumes, and of every record in them, by name."""
+def records_of(path: Path) -> dict[str, Schema]:
+    """JSON Schema of the models of a document, and of every record in them, by name."""
     records = {}
-    for model in (SubvolumeGrid, Manifest):
+    for model in DOCUMENTS[path]:
         schema = model.model_json_schema()
-        records |= {model.__name__: schema, **schema["$defs"]}
+        records |= {model.__name__: schema, **schema.get("$defs", {})}
     return records
 
 
@@ -50,6 +61,8 @@ def _absent(field: Schema) -> str:
     default = field.get("default")
     if default is None:
         return "none"
+    if isinstance(default, dict):
+        return "defaults of its fields"
     return "none" if default in ([], "") else f"`{json.dumps(default, ensure_ascii=False)}`"
 
 
@@ -95,8 +108,9 @@ def _bound(value: float) -> str:
 
 
 def main() -> None:
-    SPEC.write_text(filled(SPEC.read_text(encoding="utf-8")), encoding="utf-8")
-    print(SPEC)
+    for path in DOCUMENTS:
+        path.write_text(filled(path), encoding="utf-8")
+        print(path)
 
 
 if __name__ == "__main__":

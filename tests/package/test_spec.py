@@ -1,4 +1,7 @@
-"""formats/SPEC.md says what the code does: its tables are the models', its formulas give the field."""
+"""formats/SPEC.md says what the code does: its tables are the models', its formulas give the field.
+
+The tables of sample_specs/README.md are made in the same way.
+"""
 
 import importlib.util
 import inspect
@@ -13,6 +16,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from volprep.render.camera import standard_views
 from volprep_formats import meshes
 from volprep_formats.diagnostics import CATALOGUE
 from volprep_formats.package import check, editing, manifest, manifest_json, reader
@@ -21,7 +25,8 @@ from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2, paletted
 
 ROOT = Path(__file__).parents[2]
-SPEC = (ROOT / "formats" / "SPEC.md").read_text(encoding="utf-8")
+DOCUMENTS = (ROOT / "formats" / "SPEC.md", ROOT / "sample_specs" / "README.md")
+SPEC = DOCUMENTS[0].read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -34,27 +39,31 @@ def generator() -> ModuleType:
     return module
 
 
-def test_the_tables_of_fields_are_those_of_the_models(generator: ModuleType) -> None:
-    assert generator.filled(SPEC) == SPEC, "formats/SPEC.md is old: run python tools/make_spec.py"
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_the_tables_of_fields_are_those_of_the_models(path: Path, generator: ModuleType) -> None:
+    assert generator.filled(path) == path.read_text(encoding="utf-8"), f"{path} is old: run python tools/make_spec.py"
 
 
-def test_every_record_and_every_field_has_its_place(generator: ModuleType) -> None:
-    records = generator.records_of_manifest()
-    assert set(re.findall(r"<!-- fields of (\w+) -->", SPEC)) == set(records)
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_every_record_and_every_field_has_its_place(path: Path, generator: ModuleType) -> None:
+    records, text = generator.records_of(path), path.read_text(encoding="utf-8")
+    assert set(re.findall(r"<!-- fields of (\w+) -->", text)) == set(records)
     for name, record in records.items():
-        table = SPEC.split(f"<!-- fields of {name} -->")[1].split("<!-- end -->")[0]
+        table = text.split(f"<!-- fields of {name} -->")[1].split("<!-- end -->")[0]
         assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(record["properties"])
         assert "|  |" not in table
 
 
-def test_every_link_in_the_text_has_its_heading() -> None:
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_every_link_in_the_text_has_its_heading(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
     headings = {
         re.sub(r"[^a-z0-9 -]", "", line.lstrip("#").strip().lower()).replace(" ", "-")
-        for line in SPEC.splitlines()
+        for line in text.splitlines()
         if line.startswith("#")
     }
-    links = set(re.findall(r"\]\(#([^)]+)\)", SPEC))
-    assert len(links) > 20
+    links = set(re.findall(r"\]\(#([^)]+)\)", text))
+    assert len(links) > 15
     assert links <= headings
 
 
@@ -162,3 +171,38 @@ def test_the_formulas_for_spaces_are_those_of_the_grid(sealed: Path) -> None:
         box = direction.T @ (world - corner)
         texture = box * fields["texture_from_box_per_mm_xyz"]
         np.testing.assert_allclose(texture, (index + 0.5) / grid["shape_zyx"][::-1], rtol=0, atol=1e-12)
+
+
+def test_the_standard_views_are_those_of_the_text(sealed: Path) -> None:
+    grid = Package.open(sealed).manifest.grid
+    assert grid is not None
+    told: dict[str, list[tuple[float, ...]]] = {}
+    for row in re.findall(r"^\| ((?:anterior|posterior|left|superior)[^|]*)\|([^|]*)\|([^|]*)\|$", SPEC, re.MULTILINE):
+        names, views, (up,) = row[0].split(","), _vectors(row[1]), _vectors(row[2])
+        told |= {name.strip(): [view, up] for name, view in zip(names, views, strict=True)}
+    d = math.dist((0, 0, 0), grid.extent_mm_zyx)
+    middle = (grid.world_from_box @ [*np.divide(grid.extent_mm_zyx[::-1], 2), 1])[:3]
+    for projection, eye, field, planes in (
+        ("orthographic", d, d, (0, 2 * d)),
+        ("perspective", 2 * d, 1.2 * d, (0.02 * d, 4 * d)),
+    ):
+        found = standard_views(grid, projection)
+        assert list(found) == list(told)
+        for name, camera in found.items():
+            assert [camera.forward, camera.up] == told[name]
+            forward = np.divide(camera.forward, math.dist((0, 0, 0), camera.forward))
+            assert np.allclose(middle - eye * forward, camera.eye_mm_xyz)
+            ends = np.array([[0, 0, -1, 1], [0, 0, 1, 1]]) @ camera.world_from_clip(1).T
+            assert np.allclose((ends[:, :3] / ends[:, 3:] - camera.eye_mm_xyz) @ forward, planes)
+            corner = np.linalg.inv(camera.world_from_clip(1)) @ [*(middle + field / 2 * _unit(camera.up, forward)), 1]
+            assert np.isclose(corner[1] / corner[3], 1)
+
+
+def _vectors(text: str) -> list[tuple[float, ...]]:
+    found = re.findall(r"\(([^)]*)\)", text.replace("−", "-"))
+    return [tuple(float(number) for number in each.split(",")) for each in found]
+
+
+def _unit(up: tuple[float, ...], forward: np.ndarray) -> np.ndarray:
+    across = np.array(up) - np.dot(up, forward) * forward
+    return across / np.linalg.norm(across)
