@@ -18,6 +18,9 @@ _STATUSES = (
     "70 a defect in volprep; 130 interrupted. Every error has a permanent code: VP and four digits."
 )
 
+_INTERRUPTED = 130
+"""Exit status that typer makes of Ctrl-C, and that a shell shows for a program which the signal ended."""
+
 _VERBS = {
     "build": "build",
     "plan": "plan",
@@ -104,6 +107,10 @@ def main() -> None:
         command_line(sys.argv[1:])(prog_name="volprep")
     except VolprepError as error:
         _fail(error)
+    except SystemExit as ended:
+        if ended.code == _INTERRUPTED:
+            _end_by_interrupt()
+        raise
     except Exception as error:
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
@@ -115,6 +122,14 @@ def main() -> None:
         # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks.
         if "OpenImageIO" not in sys.modules:
             gc.freeze()
+
+
+def _end_by_interrupt() -> None:
+    """End as the signal of Ctrl-C ends a program: only then a shell stops the loop that the command runs in."""
+    print("volprep: interrupted", file=sys.stderr)
+    sys.stdout.flush()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    os.kill(os.getpid(), signal.SIGINT)
 
 
 def _fail(error: VolprepError) -> NoReturn:
