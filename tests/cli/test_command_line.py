@@ -215,6 +215,20 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
     assert sorted(tmp_path.iterdir()) == before
 
 
+def test_a_disk_that_fills_up_under_a_series_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
+    run = subprocess.run(
+        [*COMMAND, "export", place / "good.volpkg", tmp_path / "series"],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == ExitStatus.OUTPUT, run.stderr
+    assert re.search(r"^volprep: VP1081 .*File too large", run.stderr.splitlines()[-1])
+    assert "Traceback" not in run.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_help_is_fast_and_loads_nothing_heavy() -> None:
     code = f"""
 import atexit, sys

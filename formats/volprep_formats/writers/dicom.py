@@ -85,7 +85,8 @@ def write(source: VolumeSource, folder: Path, progress: Progress, *, description
             shutil.rmtree(partial, ignore_errors=True)
             raise
     except OSError as error:
-        raise VolprepError("VP1081", path=folder, error=error.strerror or error) from error
+        # What pydicom passes on has a traceback in its text, behind the first line.
+        raise VolprepError("VP1081", path=folder, error=error.strerror or str(error).partition("\n")[0]) from error
     return [folder / name for name in names]
 
 
