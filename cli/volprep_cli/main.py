@@ -1,5 +1,6 @@
 """The entry point: the list of verbs, and what happens to errors."""
 
+import errno
 import gc
 import os
 import signal
@@ -18,6 +19,7 @@ _STATUSES = (
     "70 a defect in volprep; 130 interrupted. Every error has a permanent code: VP and four digits."
 )
 
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _INTERRUPTED = 130
 """Exit status that typer makes of Ctrl-C, and that a shell shows for a program which the signal ended."""
 
@@ -104,7 +106,12 @@ def main() -> None:
     # A reader that has seen enough, as head has, ends us without a word.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
-        command_line(sys.argv[1:])(prog_name="volprep")
+        try:
+            command_line(sys.argv[1:])(prog_name="volprep")
+        finally:
+            # Here, and not when the process ends: then it fails with nothing but a traceback.
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except VolprepError as error:
         _fail(error)
     except SystemExit as ended:
@@ -112,6 +119,10 @@ def main() -> None:
             _end_by_interrupt()
         raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in _NO_ROOM:
+            # Files have errors of their own.
+            _drop_output()
+            _fail(VolprepError("VP4020", path=error.filename or "standard output", error=error.strerror))
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
         # Some messages have many lines, of which the first says what is wrong.
@@ -127,9 +138,13 @@ def main() -> None:
 def _end_by_interrupt() -> None:
     """End as the signal of Ctrl-C ends a program: only then a shell stops the loop that the command runs in."""
     print("volprep: interrupted", file=sys.stderr)
-    sys.stdout.flush()
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGINT)
+
+
+def _drop_output() -> None:
+    """Have nothing more of standard output written: what failed once may be in its buffer, and fails when we end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _fail(error: VolprepError) -> NoReturn:
@@ -137,6 +152,10 @@ def _fail(error: VolprepError) -> NoReturn:
     if "--json" in sys.argv and error.status is not ExitStatus.TOLERANCE:
         from volprep_cli.console import print_json  # noqa: PLC0415 - not needed when all is well
 
-        print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})
+        try:
+            print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})
+            sys.stdout.flush()
+        except OSError:
+            _drop_output()
     print(f"volprep: {error}", file=sys.stderr)
     sys.exit(error.status)

@@ -215,18 +215,31 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_disk_that_fills_up_under_a_series_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
-    run = subprocess.run(
-        [*COMMAND, "export", place / "good.volpkg", tmp_path / "series"],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000)),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+@pytest.mark.parametrize(
+    "command", ["inspect good.volpkg --json", "inspect good.volpkg", "plan phantom.toml --json", "--help"]
+)
+def test_output_that_cannot_be_written_is_one_message_and_no_verdict(place, command) -> None:
+    with Path("/dev/full").open("w") as full:
+        run = subprocess.run(
+            [*COMMAND, *command.split()], cwd=place, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
     assert run.returncode == ExitStatus.OUTPUT, run.stderr
-    assert re.search(r"^volprep: VP1081 .*File too large", run.stderr.splitlines()[-1])
+    assert re.search(r"^volprep: VP4020 standard output: cannot write: No space left", run.stderr.splitlines()[-1])
     assert "Traceback" not in run.stderr
-    assert not list(tmp_path.iterdir())
+
+
+def test_an_error_keeps_its_status_where_its_json_cannot_be_written(place) -> None:
+    with Path("/dev/full").open("w") as full:
+        run = subprocess.run(
+            [*COMMAND, "plan", "missing.toml", "--json"],
+            cwd=place,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert run.returncode == ExitStatus.SCENE, run.stderr
+    assert re.fullmatch(r"volprep: VP3001 .*\n", run.stderr)
 
 
 def test_help_is_fast_and_loads_nothing_heavy() -> None:
