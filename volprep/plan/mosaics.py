@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from volprep.mosaic import Packing, Room, fit_mosaic, most_slices
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, room_of, texture_bytes, too_large
 from volprep.scene import MosaicSettings
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -51,10 +51,9 @@ def as_compressed_mosaic(
     block = BLOCKS[texel]
     textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
     packing = Packing(4 if block.channels == 4 else 1, "interleaved", gutter, block.size)
-    room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
-    layout = fit_mosaic(level.shape_zyx, packing, room)
-    if layout is None:
-        return no_room(level, packing, room, profile)
+    layout = mosaic_of(level, packing, textures, profile)
+    if isinstance(layout, Misfit):
+        return layout
     volume = _plan(level, texel, layout)
     return too_large(volume, profile, beside) or volume
 
@@ -87,10 +86,9 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     texel = one_channel(bits, profile) if packing.channels == 1 else first_of(FOUR_CHANNELS[bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
-    room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
-    layout = fit_mosaic(level.shape_zyx, packing, room)
-    if layout is None:
-        return no_room(level, packing, room, profile)
+    layout = mosaic_of(level, packing, textures, profile)
+    if isinstance(layout, Misfit):
+        return layout
     volume = _plan(level, texel, layout, between)
     return too_large(volume, profile, beside) or volume
 
@@ -106,7 +104,7 @@ def describe_mosaic(
     layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings, between: SampleFilter
 ) -> Iterator[PlanItem]:
     """Say which parts of the layout are there, and why."""
-    room = Room(profile.max_texture_size, 1, profile.npot, profile.square)
+    room = room_of(profile)
     tile = layout.tile_shape_yx
     single = most_slices(tile, Packing(gutter=layout.gutter), room)
     reason = f"in one channel {single} slices have room, there are {layout.slices}"
@@ -136,8 +134,13 @@ def part_names(name: str, textures: int) -> tuple[str, ...]:
     return (name,) if textures == 1 else tuple(f"{name}-{part}" for part in range(textures))
 
 
-def no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProfile) -> Misfit:
-    """Say why a level fits no mosaic of this room."""
+def mosaic_of(level: LevelPlan, packing: Packing, textures: int, profile: DeviceProfile) -> MosaicLayout | Misfit:
+    """Find the mosaic of a level in at most so many textures, or say why there is none."""
+    room = room_of(profile, textures)
+    return fit_mosaic(level.shape_zyx, packing, room) or _no_room(level, packing, room, profile)
+
+
+def _no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProfile) -> Misfit:
     depth, height, width = level.shape_zyx
     most = most_slices((height, width), packing, room)
     where = "a mosaic" if room.textures == 1 else f"a mosaic in {room.textures} textures"

@@ -7,8 +7,8 @@ an edge of a tile would be a wrong normal, so that positions are clamped as in m
 import math
 from collections.abc import Iterator
 
-from volprep.mosaic import Packing, Room, fit_mosaic
-from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
+from volprep.mosaic import Packing
+from volprep.plan.mosaics import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, first_of
@@ -79,11 +79,10 @@ def _fitted(
     units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
     if units < 1:
         return Misfit(f"the volume and its table take the {profile.texture_units} texture units")
-    room = Room(profile.max_texture_size, units, profile.npot, profile.square)
     packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
-    layout = fit_mosaic(level.shape_zyx, packing, room)
-    if layout is None:
-        return no_room(level, packing, room, profile)
+    layout = mosaic_of(level, packing, units, profile)
+    if isinstance(layout, Misfit):
+        return layout
     return _texture(level, part_names(name, layout.textures), layout)
 
 

@@ -11,10 +11,10 @@ are drawn together.
 
 from collections.abc import Iterator, Sequence
 
-from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.mosaic import Packing
 from volprep.plan.levels import by
 from volprep.plan.mipmaps import in_one_texture
-from volprep.plan.mosaics import MOST_TEXTURES, mosaic_text, no_room, part_names
+from volprep.plan.mosaics import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.plan.records import LevelPlan, Plan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.render.gl_formats import size_bytes
@@ -95,11 +95,10 @@ def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gut
     layout = None
     if group[0].volumes[0].mosaic is not None:
         textures = max(1, min(profile.texture_units - beside.units, MOST_TEXTURES))
-        packing = Packing(gutter=gutter, components=len(names))
-        room = Room(profile.max_texture_size, textures, profile.npot, profile.square)
-        layout = fit_mosaic(level.shape_zyx, packing, room)
-        if layout is None:
-            return no_room(level, packing, room, profile)
+        fit = mosaic_of(level, Packing(gutter=gutter, components=len(names)), textures, profile)
+        if isinstance(fit, Misfit):
+            return fit
+        layout = fit
     textures_of = part_names(name, 1 if layout is None else layout.textures)
     volume = VolumePlan(
         level=level.index,

@@ -224,12 +224,15 @@ class Plan(Record):
         return tuple(volume for volume in self.volumes if not volume.channels or volume.channels[0] == self.channel)
 
     @property
+    def tables(self) -> tuple[LookupPlan | PreintegratedPlan | PalettePlan, ...]:
+        """What classifies, of each transfer function: a table of one kind, or none where voxels are classified."""
+        return (*self.lookups, *self.preintegrated, *self.palettes)
+
+    @property
     def value_slack(self) -> float:
         """Physical distance over which the coarsest table mixes values, or rounds them."""
         low, high = self.quantize.window
-        entries = [table.entries for table in self.lookups]
-        entries += [table.entries for table in self.preintegrated]
-        entries += [palette.entries for palette in self.palettes]
+        entries = [table.entries for table in self.tables]
         return (high - low) / (min(entries) - 1) if entries else 0.0
 
     def level(self, index: int) -> LevelPlan:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from volprep.mosaic import Room
 from volprep.plan.records import VolumePlan
 from volprep.render.gl_formats import size_bytes
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -43,6 +44,11 @@ def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
 def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
     """Give the first of `formats` that a device class has."""
     return next((texel for texel in formats if texel in profile.texture_formats), None)
+
+
+def room_of(profile: DeviceProfile, textures: int = 1) -> Room:
+    """Give the textures that a mosaic may take on a class of devices, `textures` at most."""
+    return Room(profile.max_texture_size, textures, profile.npot, profile.square)
 
 
 def texture_bytes(volume: VolumePlan) -> int:

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.mosaic import Packing, Room, fit_mosaic
+from volprep.mosaic import Packing, fit_mosaic
 from volprep.plan.levels import by
 from volprep.plan.mipmaps import chain_bytes
 from volprep.plan.products import BlockRangesPlan, NormalsPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
-from volprep.plan.room import one_channel
+from volprep.plan.room import one_channel, room_of
 from volprep.render.gl_formats import BYTES_PER_TEXEL, size_bytes
 from volprep.scene import SkipSettings
 from volprep.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
@@ -280,5 +280,5 @@ def _layout(shape_zyx: Triple, profile: DeviceProfile) -> tuple[Triple, MosaicLa
     """Shape of the texture for a table, and its layout where there are no 3D textures; None if there is no room."""
     if profile.max_3d_texture_size:
         return (shape_zyx, None) if max(shape_zyx) <= profile.max_3d_texture_size else None
-    mosaic = fit_mosaic(shape_zyx, Packing(), Room(profile.max_texture_size, npot=profile.npot, square=profile.square))
+    mosaic = fit_mosaic(shape_zyx, Packing(), room_of(profile))
     return None if mosaic is None else ((1, *mosaic.texture_shape_yx), mosaic)

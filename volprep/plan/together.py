@@ -128,13 +128,12 @@ def _function(plan: Plan, name: str) -> TransferFunction:
 
 def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
     """What a decision about empty space rests on, of one channel."""
-    entries = [table.entries for table in plan.lookups] + [palette.entries for palette in plan.palettes]
     return Found(
         profile=plan.profile,
         crop=plan.crop,
         grid=plan.grid,
         quantize=plan.quantize,
-        entries=max(entries),
+        entries=max(table.entries for table in plan.tables),
         levels=plan.levels,
         volumes=plan.volumes,
         measured=measured,

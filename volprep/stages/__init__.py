@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest
@@ -13,6 +13,7 @@ from volprep_formats.record import Record
 if TYPE_CHECKING:
     from volprep.plan import Plan
 
+Part = TypeVar("Part", bound=Record)
 Changes = Mapping[str, object]
 """New values of fields of the manifest, by the field's name; what is not named stays."""
 
@@ -31,6 +32,17 @@ class Stage:
     """Writes files with `Draft.write` and gives the changes of the manifest. The pipeline commits them, last."""
     whole: bool = False
     """Whether it runs once for all channels; else it runs for each, with the plan of the channel."""
+
+
+def required(part: Part | None) -> Part:
+    """Give the part of the plan that a stage carries out: a plan without it does not have the stage."""
+    assert part is not None  # noqa: S101 - `Plan.stages` has been made so
+    return part
+
+
+def present(*parts: Record | None) -> tuple[Record, ...]:
+    """Give those parts of a plan that it has, as settings of a stage."""
+    return tuple(part for part in parts if part is not None)
 
 
 def with_textures(manifest: Manifest, textures: tuple[Texture, ...]) -> tuple[Texture, ...]:

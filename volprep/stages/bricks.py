@@ -27,7 +27,7 @@ from volprep_formats.textures.bricks import constant_entry
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
     volumes = [volume for volume in plan.volumes if volume.bricks is not None]
-    return (*volumes, *plan.transfer_functions, *plan.lookups, *plan.preintegrated, *plan.palettes)
+    return (*volumes, *plan.transfer_functions, *plan.tables)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:

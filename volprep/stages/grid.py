@@ -14,7 +14,7 @@ from volprep.plan.products import SubvolumesPlan
 from volprep.plan.subvolumes import GRID
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
-from volprep.stages import Changes, Stage
+from volprep.stages import Changes, Stage, present, required
 from volprep.subvolumes import boxes_zyx, cuts_along, grid_points
 from volprep.texels import texel_reader, texels_of
 from volprep.transfer.table import Table
@@ -28,23 +28,11 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (
-        ()
-        if plan.subvolumes is None
-        else (
-            plan.subvolumes,
-            plan.quantize,
-            *plan.transfer_functions,
-            *plan.lookups,
-            *plan.preintegrated,
-            *plan.palettes,
-        )
-    )
+    return (*present(plan.subvolumes), plan.quantize, *plan.transfer_functions, *plan.tables)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    wanted = plan.subvolumes
-    assert wanted is not None  # noqa: S101 - the stage is in no other plan
+    wanted = required(plan.subvolumes)
     codes = codes_of_source(draft, plan)
     z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
@@ -81,8 +69,7 @@ def _pieces(
 
 
 def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolume:
-    wanted = plan.subvolumes
-    assert wanted is not None  # noqa: S101 - the stage is in no other plan
+    wanted = required(plan.subvolumes)
     low, high = int(codes.min()), int(codes.max())
     if not wanted.pieces or _is_empty(plan, wanted, low, high):
         return Subvolume(minimum=low, maximum=high)

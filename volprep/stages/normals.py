@@ -17,7 +17,7 @@ from volprep.normals.gradient import direction_matrix, length_scale
 from volprep.plan import LevelPlan, NormalsPlan, NormalTexturePlan, Plan
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
-from volprep.stages import Changes, Stage, with_textures
+from volprep.stages import Changes, Stage, present, required, with_textures
 from volprep.work import codes_of_source
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.normals import DIRECTION_BYTES, Normals
@@ -28,13 +28,11 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (plan.grid, plan.quantize, *plan.levels, *(() if plan.normals is None else (plan.normals,)))
+    return (plan.grid, plan.quantize, *plan.levels, *present(plan.normals))
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    normals = plan.normals
-    if normals is None:
-        return {}
+    normals = required(plan.normals)
     source = codes_of_source(draft, plan)
     progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
     encoder = _Encoder(plan, normals, source, progress)

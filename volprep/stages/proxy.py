@@ -14,7 +14,7 @@ from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.skip.on_gpu import ranges_on_gpu
 from volprep.skip.ranges import BlockRanges
 from volprep.skip.visible import visible_extinction
-from volprep.stages import Changes, Stage
+from volprep.stages import Changes, Stage, present, required
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.proxy import UNITS, Proxy, ProxyMeshFile
@@ -23,15 +23,11 @@ from volprep_formats.record import Record
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    proxy = () if plan.proxy is None else (plan.proxy,)
-    return (*proxy, plan.grid, *plan.levels, *plan.lookups, *plan.preintegrated, *plan.palettes)
+    return (*present(plan.proxy), plan.grid, *plan.levels, *plan.tables)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    proxy = plan.proxy
-    if proxy is None:
-        msg = "stage proxy without a plan for it"
-        raise ValueError(msg)
+    proxy = required(plan.proxy)
     progress.start("proxy", len(proxy.meshes))
     ranges: dict[int, BlockRanges] = {}
     meshes = []
@@ -52,7 +48,7 @@ def _mesh(draft: Draft, plan: Plan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ran
     mesh = proxy_mesh(occupied, planes, proxy.form)
     for problem in problems_of(mesh, occupied, planes, proxy.form):
         raise VolprepError("VP9001", error=f"proxy geometry of {wanted.transfer}, level {level.index}: {problem}")
-    z, y, x = (f * h / UNITS for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))
+    z, y, x = (spacing / UNITS for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     record = ProxyMeshFile(
         transfer=wanted.transfer,
         level=level.index,

@@ -12,7 +12,7 @@ from volprep.pyramid.choice import Array, Chooser, Classified, level_slices
 from volprep.pyramid.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.pyramid.records import LevelChoice
 from volprep.slabs import RawVolume, bytes_of, slab_ranges
-from volprep.stages import Changes, Stage
+from volprep.stages import Changes, Stage, present
 from volprep.texels import voxels_of
 from volprep.transfer.lookup import lookup_table
 from volprep.work import choice_name, classified_name, codes_name, codes_of_source, levels_of
@@ -28,9 +28,8 @@ FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    editing = () if plan.editing is None else (plan.editing,)
-    classified = plan.volumes if plan.is_classified else ()
-    return (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *editing, *classified)
+    common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups)
+    return (*common, *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:

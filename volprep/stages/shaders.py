@@ -12,7 +12,7 @@ from volprep.render.techniques.proxy import Entry, depth_shader
 from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.render.techniques.skipping import skipping_of
 from volprep.render.techniques.together import drawn_together
-from volprep.stages import Changes, Stage
+from volprep.stages import Changes, Stage, present
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.program import Program
 from volprep_formats.progress import Progress
@@ -25,13 +25,11 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
         plan.render,
         *plan.levels,
         *plan.volumes,
-        *plan.lookups,
-        *plan.preintegrated,
-        *plan.palettes,
+        *plan.tables,
         *plan.programs,
         *(() if plan.subvolumes is None else plan.subvolumes.programs),
         *(() if plan.proxy is None else plan.proxy.programs),
-        *(() if plan.together is None else (plan.together,)),
+        *present(plan.together),
     )
 
 
@@ -148,9 +146,7 @@ def _sampling(draft: Draft, plan: Plan, program: ProgramPlan) -> Sampling:
 
 
 def _spacing_mm_zyx(plan: Plan, level: int) -> tuple[float, float, float]:
-    factors = plan.level(level).factors_zyx
-    z, y, x = (factor * spacing for factor, spacing in zip(factors, plan.grid.spacing_mm_zyx, strict=True))
-    return z, y, x
+    return plan.grid.coarser(plan.level(level).factors_zyx).spacing_mm_zyx
 
 
 def _component(plan: Plan, volume: VolumePlan) -> str:

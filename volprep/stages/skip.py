@@ -19,7 +19,7 @@ from volprep.skip.ranges import BlockRanges, Triple
 from volprep.skip.tables import skip_table
 from volprep.skip.visible import visible_extinction
 from volprep.slabs import bytes_of
-from volprep.stages import Changes, Stage, with_textures
+from volprep.stages import Changes, Stage, present, required, with_textures
 from volprep.texels import texels_of, voxels_of
 from volprep_formats.package.draft import Draft
 from volprep_formats.package.skip import BlockRangesRecord, Skipping, SkipTable
@@ -30,24 +30,18 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    skip = () if plan.skip is None else (plan.skip,)
     return (
-        *skip,
+        *present(plan.skip),
         *_tables_together(plan),
         plan.grid,
         *plan.levels,
         *plan.volumes,
-        *plan.lookups,
-        *plan.preintegrated,
-        *plan.palettes,
+        *plan.tables,
     )
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    skip = plan.skip
-    if skip is None:
-        msg = "stage skip without a plan for it"
-        raise ValueError(msg)
+    skip = required(plan.skip)
     progress.start("skip", len(plan.levels))
     textures: list[Texture] = []
     tables: list[SkipTable] = []
@@ -93,7 +87,7 @@ def _occupied(
     draft: Draft, plan: Plan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
 ) -> Occupied:
     """Say which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
-    epsilon = (plan.skip.epsilon if plan.skip else 0.0) / channels
+    epsilon = required(plan.skip).epsilon / channels
     threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     if plan.is_classified:
         return opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
@@ -118,8 +112,7 @@ def _table(
 ) -> tuple[Texture, SkipTable]:
     entries = skip_table(occupied, wanted.kind)
     texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
-    spacing_mm_zyx = (f * h for f, h in zip(level.factors_zyx, plan.grid.spacing_mm_zyx, strict=True))
-    z, y, x = (1 / (wanted.block * spacing) for spacing in spacing_mm_zyx)
+    z, y, x = (1 / (wanted.block * spacing) for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     return texture, SkipTable(
         texture=wanted.name,
         level=level.index,

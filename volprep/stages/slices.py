@@ -9,7 +9,7 @@ from volprep.plan import Plan, SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.render.gl_formats import gl_format
 from volprep.slabs import RawVolume, bytes_of
 from volprep.slices import atlas_codes, code_colours
-from volprep.stages import Changes, Stage, with_textures
+from volprep.stages import Changes, Stage, required, with_textures
 from volprep.transfer.palette import best_palette
 from volprep.work import codes_of_level
 from volprep_formats.package.draft import Draft
@@ -23,11 +23,11 @@ _CODES = 256
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    return (_planned(plan), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
+    return (required(plan.slices), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
-    slices = _planned(plan)
+    slices = required(plan.slices)
     codes = codes_of_level(draft, plan, slices.level)
     functions = {function.name: function for function in plan.transfer_functions}
     progress.start("slices", sum(len(stack.textures) for stack in slices.stacks))
@@ -50,13 +50,6 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     # Of an earlier run, perhaps with other stacks, nothing stays.
     kept = tuple(each for each in draft.manifest.textures if each.role != "slices")
     return {"textures": with_textures(draft.manifest.model_copy(update={"textures": kept}), tuple(textures))}
-
-
-def _planned(plan: Plan) -> SlicesPlan:
-    if plan.slices is None:
-        msg = "a plan without slices"
-        raise ValueError(msg)
-    return plan.slices
 
 
 def _histogram(codes: RawVolume) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from volprep.plan import EditingPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep.pyramid.chosen import lookup_of_level, own_tables
 from volprep.render.gl_formats import KTX2_FORMAT, gl_format
-from volprep.stages import Changes, Stage, with_textures
+from volprep.stages import Changes, Stage, present, with_textures
 from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import Array, lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
@@ -27,10 +27,16 @@ from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
 
 
+class _Step(Record):
+    """What lookup tables hold of how pictures are drawn: none is more opaque than one step can be."""
+
+    step_mm: float
+
+
 def _settings(plan: Plan) -> tuple[Record, ...]:
-    editing = () if plan.editing is None else (plan.editing,)
-    tables = (*plan.lookups, *plan.preintegrated, *plan.palettes)
-    return (plan.quantize, plan.render, *plan.levels, *plan.transfer_functions, *tables, *editing)
+    common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
+    step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
+    return (*common, *present(step, plan.editing))
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
