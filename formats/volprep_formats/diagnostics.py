@@ -863,7 +863,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP6010": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: the package is not whole ({count} findings): {findings}",
+        "{path}: the package is not whole: {findings}",
         "{remedy}",
     ),
     "VP6011": Diagnostic(
@@ -872,7 +872,8 @@ CATALOGUE: dict[str, Diagnostic] = {
         "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}; RMSE {data:.2g} comes "
         "from the data, {drawing:.2g} from drawing",
         "See {report}. Against an error of the data: a profile that holds a finer level, quantize.bits = 16. Against "
-        "one of drawing: a smaller render.step_voxels, a larger render.opacity_cutoff. Or allow more in [tolerance].",
+        "one of drawing: render.classification lookup or preintegrated if it is another, a smaller render.step_voxels, "
+        "a larger render.opacity_cutoff. Or allow more in [tolerance].",
     ),
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,

@@ -117,6 +117,18 @@ def test_the_verdict_comes_before_the_views(elements: Elements) -> None:
     assert "Worst view: superior, at 30 %" in text
 
 
+def test_the_largest_errors_are_those_of_all_views_and_not_of_the_worst_one(report: Report) -> None:
+    program = report.programs[0]
+    first = program.views[0].model_copy(update={"total": program.views[0].total.model_copy(update={"rmse": 0.0123})})
+    changed = program.model_copy(update={"views": (first, *program.views[1:])})
+    text = words(Elements(page(report.model_copy(update={"programs": (changed, *report.programs[1:])}))))
+    assert "Largest RMSE of a view 0.0123 of 0.02" in text
+
+
+def test_the_draw_time_stands_with_the_samples_that_are_taken(elements: Elements) -> None:
+    assert "Nominal draw, 256² 75.0 ms 400 samples per ray, 120 without empty space" in words(elements)
+
+
 def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -> None:
     verdict = report.verdict.model_copy(update={"passed": False, "failed": 2})
     text = words(Elements(page(report.model_copy(update={"verdict": verdict}))))

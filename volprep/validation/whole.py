@@ -16,5 +16,5 @@ def open_whole(path: Path) -> Package:
     findings = check(path)
     if findings:
         listed = "; ".join(f"{finding.code} {finding.summary}" for finding in findings)
-        raise VolprepError("VP6010", path=path, count=len(findings), findings=listed, remedy=findings[0].remedy)
+        raise VolprepError("VP6010", path=path, findings=listed, remedy=findings[0].remedy)
     return package
