@@ -7,10 +7,15 @@ import typer
 
 from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress, voxels_text
 
-Scene = Annotated[Path, typer.Argument(help="Scene file.", metavar="SCENE")]
+Scene = Annotated[Path, typer.Argument(help="Scene file, TOML: a source and transfer functions.", metavar="SCENE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
 Profile = Annotated[
-    str | None, typer.Option(help="Class of devices: a name, or a TOML file. Replaces the scene's.", metavar="PROFILE")
+    str | None,
+    typer.Option(
+        help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, or a TOML file. Replaces "
+        "the scene's.",
+        metavar="PROFILE",
+    ),
 ]
 Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path in the scene.", metavar="PATH")]
 

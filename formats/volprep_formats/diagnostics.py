@@ -663,7 +663,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP4005": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: the package is a draft, still under construction",
-        "Run the stages that are missing; volprep seal is the last one.",
+        "Run volprep seal on it: it finishes the package, or names the stage that is missing.",
     ),
     "VP4006": Diagnostic(
         ExitStatus.PACKAGE,
