@@ -25,9 +25,9 @@ template <typename S>
 VOLPREP_CLONES void add_columns(const Sums<S>& sums, int factor_y, int factor_z, int64_t weight, int64_t count,
                                 Columns& __restrict columns) noexcept {
     for (int64_t x = 0; x < count; ++x) {
-        const int32_t gx = sums.x[x];
-        const int32_t gy = sums.y[x] * factor_y;
-        const int32_t gz = sums.z[x] * factor_z;
+        const auto gx = static_cast<int32_t>(sums.x[x]);
+        const auto gy = static_cast<int32_t>(sums.y[x]) * factor_y;
+        const auto gz = static_cast<int32_t>(sums.z[x]) * factor_z;
         const int32_t sx = gx < 0 ? -1 : 1;
         const int32_t sy = gy < 0 ? -1 : 1;
         const int32_t sz = gz < 0 ? -1 : 1;

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "volprep/gradient_rows.hpp"
+#include "volprep/normal_codes_avx2.hpp"
 #include "volprep/normals.hpp"
 
 namespace volprep::gradients {
@@ -103,12 +104,28 @@ template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
 void encode(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor, int64_t count,
             uint8_t* dst) noexcept {
     constexpr int bytes = static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE};
-    uint32_t words[chunk_length];
-    for (int64_t x = 0; x < count; x += chunk_length) {
-        const int64_t length = std::min(chunk_length, count - x);
+    const auto exactly = [&](int64_t x, int64_t length) {
+        uint32_t words[chunk_length];
         encode_words<S, CODE, ROTATES, MAGNITUDE>(sums.x + x, sums.y + x, sums.z + x, matrix, magnitude_factor, length,
                                                   words);
         pack_words<bytes>(words, length, dst + bytes * x);
+    };
+#ifdef VOLPREP_HAS_AVX2_CODES
+    if constexpr (CODE == NormalCode::biased8 || CODE == NormalCode::snorm8) {
+        if (avx2::available()) {
+            int64_t unsure[tile_length / avx2::group_length];
+            constexpr bool is_signed = CODE == NormalCode::snorm8;
+            const int64_t found =
+                avx2::encode<S, is_signed, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, dst, unsure);
+            for (int64_t k = 0; k < found; ++k) {
+                exactly(unsure[k], std::min(avx2::group_length, count - unsure[k]));
+            }
+            return;
+        }
+    }
+#endif
+    for (int64_t x = 0; x < count; x += chunk_length) {
+        exactly(x, std::min(chunk_length, count - x));
     }
 }
 
