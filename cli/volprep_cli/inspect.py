@@ -50,7 +50,7 @@ def inspect(
 
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
-        _picture(opened, level, picture, normals=normals)
+        _picture(opened, level, picture, normals=normals, as_json=as_json)
         return
     manifest = opened.manifest
     if as_json:
@@ -66,11 +66,15 @@ def inspect(
             print()
 
 
-def _picture(package: "Package", level: int | None, path: Path, *, normals: bool) -> None:
+def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
     from volprep.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape
+    if as_json:
+        layout = {"slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
+        print_json({"picture": str(path), "width": width, "height": height, "level": made.level, **layout})
+        return
     every = "" if made.every == 1 else f", one of {made.every}"
     print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
 

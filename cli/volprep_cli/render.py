@@ -5,6 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from volprep_cli.console import Json, print_json
+
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
 View = Annotated[
@@ -56,6 +58,7 @@ def render(
     background: Background = "black",
     step: Step = None,
     edit: Edit = None,
+    as_json: Json = False,
 ) -> None:
     """Draw a package with OpenGL ES, off screen, by the shaders that it ships and within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
@@ -75,6 +78,10 @@ def render(
         edit=edit,
     )
     taken = take(package, shot, output)
+    if as_json:
+        drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver}
+        print_json({"picture": str(output), "width": width, "height": height, **drawn})
+        return
     print(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
 
 

@@ -163,7 +163,14 @@ def test_a_command_ends_with_its_status_and_says_why(place, case, in_process) ->
 
 
 @pytest.mark.parametrize(
-    "command", ["plan phantom.toml --json", "build phantom.toml -o again.volpkg --json", "inspect good.volpkg --json"]
+    "command",
+    [
+        "plan phantom.toml --json",
+        "build phantom.toml -o again.volpkg --json",
+        "inspect good.volpkg --json",
+        "inspect good.volpkg --picture slices.png --json",
+        "render good.volpkg -o good.png --size 16x16 --json",
+    ],
 )
 def test_a_result_is_json_where_it_is_asked_for(place, command, in_process) -> None:
     status, stdout, _ = in_process(place, command)
