@@ -1,6 +1,7 @@
 """The base of every record that is read or written: frozen, closed, documented field by field."""
 
 import itertools
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -59,7 +60,7 @@ def problems(error: ValidationError) -> str:
     details = error.errors(include_url=False)
     unknown = [detail for detail in details if detail["type"] == "extra_forbidden"]
     # A misspelt key is missing under its right name, too, and what it belongs to may be missing for it.
-    told = [_unknown_key(detail, details) for detail in unknown] or [_problem(detail) for detail in details]
+    told = [_unknown_key(detail, details) for detail in unknown] or _by_key(details)
     more = f"; and {len(told) - _SHOWN} more" if len(told) > _SHOWN else ""
     return "; ".join(told[:_SHOWN]) + more
 
@@ -70,12 +71,35 @@ def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"]) -> str:
     *parent, key = detail["loc"]
     missing = [str(each["loc"][-1]) for each in details if each["type"] == "missing" and [*each["loc"][:-1]] == parent]
     meant = get_close_matches(str(key), missing, n=1)
-    return f"{_name(detail)}: unknown key" + (f", {meant[0]} is missing" if meant else "")
+    return f"{_name(detail['loc'])}: unknown key" + (f", {meant[0]} is missing" if meant else "")
+
+
+def _by_key(details: list["ErrorDetails"]) -> list[str]:
+    """Say each key once; what is wrong with each of several types that it may have is said together."""
+    said: dict[str, list[str]] = {}
+    for detail in details:
+        said.setdefault(_name([part for part in detail["loc"] if _is_key(part)]), []).append(_problem(detail))
+    # A list with a wrong entry counts as one without it, and may be too short for that.
+    late = {
+        _name(detail["loc"])
+        for detail in details
+        if detail["type"] == "too_short" and any(key.startswith(f"{_name(detail['loc'])}.") for key in said)
+    }
+    return [f"{key}: {', or '.join(dict.fromkeys(texts))}" for key, texts in said.items() if key not in late]
+
+
+def _is_key(part: int | str) -> bool:
+    """Tell a key or an index from what pydantic writes behind it of one of several types: literal['auto'], float."""
+    return isinstance(part, int) or (part.isidentifier() and part not in {"bool", "int", "float", "str"})
 
 
 def _problem(detail: "ErrorDetails") -> str:
-    return f"{_name(detail)}: {detail['msg'].removeprefix('Value error, ')}"
+    if detail["type"] == "missing":
+        return "is missing"
+    if detail["type"] == "tuple_type" and isinstance(detail["input"], dict):
+        return f"Input should be a list, in TOML [[{_name(detail['loc'])}]]"
+    return detail["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
 
 
-def _name(detail: "ErrorDetails") -> str:
-    return ".".join(str(part) for part in detail["loc"]) or "file"
+def _name(parts: Sequence[int | str]) -> str:
+    return ".".join(str(part) for part in parts) or "file"

@@ -110,7 +110,7 @@ def _set(*path: str | int, to: object) -> Change:
     [
         (_set("colour", to=1), "colour: unknown key"),
         (_set("levels", 0, "colour", to=1), "levels.0.colour: unknown key"),
-        (lambda manifest: manifest.pop("source"), "source: Field required"),
+        (lambda manifest: manifest.pop("source"), "source: is missing"),
         (_set("state", to="ready"), "state"),
         (_set("name", to=7), "name"),
         (_set("textures", 0, "level", to="0"), "textures.0.level"),

@@ -1,5 +1,7 @@
+from typing import Annotated, Literal
+
 import pytest
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from volprep_formats.record import Record, problems
 
@@ -11,8 +13,9 @@ class Point(Record):
 
 
 class Line(Record):
-    points: tuple[Point, ...]
+    points: Annotated[tuple[Point, ...], Field(min_length=1)]
     name: str = ""
+    width: Literal["auto"] | float | tuple[float, float] = "auto"
 
 
 def said(data) -> str:
@@ -26,17 +29,30 @@ def test_a_misspelt_key_is_one_problem_and_the_right_one_is_named() -> None:
 
 
 def test_an_unknown_key_that_is_near_to_nothing_missing_is_only_unknown() -> None:
-    assert said({"points": [], "brightness": 3}) == "brightness: unknown key"
+    assert said({"points": [{"value": 1, "colour": "red"}], "brightness": 3}) == "brightness: unknown key"
 
 
 def test_a_wrong_value_is_said_with_its_place() -> None:
-    assert said({"points": [{"value": "a", "colour": "red"}]}).startswith(
-        "points.0.value: Input should be a valid number"
+    text = said({"points": [{"value": "a", "colour": "red"}]})
+    assert text.startswith("points.0.value: Input should be a valid number")
+    # Without its only entry the list would be too short, which is not another mistake.
+    assert ";" not in text
+
+
+def test_a_key_of_several_types_is_one_problem_without_their_names() -> None:
+    text = said({"points": [{"value": 1, "colour": "red"}], "width": "wide"})
+    assert text == (
+        "width: Input should be 'auto', or Input should be a valid number, unable to parse string as a number, "
+        "or Input should be a list"
     )
 
 
+def test_a_table_in_place_of_a_list_of_tables_is_said_in_toml() -> None:
+    assert said({"points": {"value": 1}}) == "points: Input should be a list, in TOML [[points]]"
+
+
 def test_a_missing_key_is_said() -> None:
-    assert said({}) == "points: Field required"
+    assert said({}) == "points: is missing"
 
 
 def test_a_key_that_is_wrong_everywhere_is_counted_not_repeated() -> None:
