@@ -118,6 +118,7 @@ CASES = [
     Case("seal draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage seal needs stage quantize"),
     Case("validate damaged.volpkg --quick", 5, stderr=r"VP4009|VP6"),
     Case("validate good.volpkg --quick", 0),
+    Case("validate good.volpkg --report good.volpkg/report", 6, stderr=r"VP6020 good.volpkg/report: .*in the package"),
     # output
     Case("build phantom.toml -o a-file/x.volpkg", 6, stderr=r"VP4020 .*a-file/x.volpkg"),
     Case("build phantom.toml -o /proc/x.volpkg", 6, stderr=r"VP4020 /proc/x.volpkg"),

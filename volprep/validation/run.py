@@ -62,6 +62,8 @@ def validate(
         the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
         renderer raise. A package beyond the tolerance is no error here: the verdict says so.
     """
+    if report_path.resolve().is_relative_to(path.resolve()):
+        raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
     clock = Clock()
     with report_folder(report_path) as folder, clock.part("all"):
         with clock.part("checking"):
