@@ -22,14 +22,18 @@ from volprep_formats.source import SourceInfo, VolumeSource
 Ranges = NDArray[np.float64]
 """Smallest and largest value of each plane across an axis, [plane, 2]."""
 
+Rays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
 MEASURED_BLOCK = 16
 """Cells along an edge of the blocks that are measured: 8 bytes for 4096 voxels."""
 _PATCHES, _PATCH_VOXELS = 3, 24
 """Patches along y and along x, and voxels along their edges: whole blocks of 4, 6 and 8. 5184 voxels of each slice."""
 _THIN_BYTES = 4 * 1024 * 1024
 """Size of slabs that are still in the processor's own memory when they have been read and are measured and hashed."""
-_PROBES = 32
-"""Rays along y and along x that the sample holds at most: 1024 rays, 2 kB of int16 for each slice."""
+_PROBES = 24
+"""Rays in z direction along y and along x that the sample holds at most: 576 rays, 1.2 kB of int16 for each slice."""
+_CROSS_PROBES = 16
+"""Rays in y and in x direction that it holds at most, along the two other axes."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +44,8 @@ class Measured:
     """Range of the physical values."""
     sha256: str
     """Digest of geometry, photometry and stored values: two sources have the same one only if they are one scan."""
-    columns: NDArray[np.float64]
-    """Physical values along a sample of rays in z direction, [z, ray]."""
+    rays_zyx: Rays
+    """Physical values along samples of rays in z, in y and in x direction, each [voxel, ray]."""
     ranges_zyx: tuple[Ranges, Ranges, Ranges]
     """For each axis the smallest and largest physical value of each plane across it."""
     blocks: BlockRanges
@@ -87,7 +91,7 @@ class Gauge:
         return Measured(
             statistics=Statistics(minimum=low, maximum=high, non_finite=0),
             sha256=_digest(self._info, values_sha256),
-            columns=self._sampler.columns(self._info.slope, self._info.intercept),
+            rays_zyx=self._sampler.rays_zyx(self._info.slope, self._info.intercept),
             ranges_zyx=ranges_zyx,
             blocks=self._sampler.blocks(self._info.slope, self._info.intercept),
             stored_patches=self._sampler.patches(),
@@ -137,7 +141,7 @@ def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolum
     return Measured(
         statistics=statistics,
         sha256=source.sha256,
-        columns=sampler.columns(slope, intercept),
+        rays_zyx=sampler.rays_zyx(slope, intercept),
         ranges_zyx=sampler.ranges_zyx(slope, intercept),
         blocks=sampler.blocks(slope, intercept),
         stored_patches=sampler.patches(),
@@ -178,6 +182,9 @@ class _Sampler:
         self._slices = 0
         # Made for all slices at the first: to join parts at the end would take twice the memory.
         self._columns: NDArray[np.generic] = np.empty(0)
+        self._probed = set(_spread(depth, _CROSS_PROBES).tolist())
+        self._along_y: list[NDArray[np.generic]] = []
+        self._along_x: list[NDArray[np.generic]] = []
         self._patches: NDArray[np.generic] = np.empty(0)
         self._z: list[_Ends] = []
         self._y: _Ends | None = None
@@ -192,6 +199,9 @@ class _Sampler:
             self._columns = np.empty((self._depth, columns_of.shape[1]), slab.dtype)
             self._patches = np.empty((patches, self._depth, height, width), slab.dtype)
         slices = slice(self._slices, self._slices + len(slab))
+        for plane in (slab[z - slices.start] for z in range(slices.start, slices.stop) if z in self._probed):
+            self._along_y.append(plane[:, _spread(plane.shape[1], _CROSS_PROBES)])
+            self._along_x.append(plane[_spread(plane.shape[0], _CROSS_PROBES)].T.copy())
         self._columns[slices], self._patches[:, slices] = columns_of, patches_of
         self._slices = slices.stop
         self._blocks.add(slab)
@@ -205,12 +215,13 @@ class _Sampler:
         self._x = x if self._x is None else self._x.wider(x)
         return self._z[-1].finite()
 
-    def columns(self, slope: float, intercept: float) -> NDArray[np.float64]:
+    def rays_zyx(self, slope: float, intercept: float) -> Rays:
         # In place: of 10 000 slices each copy would take 80 MB.
         values = self._columns.astype(np.float64)
         values *= slope
         values += intercept
-        return values
+        along_y, along_x = (np.hstack(each).astype(np.float64) for each in (self._along_y, self._along_x))
+        return values, slope * along_y + intercept, slope * along_x + intercept
 
     def patches(self) -> NDArray[np.generic]:
         return self._patches
@@ -226,7 +237,7 @@ class _Sampler:
 
 
 def _sample(slab: NDArray[np.generic]) -> NDArray[np.generic]:
-    rows, columns = (_spread(length) for length in slab.shape[1:])
+    rows, columns = (_spread(length, _PROBES) for length in slab.shape[1:])
     return slab[:, rows][:, :, columns].reshape(len(slab), -1)
 
 
@@ -243,7 +254,7 @@ def _patch_ranges(length: int) -> list[slice]:
     return [slice(start, start + size) for start in starts]
 
 
-def _spread(length: int) -> NDArray[np.intp]:
-    """Up to _PROBES indices, evenly spread over `length`."""
-    count = min(length, _PROBES)
+def _spread(length: int, most: int) -> NDArray[np.intp]:
+    """Up to `most` indices, evenly spread over `length`."""
+    count = min(length, most)
     return ((np.arange(count) + 0.5) * length / count).astype(np.intp)

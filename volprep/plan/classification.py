@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.plan.probe import PictureError, difference
+from volprep.plan.probe import PictureError, difference_of_views
 from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
 from volprep.plan.values import TABLE_SHARE, ValueChoice
 from volprep.render.gl_formats import BYTES_PER_TEXEL
@@ -154,21 +154,24 @@ class StepLengths:
 
     segment_mm: float
     """Nominal step of the package."""
-    voxel_mm: float
-    """Distance of the voxels along the sample of rays."""
+    voxel_mm_zyx: tuple[float, float, float]
+    """Distance of the voxels along the samples of rays."""
 
-    @property
-    def pieces(self) -> int:
-        """Segments between two voxels that come nearest to the nominal step."""
-        return max(1, round(self.voxel_mm / self.segment_mm))
+    def along_axes(self, finer: int = 1) -> list[tuple[int, float]]:
+        """For each axis the segments between two voxels that come nearest to the nominal step, and their length.
+
+        `finer` times as many, if given.
+        """
+        pieces = [finer * max(1, round(voxel_mm / self.segment_mm)) for voxel_mm in self.voxel_mm_zyx]
+        return [(count, voxel_mm / count) for count, voxel_mm in zip(pieces, self.voxel_mm_zyx, strict=True)]
 
 
 class _Rays:
-    """The sample of rays as the codes give them."""
+    """The samples of rays as the codes give them."""
 
     def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
-        columns = measured.columns[:, :: max(1, measured.columns.shape[1] // _RAYS)]
-        self._columns = values.codes.decoded(values.codes.texels(columns))
+        few = [rays[:, :: max(1, rays.shape[1] // _RAYS)] for rays in measured.rays_zyx]
+        self._rays_zyx = [values.codes.decoded(values.codes.texels(rays)) for rays in few]
         self._window = values.quantize.window
         self._step = step
 
@@ -178,17 +181,15 @@ class _Rays:
         """Number of entries, and error against exact segments."""
         sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
         truth = self._truth(function)
-        errors = [difference(self._light(self._step.pieces, self._table(function, n, profile)), truth) for n in sizes]
+        errors = [difference_of_views(self._light(self._table(function, n, profile)), truth) for n in sizes]
         found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
         return sizes[found], errors[found]
 
     def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureError) -> str:
         """Compare the table with samples, as many and four times as many."""
         truth = self._truth(function)
-        pieces = self._step.pieces
-        few, many = (
-            difference(self._light(n, _samples(Table.exact(function))), truth) for n in (pieces, _MORE_SAMPLES * pieces)
-        )
+        samples = _samples(Table.exact(function))
+        few, many = (difference_of_views(self._light(samples, finer), truth) for finer in (1, _MORE_SAMPLES))
         return (
             f"{entries}×{entries} entries for segments of {self._step.segment_mm:.3g} mm: "
             f"off by {error.text} on the sample of rays; "
@@ -197,69 +198,86 @@ class _Rays:
 
     def palette_reason(self, function: TransferFunction, entries: int) -> str:
         """Compare the palette with the function, both by samples."""
-        pieces = self._step.pieces
-        exact = self._light(pieces, _samples(Table.exact(function)))
-        error = difference(self._light(pieces, _nearest(function, self._window, entries)), exact)
+        exact = self._light(_samples(Table.exact(function)))
+        error = difference_of_views(self._light(_nearest(function, self._window, entries)), exact)
         return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
 
     def best_reference(self, function: TransferFunction) -> tuple[float, PictureError]:
         """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""
         truth = self._truth(function)
         lengths = [self._step.segment_mm * 2**power for power in range(_REFERENCES)]
-        errors = [difference(self._classified_light(function, length), truth) for length in lengths]
+        errors = [difference_of_views(self._classified_light(function, length), truth) for length in lengths]
         best = min(range(_REFERENCES), key=lambda index: errors[index].rmse)
         return lengths[best], errors[best]
 
     def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureError) -> str:
         """Compare classified voxels with samples that are classified after the filter."""
-        samples = difference(self._light(self._step.pieces, _samples(Table.exact(function))), self._truth(function))
+        samples = difference_of_views(self._light(_samples(Table.exact(function))), self._truth(function))
         return (
             f"four channels in place of one; opacity is that of {reference_mm:.3g} mm: the sample of rays "
             f"is off by {error.text}; samples of the values would be off by {samples.text}"
         )
 
-    def _classified_light(self, function: TransferFunction, reference_mm: float) -> Array:
+    def _classified_light(self, function: TransferFunction, reference_mm: float) -> list[Array]:
         """Colour and opacity of the rays, where the filter mixes classified voxels."""
         table = Table.exact(function)
-        depth, rays = self._columns.shape
-        texels = classified_texels(table, self._columns.ravel(), reference_mm).reshape(depth, rays, 4) / 255
-        index = np.broadcast_to(np.arange(depth, dtype=np.float64)[:, None], (depth, rays))
+        return [
+            _light(*_classified(table, rays, reference_mm), pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
+        ]
 
-        def classify(front: Array, back: Array) -> tuple[Array, Array]:
-            at = (front + back) / 2
-            lower = np.clip(at.astype(np.intp), 0, max(depth - 2, 0))
-            share = (at - lower)[..., None]
-            column = np.arange(rays)
-            upper = np.minimum(lower + 1, depth - 1)
-            return medium_of_texels(texels[lower, column] * (1 - share) + texels[upper, column] * share, reference_mm)
-
-        return self._light(self._step.pieces, classify, index)
-
-    def _truth(self, function: TransferFunction) -> Array:
+    def _truth(self, function: TransferFunction) -> list[Array]:
         table = Table.exact(function)
-        step_mm = self._step.voxel_mm / self._step.pieces
-        return self._light(self._step.pieces, lambda front, back: segment_light(table, front, back, step_mm))
+
+        def exactly(length_mm: float) -> Classify:
+            return lambda front, back: segment_light(table, front, back, length_mm)
+
+        return [
+            _light(rays, exactly(length_mm), pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
+        ]
 
     def _table(self, function: TransferFunction, entries: int, profile: DeviceProfile) -> Classify:
         texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
         return PreintegratedTable.of_texels(texels, self._window).at
 
-    def _light(self, pieces: int, classify: Classify, columns: Array | None = None) -> Array:
-        """Colour and opacity of the rays, [ray, 4], with so many segments between two voxels."""
-        columns = self._columns if columns is None else columns
-        rays = self._columns.shape[1]
-        light = np.zeros((rays, 4))
-        depth = np.zeros(rays)
-        length_mm = self._step.voxel_mm / pieces
-        for lower, upper in pairwise(columns):
-            ends = lower + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (upper - lower)
-            colour, extinction = classify(ends[:-1], ends[1:])
-            depths = depth + np.vstack([np.zeros(rays), np.cumsum(extinction * length_mm, axis=0)])
-            weight = np.exp(-depths[:-1]) - np.exp(-depths[1:])
-            light[:, :3] += (weight[..., None] * colour).sum(axis=0)
-            depth = depths[-1]
-        light[:, 3] = -np.expm1(-depth)
-        return light
+    def _light(self, classify: Classify, finer: int = 1) -> list[Array]:
+        """Colour and opacity of the rays of each axis, with `finer` times the nominal segments."""
+        return [
+            _light(rays, classify, pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(finer), strict=True)
+        ]
+
+
+def _light(rays: Array, classify: Classify, pieces: int, length_mm: float) -> Array:
+    """Colour and opacity of rays [voxel, ray] as [ray, 4], with so many segments between two voxels."""
+    light = np.zeros((rays.shape[1], 4))
+    depth = np.zeros(rays.shape[1])
+    for lower, upper in pairwise(rays):
+        ends = lower + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (upper - lower)
+        colour, extinction = classify(ends[:-1], ends[1:])
+        depths = depth + np.vstack([np.zeros(len(depth)), np.cumsum(extinction * length_mm, axis=0)])
+        weight = np.exp(-depths[:-1]) - np.exp(-depths[1:])
+        light[:, :3] += (weight[..., None] * colour).sum(axis=0)
+        depth = depths[-1]
+    light[:, 3] = -np.expm1(-depth)
+    return light
+
+
+def _classified(table: Table, rays: Array, reference_mm: float) -> tuple[Array, Classify]:
+    """Give the place of each voxel on its ray [voxel, ray], and what the filter makes of classified voxels between."""
+    depth, count = rays.shape
+    texels = classified_texels(table, rays.ravel(), reference_mm).reshape(depth, count, 4) / 255
+
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        at = (front + back) / 2
+        lower = np.clip(at.astype(np.intp), 0, max(depth - 2, 0))
+        share = (at - lower)[..., None]
+        ray = np.arange(count)
+        upper = np.minimum(lower + 1, depth - 1)
+        return medium_of_texels(texels[lower, ray] * (1 - share) + texels[upper, ray] * share, reference_mm)
+
+    return np.broadcast_to(np.arange(depth, dtype=np.float64)[:, None], (depth, count)), classify
 
 
 def _samples(table: Table) -> Classify:

@@ -81,7 +81,7 @@ def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the sour
     voxel_mm = _finest_spacing_mm(grid, levels[0])
     step_mm = step_voxels_of(scene, functions, voxel_mm) * voxel_mm
     step_mm = common.step_mm or step_mm if common else step_mm
-    step = StepLengths(segment_mm=step_mm, voxel_mm=info.grid.spacing_mm_zyx[0])
+    step = StepLengths(segment_mm=step_mm, voxel_mm_zyx=info.grid.spacing_mm_zyx)
     tables = choose_tables(scene, profile, functions, values, measured, step)
     found = Found(
         layout.profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable

@@ -1,10 +1,11 @@
 """What a choice of codes and of a lookup table costs in a picture, measured on a sample of rays.
 
-The rays run in z direction through voxel centres. Between two voxels the field is linear, so that a voxel that the
+The rays run along the axes through voxel centres, because the standard views do: what is thin along one of them may be
+wide along another. Between two voxels the field is linear, so that a voxel that the
 window clips moves the surfaces beside it here as it does in the renderer; labels fill their voxels.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +66,7 @@ class PictureError:
 
 
 def picture(columns: Array, spacing_mm: float, table: Table, between: SampleFilter = "linear") -> Array:
-    """Colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values at voxels, [z, ray].
+    """Colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values at voxels, [voxel, ray].
 
     `between` says what is between two voxels: labels are not mixed.
     """
@@ -86,6 +87,16 @@ def difference(one: Array, other: Array) -> PictureError:
     """Compare two pictures."""
     error = one - other
     return PictureError(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
+
+
+def difference_of_views(one: Sequence[Array], other: Sequence[Array]) -> PictureError:
+    """Compare pictures along several axes: the worst counts, as the worst view does."""
+    return worst([difference(*pair) for pair in zip(one, other, strict=True)])
+
+
+def worst(errors: Sequence[PictureError]) -> PictureError:
+    """Give the largest of each number."""
+    return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
 
 
 def _segments(columns: Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Array, float]]:

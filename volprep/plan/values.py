@@ -1,10 +1,11 @@
 """Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from volprep.plan.labels import LARGEST_LABEL
-from volprep.plan.probe import Codes, PictureError, difference, picture
+from volprep.plan.probe import Array, Codes, PictureError, difference_of_views, picture, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
 from volprep.plan.window import Window, is_exact, windows
@@ -50,22 +51,30 @@ class _Bench:
     """The sample of rays with their true pictures, one for each transfer function."""
 
     def __init__(
-        self, measured: Measured, spacing_mm: float, functions: tuple[TransferFunction, ...], between: SampleFilter
+        self,
+        measured: Measured,
+        spacing_mm_zyx: tuple[float, float, float],
+        functions: tuple[TransferFunction, ...],
+        between: SampleFilter,
     ) -> None:
-        self._columns = measured.columns
-        self._spacing_mm = spacing_mm
-        self._between = between
+        self._rays_zyx = measured.rays_zyx
+        self._spacing_mm_zyx = spacing_mm_zyx
+        self._between: SampleFilter = between
         self._tables = [Table.exact(function) for function in functions]
-        self._truth = [picture(measured.columns, spacing_mm, table, between) for table in self._tables]
+        self._truth = [self._pictures(self._rays_zyx, table) for table in self._tables]
 
     def error(self, codes: Codes, entries: int) -> PictureError:
         """Largest errors over the transfer functions."""
-        values = codes.decoded(codes.texels(self._columns))
+        values = [codes.decoded(codes.texels(rays)) for rays in self._rays_zyx]
         errors = [
-            difference(picture(values, self._spacing_mm, table.resampled(codes.window, entries), self._between), truth)
+            difference_of_views(self._pictures(values, table.resampled(codes.window, entries)), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
-        return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+        return worst(errors)
+
+    def _pictures(self, rays_zyx: Sequence[Array], table: Table) -> list[Array]:
+        pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
+        return [picture(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
 
 
 def choose_values(
@@ -85,7 +94,7 @@ def choose_values(
     """
     settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
     between: SampleFilter = "nearest" if scene.source.labels else "linear"
-    bench = _Bench(measured, info.grid.spacing_mm_zyx[0], functions, between)
+    bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between)
     half_floats = not has_exact_16_bits(profile)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
