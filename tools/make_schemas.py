@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from volprep.report.data import Report
+from volprep.report.stress import StressReport
 from volprep.scene import Scene
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.profile import DeviceProfile
@@ -20,6 +21,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "profile.schema.json": DeviceProfile,
     "report.schema.json": Report,
     "scene.schema.json": Scene,
+    "stress.schema.json": StressReport,
     "subvolumes.schema.json": SubvolumeGrid,
 }
 

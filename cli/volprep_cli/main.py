@@ -29,6 +29,7 @@ _VERBS = {
     "inspect": "inspect",
     "render": "render",
     "validate": "validate",
+    "stress": "stress",
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",

@@ -85,17 +85,18 @@ def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
     assert fog == pytest.approx(0.001, rel=0.4)
 
 
+@pytest.mark.parametrize("form", ["RGBA8", "RGBA16F"])
 @pytest.mark.parametrize("classification", ["lookup", "preintegrated"])
-def test_a_wall_takes_no_bits_from_the_fog_in_front_of_it(classification):
+def test_a_wall_takes_nothing_from_the_fog_in_front_of_it(classification, form):
     white = (1.0, 1.0, 1.0)
     fog_and_wall = function((0.0, white, 0.02), (0.5, white, 0.02), (0.5, white, 1e9), (1.0, white, 1e9))
     if classification == "lookup":
-        table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), "RGBA8", opaque_per_mm(0.5))
+        table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), form, opaque_per_mm(0.5))
     else:
-        table = preintegrated_texels(fog_and_wall, (0.0, 1.0), 16, 0.5, "RGBA8")
+        table = preintegrated_texels(fog_and_wall, (0.0, 1.0), 16, 0.5, form)
     extinction = decoded_texels(table)[1][0]
     assert extinction[0, 0] == pytest.approx(0.02, rel=0.15)
-    assert -np.expm1(-0.5 * extinction[-1, -1]) >= 1 - 2**-16
+    assert -np.expm1(-0.125 * extinction[-1, -1]) == pytest.approx(1 - 2**-16, abs=2**-17)
 
 
 def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():

@@ -18,6 +18,7 @@ from volprep.skip.tables import skip_table
 from volprep.skip.visible import entry_extinctions
 from volprep.transfer.joint_histogram import level_table
 from volprep.transfer.lookup import lookup_table, lookup_texels
+from volprep.transfer.texel_forms import opaque_per_mm
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.editing import decode_histogram
@@ -48,17 +49,16 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
 
 def _table_texels(package: Package, texture: Texture, level: int, function: TransferFunction) -> Texels:
     manifest = package.manifest
-    if manifest.quantization is None or manifest.editing is None:
+    if manifest.quantization is None or manifest.editing is None or manifest.render is None:
         raise VolprepError("VP5023", path=package.path)
     table = lookup_table(function, manifest.quantization.window, texture.shape_zyx[2])
     for histogram in manifest.editing.histograms:
         if histogram.level == level:
             shares = decode_histogram(package.read_bytes(histogram.file), histogram.file)
             table = level_table(shares, table, histogram.reference_mm)
-    largest_per_mm = texture.max_extinction_per_mm
-    if largest_per_mm is None:
-        return lookup_texels(table, "RGBA16F").texels
-    return lookup_texels(table, "RGBA8", largest_per_mm).texels
+    if texture.max_extinction_per_mm is None:
+        return lookup_texels(table, "RGBA16F", opaque_per_mm(manifest.render.step_mm)).texels
+    return lookup_texels(table, "RGBA8", texture.max_extinction_per_mm).texels
 
 
 def _skip_texels(package: Package, texture: Texture, extinction_per_mm: NDArray[np.float64]) -> Texels:

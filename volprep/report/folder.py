@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.report.data import Report
-from volprep.report.page import page
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.png import write_png
+from volprep_formats.record import Record
 
 DATA_FILE = "report.json"
 """Name of the data in the folder of a report."""
@@ -34,11 +33,11 @@ class ReportFolder:
         with _errors(path):
             write_png(path, picture)
 
-    def write(self, report: Report) -> None:
+    def write(self, data: Record, page: str) -> None:
         """Write the data and the page."""
         with _errors(self._partial):
-            (self._partial / DATA_FILE).write_text(report.model_dump_json(indent=2) + "\n", encoding="utf-8")
-            (self._partial / PAGE_FILE).write_text(page(report), encoding="utf-8")
+            (self._partial / DATA_FILE).write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            (self._partial / PAGE_FILE).write_text(page, encoding="utf-8")
 
 
 @contextmanager

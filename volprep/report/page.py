@@ -2,19 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from volprep.proxy.files import DRACO_RULE
 from volprep.report import text
 from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult, WayName
-from volprep.report.pictures import colours, css_bytes, css_colour
+from volprep.report.environment import environment
+from volprep.report.pictures import colours, css_bytes
 from volprep.report.plots import Plot, error_against_size, error_against_step, error_against_time, transfer_plot
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
-
-_TEMPLATES = Path(__file__).parent / "templates"
 
 _WAYS: dict[WayName, str] = {
     "neither": "neither",
@@ -46,45 +42,31 @@ class ProgramPlots:
 
 def page(report: Report) -> str:
     """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report."""
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters.update(
-        number=text.number,
-        error=lambda value: text.error(value, report.oracle_tolerance),
-        bytes=text.size,
-        plain=text.plain,
-        ratio=text.ratio,
-        decibel=text.decibel,
-        seconds=text.seconds,
-        css=css_colour,
-    )
     manifest = report.package.manifest
-    return environment.get_template("report.html.j2").render(
-        report=report,
-        manifest=manifest,
-        plots={program.program: _plots(program, report) for program in report.programs},
-        transfer_plots=_transfer_plots(manifest),
-        size_plot=error_against_size(report),
-        plain_bytes=math.prod(manifest.levels[0].grid.shape_zyx) if report.forms else 0,
-        seen_from=_SEEN_FROM,
-        kept=[item for item in manifest.plan if item.kept],
-        left_out=[item for item in manifest.plan if not item.kept],
-        files=manifest.files,
-        file_bytes={record.path: record.size_bytes for record in manifest.files},
-        way_names=_WAYS,
-        draco_rule=DRACO_RULE,
-        source_bytes=report.cost.source_bytes,
-        hero=_hero(report),
-        kind=_kind(manifest),
-        nominal=[_nominal(program) for program in report.programs],
-        legend=_legend(report.difference_gain),
-        beside=_beside(report),
+    return (
+        environment(report.oracle_tolerance)
+        .get_template("report.html.j2")
+        .render(
+            report=report,
+            manifest=manifest,
+            plots={program.program: _plots(program, report) for program in report.programs},
+            transfer_plots=_transfer_plots(manifest),
+            size_plot=error_against_size(report),
+            plain_bytes=math.prod(manifest.levels[0].grid.shape_zyx) if report.forms else 0,
+            seen_from=_SEEN_FROM,
+            kept=[item for item in manifest.plan if item.kept],
+            left_out=[item for item in manifest.plan if not item.kept],
+            files=manifest.files,
+            file_bytes={record.path: record.size_bytes for record in manifest.files},
+            way_names=_WAYS,
+            draco_rule=DRACO_RULE,
+            source_bytes=report.cost.source_bytes,
+            hero=_hero(report),
+            kind=_kind(manifest),
+            nominal=[_nominal(program) for program in report.programs],
+            legend=_legend(report.difference_gain),
+            beside=_beside(report),
+        )
     )
 
 

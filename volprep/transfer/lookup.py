@@ -25,5 +25,5 @@ def lookup_table(function: TransferFunction, window: tuple[float, float], entrie
 
 
 def lookup_texels(table: Array, texel_format: LookupFormat, largest_per_mm: float | None = None) -> MediumTexels:
-    """Turn a table [entries, 4] into texels [1, 1, entries, 4], of 8 bits with extinctions up to `largest_per_mm`."""
+    """Turn a table [entries, 4] into texels [1, 1, entries, 4] with extinctions up to `largest_per_mm`."""
     return medium_texels(table[None, None, :, :3], table[None, None, :, 3], texel_format, largest_per_mm)

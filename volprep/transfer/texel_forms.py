@@ -25,8 +25,11 @@ class MediumTexels:
 
 
 def opaque_per_mm(step_mm: float) -> float:
-    """Extinction from which on a step lets no more than 2^-16 through: any above it looks the same."""
-    return 16 * math.log(2) / step_mm
+    """Extinction from which on a quarter of a step lets no more than 2^-16 through: any above it looks the same.
+
+    A quarter, because rays also graze what is opaque, and are drawn with shorter steps than the nominal one.
+    """
+    return 64 * math.log(2) / step_mm
 
 
 def medium_texels(
@@ -37,14 +40,17 @@ def medium_texels(
     RGBA16F holds both as they are. RGBA8 holds the square root of extinction over its maximum: as a linear byte the
     faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three layers
     where bone is opaque; as a root it is 1/65025. Tables that one shader reads share their maximum, `largest_per_mm`;
-    what is above it is clamped. Above `opaque_per_mm` a maximum would only take from what is faint.
+    what is above it is clamped. Above `opaque_per_mm` a maximum would only take bits from what is faint, and, as
+    filters mix entries, make what lies beside a wall a part of it.
     """
+    if largest_per_mm is not None:
+        extinction_per_mm = np.minimum(extinction_per_mm, largest_per_mm)
     if texel_format == "RGBA16F":
         half = np.concatenate([colour, np.minimum(extinction_per_mm, _LARGEST_HALF)[..., None]], axis=-1)
         return MediumTexels(half.astype(np.float16), None)
     # A table without extinction has some scale all the same: a factor of 0 would leave nothing in the shader to draw.
     maximum = largest_per_mm or float(extinction_per_mm.max()) or 1.0
-    root = np.sqrt(np.minimum(extinction_per_mm / maximum, 1.0))
+    root = np.sqrt(extinction_per_mm / maximum)
     byte = np.rint(np.concatenate([colour, root[..., None]], axis=-1) * 255).astype(np.uint8)
     return MediumTexels(byte, maximum)
 

@@ -19,6 +19,7 @@ from volprep.report.folder import PICTURES
 from volprep.report.pictures import coloured
 from volprep.validation.bench import Bench
 from volprep.validation.counted import samples_of_views
+from volprep.validation.precise import NO_SUCH_TARGET
 from volprep.validation.rays import chords_mm, settled
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
@@ -32,7 +33,6 @@ _DRAWS = 3
 _STEP_OF_TARGET = 1 / 255
 _NOISE = 1e-6
 """Pictures in 8 bits are whole steps apart, but are read as float32."""
-_NO_SUCH_TARGET = "VP5008"
 
 Counts = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 
@@ -118,7 +118,7 @@ def _counts(way: _Way, level: int, cameras: list[NDArray[np.float64]], shape_hw:
     try:
         return samples_of_views(way.package, way.program, level, cameras, shape_hw, kind=way.kind)
     except VolprepError as error:
-        if error.code != _NO_SUCH_TARGET:
+        if error.code != NO_SUCH_TARGET:
             raise
         return None
 

@@ -13,6 +13,7 @@ from volprep.origin import read_origin
 from volprep.pyramid.records import LevelChoice
 from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.report.folder import report_folder
+from volprep.report.page import page
 from volprep.report.verdict import judge
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
@@ -100,7 +101,7 @@ def validate(
                 source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
-        folder.write(report)
+        folder.write(report, page(report))
     return report
 
 

@@ -16,11 +16,11 @@ from volprep.render.renderer import Renderer
 from volprep.report.data import Breakdown, LevelFloor, Sweep, SweepPoint, Target
 from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
+from volprep.validation.precise import most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.subject import errors
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
@@ -32,7 +32,6 @@ _FINEST_LEVEL_STEPS = 6
 _COARSE_RATIOS = (4.0, 2.0, 1.0)
 """A coarse level is chosen to be cheap: steps below the nominal one are of no use there."""
 _DRAWS = 3
-_NO_SUCH_TARGET = "VP5008"
 
 Picture = NDArray[np.float32]
 
@@ -70,16 +69,12 @@ class _Sweeper:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
         drawn = self._renderer(self._subject.package, level, "rgba8").program
         package = uncut(self._subject.package, drawn, self._subject.render)
-        targets: tuple[Target, ...] = ("rgba32f", "rgba16f")
+        found = None
         if package is not None:
-            for target in targets:
-                try:
-                    return self._precise(package, level, ratios, target)
-                except VolprepError as error:
-                    if error.code != _NO_SUCH_TARGET:
-                        raise
-        self._progress.advance(len(ratios))
-        return None
+            found = most_precise(lambda target: self._precise(package, level, ratios, target))
+        if found is None:
+            self._progress.advance(len(ratios))
+        return found
 
     def _precise(self, package: Package, level: int, ratios: tuple[float, ...], target: Target) -> _Precise:
         pictures = []

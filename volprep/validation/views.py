@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from volprep.render.choose import renderer_of
 from volprep.render.picture import encoded
+from volprep.render.renderer import Renderer
+from volprep.render.slices import SliceRenderer
 from volprep.report.data import Driver, ViewPictures, ViewResult
 from volprep.report.folder import PICTURES, ReportFolder
 from volprep.report.pictures import coloured, gain_for, largest_difference
@@ -86,10 +88,14 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
             differences[result.pictures.difference] = largest_difference(drawn, truth.rgba)
             results.append(result)
             bench.progress.advance()
-        driver = Driver(
-            vendor=renderer.driver.vendor, renderer=renderer.driver.renderer, version=renderer.driver.version
-        )
+        driver = driver_of(renderer)
     return ViewedProgram(level, tuple(results), differences, *kept[kept_view], driver)
+
+
+def driver_of(renderer: Renderer | SliceRenderer) -> Driver:
+    """Give who draws, as reports name it."""
+    driver = renderer.driver
+    return Driver(vendor=driver.vendor, renderer=driver.renderer, version=driver.version)
 
 
 def draw_differences(viewed: list[ViewedProgram], folder: ReportFolder) -> float:

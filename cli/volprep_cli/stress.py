@@ -1,0 +1,96 @@
+"""volprep stress: cases in which arithmetic is hard, drawn on this machine and judged."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.console import Json, print_json, print_table, progress
+from volprep_formats.diagnostics import VolprepError
+
+if TYPE_CHECKING:
+    from volprep.report.stress import StressDrawing, StressReport
+
+Profile = Annotated[str, typer.Option(help="Class of devices with shaders: a name, or a TOML file.", metavar="PROFILE")]
+Cases = Annotated[list[str], typer.Option("--case", help="Only this case. Can be given several times.", metavar="NAME")]
+ReportFolder = Annotated[Path, typer.Option("--report", help="Folder of the report.", metavar="FOLDER")]
+
+
+def stress(
+    *,
+    profile: Profile = "gles3",
+    case: Cases = [],  # noqa: B006 - typer asks for a list, and nothing changes it
+    report: ReportFolder = Path("stress.report"),
+    as_json: Json = False,
+) -> None:
+    """Try this machine and driver where arithmetic is hard: stiff light, thin features, extreme numbers.
+
+    Each case is a small scan that is built, drawn by sampling and by pre-integration, and compared with the truth.
+
+    Exit status 0: all are drawn, or refused, as they must be. 1: one is not.
+    """
+    from volprep.profiles import load_profile  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.truth.stress import CASES  # noqa: PLC0415
+    from volprep.validation.stress import stress as try_cases  # noqa: PLC0415 - loads OpenGL
+
+    names = [each.name for each in CASES]
+    if unknown := set(case).difference(names):
+        msg = f"--case is {min(unknown)}, and can be {', '.join(names)}"
+        raise typer.BadParameter(msg)
+    chosen = [each for each in CASES if not case or each.name in case]
+    with progress() as watcher:
+        result = try_cases(chosen, load_profile(profile, Path.cwd()), report, watcher)
+    if as_json:
+        print_json(result.model_dump(mode="json"))
+    else:
+        _print(result, report)
+    if not result.passed:
+        error = _why_not(result, report)
+        if not as_json:
+            raise error
+        # The report says it all; a second JSON document behind it would break whoever parses it.
+        print(f"volprep: {error}", file=sys.stderr)
+        raise typer.Exit(error.status)
+
+
+def _print(report: "StressReport", folder: Path) -> None:
+    rows = []
+    for result in report.results:
+        if result.refused:
+            verdict = "as it must be" if result.passed else "not to be refused"
+            rows.append((result.case, f"refused, {result.refused}", "", "", verdict))
+        rows += [(result.case, *_cells(drawing, report.oracle_tolerance)) for drawing in result.drawings]
+    print_table(("case", "drawn by", "RMSE / largest", "RMSE by step", "verdict"), rows)
+    print(f"report: {folder / 'index.html'}")
+
+
+def _cells(drawing: "StressDrawing", bound: float) -> tuple[str, str, str, str]:
+    from volprep.report.text import error, number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+
+    steps = ", ".join(
+        f"{ratio(point.step_ratio)}: {error(point.rmse, bound)} in {number(point.draw_ms, 2)} ms"
+        for point in drawing.points
+    )
+    total = f"{error(drawing.total.rmse, bound)} / {error(drawing.total.maximum, bound)}"
+    unjudged = drawing.limit is None and not drawing.laws
+    verdict = "reported" if unjudged else "within" if drawing.passed else "; ".join(drawing.laws) or "beyond"
+    return drawing.classification, total, steps, verdict
+
+
+def _why_not(report: "StressReport", folder: Path) -> VolprepError:
+    failed = [result for result in report.results if not result.passed]
+    first = failed[0]
+    problem = f"refused with {first.refused}" if first.refused else "it is drawn, and must be refused"
+    for drawing in reversed(first.drawings):
+        if not drawing.passed:
+            numbers = f"RMSE {drawing.total.rmse:.4g}, largest error {drawing.total.maximum:.4g}"
+            problem = f"{drawing.classification}: {'; '.join(drawing.laws) or numbers}"
+    return VolprepError(
+        "VP6018",
+        failed=len(failed),
+        cases=len(report.results),
+        case=first.case,
+        problem=problem,
+        report=folder / "index.html",
+    )

@@ -1,0 +1,130 @@
+"""The cases in which arithmetic is hard: drawn as they must be, and a renderer that errs is found out."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import volprep
+
+from volprep.profiles import load_profile
+from volprep.render.renderer import Renderer
+from volprep.report.stress import StressReport
+from volprep.truth.stress import CASES
+from volprep.validation.stress import stress
+from volprep_cli.main import command_line
+from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.progress import Silent
+
+CASE = {case.name: case for case in CASES}
+
+
+@pytest.fixture(autouse=True)
+def _small_pictures(monkeypatch):
+    monkeypatch.setattr("volprep.validation.stress._SIZE", 32)
+
+
+def tried(folder: Path, *names: str, profile: str = "gles3") -> StressReport:
+    chosen = [case for case in CASES if case.name in names]
+    return stress(chosen, load_profile(profile, folder), folder / "stress.report", Silent())
+
+
+def test_cases_have_names_of_their_own_and_each_depth_follows_a_fainter_one():
+    assert len(CASE) == len(CASES)
+    depths = [case for case in CASES if case.fainter is not None]
+    assert len(depths) == 9
+    for case in depths:
+        assert case.points[0].extinction_per_mm > CASE[case.fainter].points[0].extinction_per_mm
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_walls_depths_and_extreme_numbers_are_drawn_as_they_must_be(tmp_path, profile):
+    report = tried(tmp_path, "depth-1e0", "depth-1e2", "wall", "huge", profile=profile)
+    assert report.passed
+    for result in report.results:
+        assert [drawing.classification for drawing in result.drawings] == ["lookup", "preintegrated"]
+        for drawing in result.drawings:
+            assert (tmp_path / "stress.report" / drawing.picture).is_file()
+            assert all(point.draw_ms > 0 for point in drawing.points)
+    page = (tmp_path / "stress.report" / "index.html").read_text()
+    assert "All 4 cases" in page
+    assert StressReport.model_validate_json((tmp_path / "stress.report" / "report.json").read_bytes()) == report
+
+
+def test_a_shell_thinner_than_the_samples_is_missed_by_them_and_seen_between_them(tmp_path):
+    (result,) = tried(tmp_path, "thin-shells").results
+    lookup, preintegrated = result.drawings
+    assert lookup.limit is None
+    assert lookup.passed
+    assert preintegrated.passed
+    assert preintegrated.total.rmse < lookup.total.rmse / 5
+
+
+def test_a_scan_without_a_true_picture_must_be_refused(tmp_path):
+    report = tried(tmp_path, "no-number", "infinity")
+    assert [result.refused for result in report.results] == ["VP1090", "VP1090"]
+    assert report.passed
+    assert report.driver is None
+    drawn = replace(CASE["one-voxel"], refused="VP1090")
+    report = stress([drawn], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent())
+    assert not report.passed
+    accepted = replace(CASE["no-number"], refused=None)
+    report = stress([accepted], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent())
+    assert not report.passed
+
+
+@pytest.mark.parametrize(
+    ("wrong", "law"),
+    [
+        (lambda picture: picture * np.float32(1.1), "opacity goes from 0 to 1.1"),
+        (lambda picture: np.where(picture > 0.5, np.float32(np.nan), picture), "a pixel is no finite number"),
+        (lambda picture: picture * np.float32([1, 1, 1, 0.9]), "a colour is brighter than its opacity"),
+    ],
+)
+def test_a_renderer_that_breaks_a_law_fails(tmp_path, monkeypatch, wrong, law):
+    right = Renderer.render
+
+    def render(self, *arguments):
+        picture = right(self, *arguments)
+        return wrong(picture) if self._target_format == "rgba32f" else picture
+
+    monkeypatch.setattr(Renderer, "render", render)
+    report = tried(tmp_path, "depth-1e2")
+    assert not report.passed
+    assert all(any(law in each for each in drawing.laws) for drawing in report.results[0].drawings)
+
+
+def test_depths_must_rise_in_opacity(tmp_path, monkeypatch):
+    right = Renderer.render
+    pictures = iter(np.linspace(1.0, 0.5, 1000, dtype=np.float32))
+    monkeypatch.setattr(Renderer, "render", lambda self, *arguments: right(self, *arguments) * next(pictures))
+    report = tried(tmp_path, "depth-1e1", "depth-1e2")
+    assert all("less opaque" in drawing.laws[0] for drawing in report.results[1].drawings)
+
+
+def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, capsys):
+    words = ["stress", "--case", "one-voxel", "--report", str(tmp_path / "report")]
+    done = volprep(*words, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["passed"] is True
+    right = Renderer.render
+    monkeypatch.setattr(Renderer, "render", lambda self, *arguments: right(self, *arguments) * np.float32(0.9))
+    with pytest.raises(VolprepError, match=r"VP6018 1 of 1 cases .* the first is one-voxel: lookup: RMSE") as failed:
+        command_line(words)(words, standalone_mode=False)
+    assert failed.value.status == ExitStatus.TOLERANCE
+    assert "beyond" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "text"),
+    [
+        (["--case", "no-such-case"], 2, "one-voxel"),
+        (["--profile", "gles1"], ExitStatus.SCENE, "VP6017 profile gles1 has no shaders"),
+    ],
+)
+def test_what_cannot_be_tried_is_said(tmp_path, words, status, text):
+    done = volprep("stress", *words, "--report", tmp_path / "report")
+    assert done.returncode == status
+    assert text in done.stderr
+    assert not (tmp_path / "report").exists()

@@ -1,0 +1,36 @@
+"""The templates of pages, and how numbers look in them."""
+
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from volprep.report import text
+from volprep.report.pictures import css_colour
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def environment(truth_bound: float) -> Environment:
+    """Give what makes pages from templates: everything is escaped, and a name that nobody gave is an error.
+
+    Errors below `truth_bound`, that of the truth itself, are shown as such.
+    """
+    found = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    found.filters.update(
+        number=text.number,
+        error=lambda value: text.error(value, truth_bound),
+        bytes=text.size,
+        plain=text.plain,
+        ratio=text.ratio,
+        decibel=text.decibel,
+        seconds=text.seconds,
+        css=css_colour,
+    )
+    return found

@@ -1,0 +1,221 @@
+"""Small scans in which arithmetic is hard: stiff light, thin features, and numbers at the ends of their types.
+
+Each says what makes it hard, and how far its pictures may be from the truth. A feature that is thinner than the
+distance of two samples is seen by none of them, whatever the arithmetic: there "lookup" has no limit, what it misses
+is only reported, and "preintegrated", which sees what lies between samples, has one.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.transfer.wishes import ScenePoint
+from volprep.truth.phantoms import Field, constant, distance, sampled
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.program import ClassificationName
+
+Voxels = NDArray[np.uint16] | NDArray[np.int16] | NDArray[np.float32]
+Limits = Mapping[ClassificationName, Tolerance | None]
+
+CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "preintegrated")
+"""How each case is drawn."""
+
+_USUAL = dict.fromkeys(CLASSIFICATIONS, Tolerance())
+# Rounding of the target, half a step of 8 bits, and what early termination leaves out, 0.002.
+_EXACT = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.004, maximum=0.004))
+# What is sharper than an entry of the table lies somewhere in it: pixels on silhouettes may show what is beside it.
+_SILHOUETTES = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.06, maximum=1.0))
+_BETWEEN_SAMPLES: Limits = {**_SILHOUETTES, "lookup": None}
+
+_SIZE = 24
+_WHITE = "#ffffff"
+
+
+@dataclass(frozen=True)
+class StressCase:
+    """One scan, and one transfer function."""
+
+    name: str
+    """Name; lower-case letters, digits and -."""
+    hard: str
+    """What makes it hard, in words."""
+    voxels: Callable[[], Voxels]
+    """Makes the scan [z, y, x]."""
+    points: tuple[ScenePoint, ...]
+    """Control points of the transfer function."""
+    limits: Limits
+    """Largest error by classification; None where samples cannot see what there is."""
+    spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Distance between voxel centres."""
+    lit: bool = False
+    """Whether a headlight lights it."""
+    fainter: str | None = None
+    """Name of the case that is the same with less extinction, and must be no more opaque."""
+    refused: str | None = None
+    """Code of the error with which it must be refused; None where it must be drawn."""
+
+
+def _point(value: float, extinction_per_mm: float, colour: str = _WHITE) -> ScenePoint:
+    return ScenePoint(value=value, colour=colour, extinction_per_mm=extinction_per_mm)
+
+
+def _field(
+    field_of: Callable[[Grid], Field],
+    shape_zyx: tuple[int, int, int] = (_SIZE, _SIZE, _SIZE),
+    spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0),
+) -> Callable[[], NDArray[np.float32]]:
+    def voxels() -> NDArray[np.float32]:
+        grid = Grid.of(shape_zyx, spacing_mm_zyx)
+        return sampled(field_of(grid), grid)
+
+    return voxels
+
+
+def _centred(grid: Grid) -> Field:
+    x, y, z = (length / 2 for length in reversed(grid.extent_mm_zyx))
+    return distance((x, y, z))
+
+
+def _comb(peaks: range, half_width: float, extinction_per_mm: float) -> tuple[ScenePoint, ...]:
+    colours = ("#ff4040", "#40ff40", "#4080ff")
+    return tuple(
+        _point(peak + side * half_width, extinction_per_mm * (side == 0), colours[index % 3])
+        for index, peak in enumerate(peaks)
+        for side in (-1, 0, 1)
+    )
+
+
+def _depth(exponent: int, fainter: int | None) -> StressCase:
+    return StressCase(
+        name=f"depth-1e{exponent}",
+        hard=f"a homogeneous cube with an optical depth of 1e{exponent} for each voxel",
+        voxels=_field(lambda _: constant(100.0)),
+        points=(_point(0, 10.0**exponent, "#ff8040"), _point(200, 10.0**exponent, "#ff8040")),
+        limits=_EXACT,
+        fainter=None if fainter is None else f"depth-1e{fainter}",
+    )
+
+
+_EXPONENTS = (-6, -4, -3, -2, -1, 0, 1, 2, 4, 6)
+"""From far too faint to see, to opaque within a millionth of a voxel."""
+
+CASES: tuple[StressCase, ...] = (
+    *map(_depth, _EXPONENTS, (None, *_EXPONENTS)),
+    StressCase(
+        name="wall",
+        hard="an opaque wall at a jump of the transfer function, behind a haze of extinction 0.02/mm",
+        voxels=_field(_centred),
+        points=(
+            _point(0, 1e9, "#4060ff"),
+            _point(6, 1e9, "#4060ff"),
+            _point(6, 0.02, "#ffc080"),
+            _point(30, 0.02, "#ffc080"),
+        ),
+        limits=_SILHOUETTES,
+    ),
+    StressCase(
+        name="thin-shells",
+        hard="four shells, each a fiftieth of a voxel thick and opaque to a half",
+        voxels=_field(_centred),
+        points=_comb(range(3, 10, 2), 0.02, 35.0),
+        limits=_BETWEEN_SAMPLES,
+    ),
+    StressCase(
+        name="jumps",
+        hard="a transfer function of eight steps, each an edge that no sample sees",
+        voxels=_field(_centred),
+        points=tuple(
+            _point(1.5 * k + side * 1.5, 0.4 * (k % 2), ("#ff8000", "#0080ff")[k // 2 % 2])
+            for k in range(8)
+            for side in (0, 1)
+        ),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="faint-layers",
+        hard="two hundred layers behind each other, each of them too faint for a step of 8 bits",
+        voxels=lambda: np.broadcast_to(np.arange(400)[:, None, None] % 2, (400, 32, 32)).astype(np.float32),
+        points=(_point(0, 0.0), _point(1, 0.015)),
+        spacing_mm_zyx=(0.2, 2.0, 2.0),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="anisotropy",
+        hard="three slices, a hundred times as far apart as their rows",
+        voxels=_field(_centred, (3, 200, 200), (100.0, 1.0, 1.0)),
+        points=(_point(40, 0.0), _point(70, 0.02, "#80c0ff"), _point(100, 0.0)),
+        spacing_mm_zyx=(100.0, 1.0, 1.0),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="one-voxel",
+        hard="a single voxel",
+        voxels=_field(lambda _: constant(1.0), (1, 1, 1)),
+        points=(_point(0, 0.0), _point(1, 2.0, "#40c0ff")),
+        limits=_EXACT,
+    ),
+    StressCase(
+        name="one-slice",
+        hard="a single slice, and so no slope along z",
+        voxels=_field(_centred, (1, _SIZE, _SIZE)),
+        points=(_point(0, 1.0, "#ffd080"), _point(12, 0.0)),
+        lit=True,
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="no-gradient",
+        hard="light on a scan without any slope",
+        voxels=_field(lambda _: constant(1.0)),
+        points=(_point(0, 0.05), _point(1, 0.05, "#80ff80")),
+        lit=True,
+        limits=_EXACT,
+    ),
+    StressCase(
+        name="sixteen-bits",
+        hard="values over all 16 bits, of which the transfer function shows a window of 100: a shell of 0.03 voxels",
+        voxels=lambda: (_field(_centred)() * np.float32(3150)).astype(np.uint16),
+        points=(_point(30000, 0.0), _point(30050, 20.0, "#ff60a0"), _point(30100, 0.0)),
+        limits=_BETWEEN_SAMPLES,
+    ),
+    StressCase(
+        name="negative",
+        hard="values from -32768 to 32767",
+        voxels=lambda: np.linspace(-32768, 32767, _SIZE**3).reshape(_SIZE, _SIZE, _SIZE).astype(np.int16),
+        points=(_point(-32768, 0.2, "#4080ff"), _point(-1, 0.0), _point(0, 0.0), _point(32767, 0.2, "#ff8040")),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="denormals",
+        hard="values that no float32 holds with all its digits",
+        voxels=lambda: (_field(_centred)().astype(np.float64) * 1e-42).astype(np.float32),
+        points=(_point(0, 0.3, "#c0ff40"), _point(1.2e-41, 0.0)),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="huge",
+        hard="values of which the square is infinite in float32",
+        voxels=lambda: _field(_centred)() * np.float32(1e36),
+        points=(_point(0, 0.3, "#c0ff40"), _point(1.2e37, 0.0)),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="no-number",
+        hard="a voxel that is no number",
+        voxels=lambda: np.where(np.arange(_SIZE**3).reshape(_SIZE, _SIZE, _SIZE) == 99, np.nan, 1.0).astype(np.float32),
+        points=(_point(0, 0.0), _point(1, 1.0)),
+        refused="VP1090",
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="infinity",
+        hard="an infinite voxel",
+        voxels=lambda: np.where(np.arange(_SIZE**3).reshape(_SIZE, _SIZE, _SIZE) == 99, np.inf, 1.0).astype(np.float32),
+        points=(_point(0, 0.0), _point(1, 1.0)),
+        refused="VP1090",
+        limits=_USUAL,
+    ),
+)
+"""All cases, in the order of the report."""

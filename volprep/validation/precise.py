@@ -1,0 +1,25 @@
+"""Drawing into the most precise target that a driver has."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from volprep.report.data import Target
+from volprep_formats.diagnostics import VolprepError
+
+Drawn = TypeVar("Drawn")
+
+NO_SUCH_TARGET = "VP5008"
+"""Code of the error where a driver cannot draw into a format."""
+
+_FLOAT_TARGETS: tuple[Target, ...] = ("rgba32f", "rgba16f")
+
+
+def most_precise(draw: Callable[[Target], Drawn]) -> Drawn | None:
+    """Give what `draw` gives for the most precise float target that the driver has; None if it has 8 bits only."""
+    for target in _FLOAT_TARGETS:
+        try:
+            return draw(target)
+        except VolprepError as error:
+            if error.code != NO_SUCH_TARGET:
+                raise
+    return None
