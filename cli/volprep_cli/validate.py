@@ -84,8 +84,9 @@ def _print(report: "Report", folder: Path) -> None:
         _print_sweep(program)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
+        print()
     allowed = report.tolerance
-    print(f"\nallowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
+    print(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
     print(f"report: {folder / 'index.html'}")
 
 
