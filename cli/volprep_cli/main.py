@@ -47,6 +47,7 @@ _VERBS = {
     "slices": "slices",
     "shaders": "shaders",
     "seal": "seal",
+    "zip": "zip_package",
 }
 """Each verb, and the name that its module and its function share."""
 
@@ -115,8 +116,9 @@ def main() -> None:
                 sys.stdout.flush()
     except VolprepError as error:
         _fail(error)
-    except SystemExit as ended:
-        if ended.code == _INTERRUPTED:
+    except (SystemExit, KeyboardInterrupt) as ended:
+        # While the verb is loaded nobody has made an exit of it yet.
+        if isinstance(ended, KeyboardInterrupt) or ended.code == _INTERRUPTED:
             _end_by_interrupt()
         raise
     except Exception as error:

@@ -346,3 +346,10 @@ def test_ctrl_c_ends_a_build_without_a_traceback(tmp_path) -> None:
     assert told.endswith(b"volprep: interrupted\n")
     assert b"Traceback" not in told
     assert not (tmp_path / "x.volpkg").exists()
+
+
+def test_ctrl_c_while_a_verb_is_loaded_ends_without_a_traceback() -> None:
+    interrupted = "import signal; signal.raise_signal(signal.SIGINT)"
+    loading = f"import volprep_cli.main as m; m.command_line = lambda arguments: exec({interrupted!r}); m.main()"
+    run = subprocess.run([sys.executable, "-c", loading], stderr=subprocess.PIPE, text=True, check=False)
+    assert (run.returncode, run.stderr) == (-signal.SIGINT, "volprep: interrupted\n")
