@@ -21,7 +21,7 @@ Eye = Annotated[
     str | None,
     typer.Option(help="Look from this point at the middle instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"),
 ]
-Size = Annotated[str, typer.Option(help="Width and height in pixels.", metavar="WxH")]
+Size = Annotated[str, typer.Option(help="Width and height in pixels, or one number for both.", metavar="WxH")]
 Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.", metavar="NUMBER")]
 Transfer = Annotated[
     str | None,
@@ -95,7 +95,7 @@ def _eye(text: str) -> tuple[float, float, float]:
 
 def _size(text: str) -> tuple[int, int]:
     try:
-        width, height = (int(number) for number in text.split("x"))
+        width, height = (int(number) for number in (text if "x" in text else f"{text}x{text}").split("x"))
     except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480", param_hint="--size") from None
+        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480 or 512", param_hint="--size") from None
     return width, height

@@ -38,6 +38,11 @@ def test_a_picture_has_the_size_and_background_that_were_asked_for(package, tmp_
     assert "61×31, level 0, program ray-caster" in done.stdout
 
 
+def test_one_number_is_width_and_height_as_it_is_for_validate(package, tmp_path):
+    assert volprep("render", package, "-o", tmp_path / "p.png", "--size", "20").returncode == 0
+    assert picture(tmp_path / "p.png").shape[:2] == (20, 20)
+
+
 def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
     wishes = {"front": ("--view", "anterior"), "side": ("--view", "left"), "eye": ("--eye", "300,2.5,5.5")}
     widths = {}
