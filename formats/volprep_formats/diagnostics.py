@@ -46,7 +46,8 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1002": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {problem}",
-        "Check that the file is whole. If it is one of these, set source.format: {known}.",
+        "Check that the file is whole. If it is one of these, set source.format in a scene: {known}; a raw file needs "
+        "[source.raw] there, too.",
     ),
     "VP1003": Diagnostic(ExitStatus.SOURCE, "{path}: cannot be read: {error}", "Check the file and its permissions."),
     "VP1004": Diagnostic(
@@ -102,7 +103,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     "VP1030": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: no DICOM images here ({files} other files)",
-        "Point source.path at the folder that holds the series, or set source.format.",
+        "Name the folder that holds the series; or the file itself, if the scan is no DICOM series.",
     ),
     "VP1031": Diagnostic(
         ExitStatus.SOURCE,
@@ -650,7 +651,9 @@ CATALOGUE: dict[str, Diagnostic] = {
     # VP4xxx package
     "VP4001": Diagnostic(ExitStatus.PACKAGE, "{path}: no such package", "Check the path."),
     "VP4002": Diagnostic(
-        ExitStatus.PACKAGE, "{path}: not a volume package: {problem}", "Name the folder that volprep build wrote."
+        ExitStatus.PACKAGE,
+        "{path}: not a volume package: {problem}",
+        "Name the folder that volprep build wrote, or the file of volprep zip.",
     ),
     "VP4003": Diagnostic(
         ExitStatus.PACKAGE,
@@ -732,6 +735,9 @@ CATALOGUE: dict[str, Diagnostic] = {
         ExitStatus.PACKAGE,
         "{path}: does not say where the package came from: {problem}",
         "Remove this file and name the source with --source, or build again.",
+    ),
+    "VP4044": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: is one file already", "Copy it, or unzip it to have the folder back."
     ),
     "VP4050": Diagnostic(
         ExitStatus.PACKAGE,
