@@ -3,12 +3,14 @@
 import re
 from html.parser import HTMLParser
 from itertools import pairwise
+from typing import get_args
 
 import pytest
 
 from volprep.report.data import Report
-from volprep.report.page import page
+from volprep.report.page import _KINDS, page
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.source import SourceFormat
 
 VOID = {"meta", "link", "img", "br", "input", "hr"}
 
@@ -127,6 +129,10 @@ def test_the_largest_errors_are_those_of_all_views_and_not_of_the_worst_one(repo
 
 def test_the_draw_time_stands_with_the_samples_that_are_taken(elements: Elements) -> None:
     assert "Nominal draw, 256² 75.0 ms 400 samples per ray, 120 without empty space" in words(elements)
+
+
+def test_every_source_format_has_words_of_its_own() -> None:
+    assert set(_KINDS) == {*get_args(SourceFormat)} - {"auto"}
 
 
 def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -> None:

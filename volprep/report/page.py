@@ -19,6 +19,22 @@ _WAYS: dict[WayName, str] = {
     "both": "both",
 }
 
+_KINDS = {
+    "dicom": "a DICOM series",
+    "metaimage": "a MetaImage volume",
+    "mosaic": "a mosaic of slices",
+    "nifti": "a NIfTI volume",
+    "nrrd": "an NRRD volume",
+    "ome-tiff": "an OME-TIFF volume",
+    "ome-zarr": "an OME-Zarr volume",
+    "raw": "a raw volume",
+    "stack": "a stack of pictures",
+    "vdb": "an OpenVDB grid",
+    "volpkg": "a volume package",
+    "vti": "a VTK volume",
+    "vtk": "a VTK volume",
+}
+
 _SEEN_FROM = {
     "anterior": "seen from the front",
     "posterior": "seen from behind",
@@ -119,8 +135,7 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
 def _kind(manifest: Manifest) -> str:
     """Say what the scan is, with its article."""
     info = manifest.source.info
-    names = {"dicom": "a DICOM series", "nifti": "a NIfTI volume", "nrrd": "an NRRD volume", "raw": "a raw volume"}
-    name = names.get(info.format, f"a {info.format} volume")
+    name = _KINDS.get(info.format, f"a {info.format} volume")
     name = f"{name} ({info.modality})" if info.modality else name
     more = len(manifest.channels or (None,)) - 1
     return f"{name} and {more} more {'channel' if more == 1 else 'channels'}" if more else name
