@@ -122,6 +122,20 @@ def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     assert check(folder) == []
 
 
+def test_ranges_that_are_no_longer_wanted_go_and_tables_stay(tmp_path):
+    request = load_request(scene_with(tmp_path, "gles3", SKIP))
+    scene = request.scene
+    draft = import_draft(request, tmp_path / "draft", Silent()).draft
+    plan = plan_draft(draft, scene, request.profile)
+    run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), scene, Silent())
+    assert draft.manifest.skipping.ranges
+    without = scene.model_copy(update={"skip": scene.skip.model_copy(update={"ranges": False})})
+    run_stages(draft, plan_draft(draft, without, request.profile), without, Silent())
+    assert draft.manifest.skipping.tables
+    assert not draft.manifest.skipping.ranges
+    assert check(tmp_path / "draft") == []
+
+
 def test_tables_that_are_no_longer_wanted_go(tmp_path):
     request = load_request(scene_with(tmp_path, "gles3", SKIP))
     draft = import_draft(request, tmp_path / "draft", Silent()).draft

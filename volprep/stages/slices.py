@@ -47,9 +47,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             layout = texture.layout.model_copy(update={"largest_opacity": largest})
             textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
             progress.advance()
-    # Of an earlier run, perhaps with other stacks, nothing stays.
-    kept = tuple(each for each in draft.manifest.textures if each.role != "slices")
-    return {"textures": with_textures(draft.manifest.model_copy(update={"textures": kept}), tuple(textures))}
+    return {"textures": with_textures(draft.manifest, tuple(textures))}
 
 
 def _histogram(codes: RawVolume) -> NDArray[np.float64]:

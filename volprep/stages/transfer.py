@@ -42,12 +42,9 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     progress.start("transfer", len(plan.transfer_functions))
     functions = {function.name: function for function in plan.transfer_functions}
-    # An earlier run may have left tables of levels that have none now.
-    kept = tuple(texture for texture in draft.manifest.textures if texture.transfer not in functions)
-    textures = tuple(_textures(draft, plan, functions, progress))
     return {
         "transfer_functions": plan.transfer_functions,
-        "textures": with_textures(draft.manifest.model_copy(update={"textures": kept}), textures),
+        "textures": with_textures(draft.manifest, tuple(_textures(draft, plan, functions, progress))),
         "palettes": tuple(_palettes(plan, functions, progress)),
         "editing": None if plan.editing is None else _editing(draft, plan, plan.editing),
     }

@@ -10,7 +10,7 @@ import hashlib
 import shutil
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Self
+from typing import Self, cast
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.chunks import write_all, write_chunks
@@ -29,6 +29,7 @@ from volprep_formats.package.lock import Lock
 from volprep_formats.package.manifest import FileRecord, FileRole, Manifest, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 from volprep_formats.package.proxy import Proxy
+from volprep_formats.package.texture import Texture
 
 _STAGE = ".stage"
 
@@ -197,15 +198,20 @@ def _after(
     if updates.get("state") == "sealed":
         files = {path: record for path, record in files.items() if record.role != "work"}
         stages = ()
+    gone = {record.path for record in before.files} - files.keys()
+    textures = cast("tuple[Texture, ...]", updates.get("textures", before.textures))
     fields = dict(before) | {
-        "textures": tuple(texture for texture in before.textures if texture.file in files),
         "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
         "subvolumes": _subvolumes(before.subvolumes, files),
         "skipping": before.skipping if _has_tables(before, files) else None,
         "proxy": _proxy(before.proxy, files),
         "preview": before.preview if before.preview in files else None,
     }
-    records = {"stages": stages, "files": tuple(files[path] for path in sorted(files))}
+    records = {
+        "stages": stages,
+        "files": tuple(files[path] for path in sorted(files)),
+        "textures": tuple(texture for texture in textures if texture.file not in gone),
+    }
     return Manifest.model_validate(fields | updates | records)
 
 
