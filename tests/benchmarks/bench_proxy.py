@@ -1,15 +1,9 @@
-"""Proxy geometry: the mesh of a 512³ volume, and what meshes of every form save on real scans, in samples and time.
-
-Drawing is timed in processor time on the software driver, so that a busy machine does not make a mesh look bad.
-"""
+"""Proxy geometry: the mesh of a 512³ volume, and what meshes of every form save on real scans, in samples and time."""
 
 import dataclasses
-import os
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,28 +11,18 @@ from rich.console import Console
 from rich.table import Table
 from skimage.measure import marching_cubes
 
-from volprep.drafts import import_draft
-from volprep.pipeline import STAGES, plan_draft, run_stage
-from volprep.plan import Plan, ProxyMeshPlan, ProxyPlan
+from volprep.plan import ProxyMeshPlan, ProxyPlan
 from volprep.plan.proxy import proxy_program
 from volprep.proxy.mesh import ProxyMesh, block_planes, proxy_mesh
-from volprep.render.camera import standard_views
 from volprep.render.proxy_renderer import ProxyRenderer
-from volprep.render.renderer import Renderer
-from volprep.request import Request, load_request
 from volprep.skip.occupancy import Occupied, occupied_blocks
 from volprep.skip.ranges import BlockRanges
-from volprep.validation.counted import samples_per_pixel
 from volprep_formats.meshes import primitives_of, read_glb, write_glb
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.proxy import ProxyForm
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 from .contest import Contest
+from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft
 
-VIEWS = ("anterior", "superior", "anterior-left")
-SIZE = 160
 MESHES: tuple[tuple[ProxyForm, int], ...] = (
     ("blocks", 8),
     ("merged", 4),
@@ -48,13 +32,14 @@ MESHES: tuple[tuple[ProxyForm, int], ...] = (
     ("box", 8),
 )
 """Form and cells of a block."""
-_POINT = '{{ value = {}, colour = "#c0a080", extinction_per_mm = {} }}'
-_SCENES: dict[str, tuple[str, tuple[tuple[float, float], ...]]] = {
-    "MR head, skin": ('path = "{}/mr_t1_studyforrest/dicoms"', ((12, 0), (30, 0.05), (80, 0.8))),
-    "MR head, vessels": ('path = "{}/mr_t1_studyforrest/dicoms"', ((110, 0), (140, 2.0))),
-    "shell": ('path = "{}/qim_microct/shell_225x128x128.tif"', ((60, 0), (90, 0.5), (255, 3.0))),
-    "engine": ('path = "{}/engine_pair/png_stack"', ((60, 0), (90, 0.02), (230, 0.5))),
+_TRANSFER = "t"
+_SCENES: dict[str, tuple[str, Points]] = {
+    "MR head, skin": ("MR head", ((12, 0), (30, 0.05), (80, 0.8))),
+    "MR head, vessels": ("MR head", ((110, 0), (140, 2.0))),
+    "shell": ("shell", ((60, 0), (90, 0.5), (255, 3.0))),
+    "engine": ("engine", ((60, 0), (90, 0.02), (230, 0.5))),
 }
+"""Scan and transfer function."""
 
 
 @dataclass(frozen=True)
@@ -133,43 +118,18 @@ def _numpy_faces(occupied: Occupied) -> tuple[NDArray[np.int64], NDArray[np.int6
 
 def measure_proxy(console: Console) -> list[ProxyRow]:
     """Draw the scans with each mesh and without. Empty where VOLPREP_TEST_DATA does not say where they are."""
-    scans = os.environ.get("VOLPREP_TEST_DATA", "")
     rows: list[ProxyRow] = []
-    for name, (source, points) in _SCENES.items() if scans else ():
+    for name, (scan, points) in _SCENES.items() if have_scans() else ():
         console.print(f"measuring proxy geometry on {name}", style="dim")
-        with tempfile.TemporaryDirectory() as folder:
-            rows += _measure_scan(Path(folder), name, source.format(scans), points)
+        with planned_draft(scan, {_TRANSFER: points}) as made:
+            plain = drawn(made.package(), _TRANSFER)
+            rows.append(ProxyRow(name, "none", 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, plain.cpu_ms, 1.0, 0.0))
+            rows += [_measure_mesh(made, name, plain, form=form, block=block) for form, block in MESHES]
     return rows
 
 
-def _measure_scan(folder: Path, name: str, source: str, points: tuple[tuple[float, float], ...]) -> Iterator[ProxyRow]:
-    request = _request(folder, source, points)
-    draft = import_draft(request, folder / "draft", Silent()).draft
-    plan = plan_draft(draft, request.scene, request.profile)
-    for stage in STAGES:
-        if stage.name in plan.stages and stage.name != "seal":
-            run_stage(draft, stage, plan, request.scene, Silent())
-    plain = _draw(Package.open(draft.folder, allow_draft=True), Renderer)
-    yield ProxyRow(name, "none", 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, plain.cpu_ms, 1.0, 0.0)
-    for form, block in MESHES:
-        yield _measure_mesh(draft, plan, request, (name, plain), form=form, block=block)
-
-
-def _request(folder: Path, source: str, points: tuple[tuple[float, float], ...]) -> Request:
-    scene = folder / "scene.toml"
-    # What skipping saves beside a mesh is another question.
-    listed = ", ".join(_POINT.format(*point) for point in points)
-    scene.write_text(
-        f'name = "s"\n[source]\n{source}\n[skip]\nkind = "none"\n[[transfer]]\nname = "t"\npoints = [{listed}]\n',
-        encoding="utf-8",
-    )
-    return load_request(scene)
-
-
-def _measure_mesh(
-    draft: Draft, plan: Plan, request: Request, before: tuple[str, "_Drawn"], *, form: ProxyForm, block: int
-) -> ProxyRow:
-    name, plain = before
+def _measure_mesh(made: PlannedDraft, name: str, plain: Drawn, *, form: ProxyForm, block: int) -> ProxyRow:
+    plan = made.plan
     level = plan.levels[0].index
     proxy = ProxyPlan(
         form=form,
@@ -177,17 +137,13 @@ def _measure_mesh(
         epsilon=0.0,
         draco="none",
         shares=(0.0,),
-        meshes=(ProxyMeshPlan(transfer="t", level=level, file="meshes/proxy.glb"),),
+        meshes=(ProxyMeshPlan(transfer=_TRANSFER, level=level, file="meshes/proxy.glb"),),
         programs=tuple(proxy_program(program, [level]) for program in plan.programs),
     )
     with_mesh = plan.model_copy(update={"proxy": proxy, "stages": (*plan.stages, "proxy")})
-    stages = {stage.name: stage for stage in STAGES}
-    start = time.perf_counter()
-    run_stage(draft, stages["proxy"], with_mesh, request.scene, Silent())
-    build_ms = (time.perf_counter() - start) * 1000
-    run_stage(draft, stages["shaders"], with_mesh, request.scene, Silent())
-    package = Package.open(draft.folder, allow_draft=True)
-    drawn = _draw(package, ProxyRenderer)
+    build_ms = made.made_anew("proxy", with_mesh)
+    package = made.package()
+    with_it = drawn(package, _TRANSFER, ProxyRenderer)
     data = package.read_bytes("meshes/proxy.glb")
     parts = read_glb(data, "mesh").primitives
     positions = np.concatenate([part.positions_xyz for part in parts]).astype(np.int32)
@@ -209,36 +165,11 @@ def _measure_mesh(
         encode_ms=encode_ms,
         decode_ms=decode_ms,
         build_ms=build_ms,
-        samples_saved=1.0 - drawn.taken / plain.taken,
-        cpu_ms=drawn.cpu_ms,
-        times_faster=plain.cpu_ms / drawn.cpu_ms,
-        largest_difference=float(np.abs(drawn.pictures - plain.pictures).max()),
+        samples_saved=1.0 - with_it.taken / plain.taken,
+        cpu_ms=with_it.cpu_ms,
+        times_faster=plain.cpu_ms / with_it.cpu_ms,
+        largest_difference=float(np.abs(with_it.pictures - plain.pictures).max()),
     )
-
-
-@dataclass(frozen=True)
-class _Drawn:
-    pictures: NDArray[np.float32]
-    taken: float
-    cpu_ms: float
-
-
-def _draw(package: Package, kind: type[Renderer]) -> _Drawn:
-    level = package.manifest.levels[0]
-    cameras = [standard_views(level.grid)[view].box_from_clip(level.grid, 1.0) for view in VIEWS]
-    with kind(package, target="rgba32f") as renderer:
-        program = renderer.program
-        pictures = np.stack([renderer.render(camera, (SIZE, SIZE)) for camera in cameras])
-        times = []
-        for _ in range(3):
-            start = time.process_time()
-            for camera in cameras:
-                renderer.render(camera, (SIZE, SIZE))
-            times.append((time.process_time() - start) * 1000 / len(cameras))
-    taken = sum(
-        samples_per_pixel(package, program, level.index, camera, (SIZE, SIZE), kind=kind)[0].sum() for camera in cameras
-    )
-    return _Drawn(pictures, float(taken), min(times))
 
 
 def proxy_rows_table(rows: list[ProxyRow]) -> Table:

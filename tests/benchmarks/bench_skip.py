@@ -1,16 +1,9 @@
-"""Empty-space skipping: its kernels against the best public ones, and what every kind of table saves on real scans.
-
-Drawing is timed in processor time on the software driver, so that a busy machine does not make a table look bad.
-"""
+"""Empty-space skipping: its kernels against the best public ones, and what every kind of table saves on real scans."""
 
 import dataclasses
 import math
-import os
-import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import edt
 import numpy as np
@@ -20,25 +13,15 @@ from rich.table import Table
 from scipy import ndimage
 
 from volprep import _native
-from volprep.drafts import import_draft
-from volprep.pipeline import STAGES, plan_draft, run_stage
-from volprep.plan import Plan, SkipPlan
+from volprep.plan import SkipPlan
 from volprep.plan.skip import skip_table_plan
-from volprep.render.camera import standard_views
-from volprep.render.renderer import Renderer
-from volprep.request import Request, load_request
 from volprep.skip.occupancy import occupied_blocks
 from volprep.skip.ranges import BlockRanges, block_ranges
-from volprep.validation.counted import samples_per_pixel
-from volprep_formats.package.draft import Draft
-from volprep_formats.package.reader import Package
 from volprep_formats.package.skip import SkipKind
-from volprep_formats.progress import Silent
 
 from .contest import Contest
+from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft
 
-VIEWS = ("anterior", "superior", "anterior-left")
-SIZE = 160
 TABLES: tuple[tuple[SkipKind, int], ...] = (
     ("blocks", 8),
     ("table16", 0),
@@ -52,29 +35,17 @@ TABLES: tuple[tuple[SkipKind, int], ...] = (
 )
 """Kind and cells of a block; blocks of one cell are full resolution."""
 
-_POINT = '{{ value = {}, colour = "#c0a080", extinction_per_mm = {} }}'
-_SCENES: dict[str, tuple[str, dict[str, tuple[tuple[float, float], ...]]]] = {
-    "MR head": (
-        'path = "{}/mr_t1_studyforrest/dicoms"',
-        {"skin": ((12, 0), (30, 0.05), (80, 0.8)), "vessels": ((110, 0), (140, 2.0))},
-    ),
-    "ch2 head": (
-        'path = "{}/nifti_ch2/ch2.nii.gz"',
-        {"opaque": ((20, 0), (60, 0.5), (120, 1.0)), "white matter": ((95, 0), (110, 0.6))},
-    ),
-    "shell": ('path = "{}/qim_microct/shell_225x128x128.tif"', {"opaque": ((60, 0), (120, 2.0))}),
-    "fly": ('path = "{}/qim_microct/fly_150x256x256.tif"', {"opaque": ((60, 0), (120, 2.0))}),
-    "engine": (
-        'path = "{}/engine_pair/png_stack"',
-        {"veil": ((45, 0), (90, 0.006), (170, 0.15), (230, 0.5)), "inserts": ((150, 0), (200, 1.0))},
-    ),
-    "CT phantom": (
-        'path = "{}/ct_phantom_tilt-18.5/S2010"\nrepair = ["tilt"]',
-        {"opaque": ((-500, 0), (0, 0.1), (300, 1.0)), "dense": ((200, 0), (600, 1.0))},
-    ),
+_SCENES: dict[str, dict[str, Points]] = {
+    "MR head": {"skin": ((12, 0), (30, 0.05), (80, 0.8)), "vessels": ((110, 0), (140, 2.0))},
+    "ch2 head": {"opaque": ((20, 0), (60, 0.5), (120, 1.0)), "white matter": ((95, 0), (110, 0.6))},
+    "shell": {"opaque": ((60, 0), (120, 2.0))},
+    "fly": {"opaque": ((60, 0), (120, 2.0))},
+    "engine": {"veil": ((45, 0), (90, 0.006), (170, 0.15), (230, 0.5)), "inserts": ((150, 0), (200, 1.0))},
+    "CT phantom": {"opaque": ((-500, 0), (0, 0.1), (300, 1.0)), "dense": ((200, 0), (600, 1.0))},
 }
+"""Scan, and its transfer functions."""
 _FOG = ((-32768.0, 0.002), (32767.0, 0.002))
-"""A fog in every voxel: nothing is empty, and a table is no more than a burden."""
+"""A fog in every voxel: nothing is empty or cropped, and a table is no more than a burden."""
 
 
 @dataclass(frozen=True)
@@ -163,114 +134,53 @@ def _numpy_occupancy(scan: NDArray[np.uint8], table: NDArray[np.float64]) -> NDA
 
 def measure_skip(console: Console) -> list[SkipRow]:
     """Draw the scans with each kind of table and without. Empty where VOLPREP_TEST_DATA does not say where they are."""
-    scans = os.environ.get("VOLPREP_TEST_DATA", "")
     rows: list[SkipRow] = []
-    for name, (source, functions) in _SCENES.items() if scans else ():
-        console.print(f"measuring empty-space skipping on {name}", style="dim")
-        with tempfile.TemporaryDirectory() as folder:
-            rows += _measure_scan(Path(folder), name, source.format(scans), {**functions, "fog": _FOG})
+    for scan, functions in _SCENES.items() if have_scans() else ():
+        console.print(f"measuring empty-space skipping on {scan}", style="dim")
+        with planned_draft(scan, {**functions, "fog": _FOG}) as made:
+            package = made.package()
+            plain = {function.name: drawn(package, function.name) for function in made.plan.transfer_functions}
+            found = [
+                SkipRow(transfer, "none", 0.0, 0.0, 0.0, without.cpu_ms, 1.0, 0.0, 0.0, 0.0)
+                for transfer, without in plain.items()
+            ]
+            for kind, block in TABLES:
+                found += _measure_table(made, plain, kind=kind, block=block)
+        named = [dataclasses.replace(row, scan=f"{scan}, {row.scan}") for row in found]
+        rows += sorted(named, key=lambda row: row.scan)
     return rows
 
 
-def _measure_scan(
-    folder: Path, name: str, source: str, functions: dict[str, tuple[tuple[float, float], ...]]
-) -> list[SkipRow]:
-    request = _request(folder, source, functions)
-    draft = import_draft(request, folder / "draft", Silent()).draft
-    plan = plan_draft(draft, request.scene, request.profile)
-    for stage in STAGES:
-        if stage.name in plan.stages and stage.name != "seal":
-            run_stage(draft, stage, plan, request.scene, Silent())
-    package = Package.open(draft.folder, allow_draft=True)
-    transfers = [function.name for function in plan.transfer_functions]
-    plain = {transfer: _draw(package, transfer) for transfer in transfers}
-    rows = [
-        SkipRow(transfer, "none", 0.0, 0.0, 0.0, plain[transfer].cpu_ms, 1.0, 0.0, 0.0, 0.0) for transfer in transfers
-    ]
-    for kind, block in TABLES:
-        rows += _measure_table(draft, plan, request, plain, kind=kind, block=block)
-    named = [dataclasses.replace(row, scan=f"{name}, {row.scan}") for row in rows]
-    return sorted(named, key=lambda row: row.scan)
-
-
-def _request(folder: Path, source: str, functions: dict[str, tuple[tuple[float, float], ...]]) -> Request:
-    tables = [
-        f'[[transfer]]\nname = "{name.replace(" ", "-")}"\npoints = [{", ".join(_POINT.format(*p) for p in points)}]\n'
-        for name, points in functions.items()
-    ]
-    scene = folder / "scene.toml"
-    # The fog shows every voxel: nothing is cropped, and the empty border is left to the tables.
-    scene.write_text(f'name = "s"\n[source]\n{source}\n' + "\n".join(tables), encoding="utf-8")
-    return load_request(scene)
-
-
-def _measure_table(
-    draft: Draft, plan: Plan, request: Request, plain: dict[str, "_Drawn"], *, kind: SkipKind, block: int
-) -> list[SkipRow]:
+def _measure_table(made: PlannedDraft, plain: dict[str, Drawn], *, kind: SkipKind, block: int) -> list[SkipRow]:
+    plan = made.plan
     cells = block or max(1, math.ceil((max(plan.levels[0].shape_zyx) - 1) / 16))
-    transfers = [function.name for function in plan.transfer_functions]
     # Tables for all, whether the plan would keep them or not.
-    tables = tuple(skip_table_plan(transfer, plan.levels[0], kind, cells, plan.profile) for transfer in transfers)
-    skip = SkipPlan(epsilon=0.0, shares=(0.0,) * len(transfers), tables=tables, ranges=())
+    tables = tuple(skip_table_plan(transfer, plan.levels[0], kind, cells, plan.profile) for transfer in plain)
+    skip = SkipPlan(epsilon=0.0, shares=(0.0,) * len(plain), tables=tables, ranges=())
     programs = tuple(program.model_copy(update={"levels": program.levels[:1]}) for program in plan.programs)
     with_skip = plan.model_copy(update={"skip": skip, "programs": programs, "stages": tuple({*plan.stages, "skip"})})
-    stages = {stage.name: stage for stage in STAGES}
-    start = time.perf_counter()
-    run_stage(draft, stages["skip"], with_skip, request.scene, Silent())
-    build_ms = (time.perf_counter() - start) * 1000
-    run_stage(draft, stages["shaders"], with_skip, request.scene, Silent())
-    package = Package.open(draft.folder, allow_draft=True)
+    build_ms = made.made_anew("skip", with_skip)
+    package = made.package()
     shares = {table.transfer: table.empty_share for table in package.manifest.skipping.tables}
     sizes = {table.transfer: math.prod(table.shape_zyx) / 1000 for table in tables}
     rows = []
-    for transfer in transfers:
-        drawn, without = _draw(package, transfer), plain[transfer]
+    for transfer, without in plain.items():
+        with_it = drawn(package, transfer)
         rows.append(
             SkipRow(
                 scan=transfer,
                 table=f"{kind} {cells}³",
                 empty_share=shares[transfer],
-                samples_saved=1.0 - drawn.taken / without.taken,
-                looks_per_sample=drawn.looked / without.taken,
-                cpu_ms=drawn.cpu_ms,
-                times_faster=without.cpu_ms / drawn.cpu_ms,
+                samples_saved=1.0 - with_it.taken / without.taken,
+                looks_per_sample=with_it.looked / without.taken,
+                cpu_ms=with_it.cpu_ms,
+                times_faster=without.cpu_ms / with_it.cpu_ms,
                 kilobytes=sizes[transfer],
-                build_ms=build_ms / len(transfers),
-                largest_difference=float(np.abs(drawn.pictures - without.pictures).max()),
+                build_ms=build_ms / len(plain),
+                largest_difference=float(np.abs(with_it.pictures - without.pictures).max()),
             )
         )
     return rows
-
-
-@dataclass(frozen=True)
-class _Drawn:
-    pictures: NDArray[np.float32]
-    taken: float
-    looked: float
-    cpu_ms: float
-
-
-def _draw(package: Package, transfer: str) -> _Drawn:
-    grid = package.manifest.levels[0].grid
-    cameras = [standard_views(grid)[view].box_from_clip(grid, 1.0) for view in VIEWS]
-    program = next(each for each in package.manifest.programs if each.transfer == transfer)
-    counts = [samples_per_pixel(package, program, grid_level(package), camera, (SIZE, SIZE)) for camera in cameras]
-    with Renderer(package, level=grid_level(package), transfer=transfer, target="rgba32f") as renderer:
-        pictures = np.stack([renderer.render(camera, (SIZE, SIZE)) for camera in cameras])
-        times = []
-        for _ in range(3):
-            start = time.process_time()
-            for camera in cameras:
-                renderer.render(camera, (SIZE, SIZE))
-            times.append((time.process_time() - start) * 1000 / len(cameras))
-    return _Drawn(
-        pictures, sum(taken.sum() for taken, _ in counts), sum(looked.sum() for _, looked in counts), min(times)
-    )
-
-
-def grid_level(package: Package) -> int:
-    """Give the finest level of a package."""
-    return package.manifest.levels[0].index
 
 
 def skip_rows_table(rows: list[SkipRow]) -> Table:
