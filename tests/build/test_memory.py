@@ -20,7 +20,7 @@ from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
-SLICE_SHAPE = (180, 301)
+SLICE_SHAPE = (120, 150)
 
 
 class Waves:
@@ -81,7 +81,7 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
 
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile) -> None:
-    monkeypatch.setattr(slabs, "SLAB_BYTES", 1_000_000)
+    monkeypatch.setattr(slabs, "SLAB_BYTES", 150_000)
     # What has a size of its own, whatever the volume's, is made small.
     monkeypatch.setattr(choice, "_RAYS", 300)
     monkeypatch.setattr(rays, "_MOST_SAMPLES", 100_000)

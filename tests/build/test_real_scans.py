@@ -50,18 +50,24 @@ def test_a_head_as_dicom_series_within_its_memory(scans, tmp_path) -> None:
     assert not re.search("patient|study|series|birth|sex|accession|institution", text, re.IGNORECASE)
 
 
-@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
-def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(scans, tmp_path, profile) -> None:
+@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+def engine(request, scans, tmp_path_factory) -> dict:
+    """An engine as a packed raw file, built for a profile, and what `build --json` said of it."""
     (source,) = (scans / "engine_pair" / "data").glob("*.raw.gz")
-    target = tmp_path / "engine.volpkg"
-    run = volprep("build", SAMPLES / "engine-raw.toml", "--source", source, "--profile", profile, "-o", target)
+    target = tmp_path_factory.mktemp("engine") / "engine.volpkg"
+    options = ("--source", source, "--profile", request.param, "-o", target, "--json")
+    run = volprep("build", SAMPLES / "engine-raw.toml", *options)
     assert run.returncode == 0, run.stderr
-    package = Package.open(target)
+    return {"source": source, "profile": request.param, "package": target, "built": json.loads(run.stdout)}
+
+
+def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(engine) -> None:
+    package = Package.open(engine["package"])
     assert package.manifest.levels[0].factors_zyx == (1, 1, 1)
     assert package.manifest.quantization is not None
     assert package.manifest.quantization.max_error == 0.0
-    if profile == "gles3":
-        with gzip.open(source) as file:
+    if engine["profile"] == "gles3":
+        with gzip.open(engine["source"]) as file:
             voxels = np.frombuffer(file.read(), np.uint8).reshape(128, 256, 256)
         # What no transfer function shows is not in the package; the engine's axes are those of the patient's space.
         z, y, x = package.manifest.grid.shape_zyx
@@ -72,11 +78,8 @@ def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(scans, tmp_path, profi
         assert voxels[hidden].max() <= package.manifest.transfer_functions[0].points[0].value
 
 
-def test_validate_quick_and_inspect_agree_with_what_build_says(scans, tmp_path) -> None:
-    (source,) = (scans / "engine_pair" / "data").glob("*.raw.gz")
-    target = tmp_path / "engine.volpkg"
-    built = json.loads(volprep("build", SAMPLES / "engine-raw.toml", "--source", source, "-o", target, "--json").stdout)
-    assert volprep("validate", target, "--quick").returncode == 0
-    inspected = json.loads(volprep("inspect", target, "--json").stdout)
-    assert inspected["size_bytes"] == built["size_bytes"]
-    assert len(inspected["manifest"]["files"]) == built["files"]
+def test_validate_quick_and_inspect_agree_with_what_build_says(engine) -> None:
+    assert volprep("validate", engine["package"], "--quick").returncode == 0
+    inspected = json.loads(volprep("inspect", engine["package"], "--json").stdout)
+    assert inspected["size_bytes"] == engine["built"]["size_bytes"]
+    assert len(inspected["manifest"]["files"]) == engine["built"]["files"]

@@ -212,9 +212,11 @@ def test_512_cubed_voxels_in_eight_textures_of_2048_squared_and_four_channels():
     layout = fit_mosaic((512, 512, 512), Packing(4), Room(2048, 8))
     assert layout is not None
     assert (layout.textures, layout.texture_shape_yx, layout.tiles_x, layout.tiles_y) == (8, (2048, 2048), 4, 4)
-    z, y, x = np.ogrid[:512, :512, :512]
+    y, x = np.ogrid[:512, :512]
     # No two slices are alike, nor two texels of a tile's row or column.
-    volume = ((37 * x + 61 * y + 101 * z + ((x * y) >> 6) + ((y * z) >> 7)) & 255).astype(np.uint8)
+    plane, volume = 37 * x + 61 * y + ((x * y) >> 6), np.empty((512, 512, 512), np.uint8)
+    for z in range(512):
+        volume[z] = (plane + 101 * z + ((y * z) >> 7)) & 255
     rng = np.random.default_rng(8)
     with (
         drawing((512, 512)) as (gl, target),

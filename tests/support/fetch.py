@@ -95,7 +95,6 @@ def nearest(codes: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, floa
 
 def trilinear(codes: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, float], positions: Array) -> Array:
     """The field at box positions [n, 3] in float64: between voxel centres linear, in the outer half voxel constant."""
-    values = codes.astype(np.float64) / np.iinfo(codes.dtype).max
     result = np.zeros(len(positions))
     lower, weight = [], []
     for axis in range(3):
@@ -106,5 +105,6 @@ def trilinear(codes: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, fl
     for corner in np.ndindex(2, 2, 2):
         index = tuple(np.minimum(lower[a] + corner[a], codes.shape[a] - 1) for a in range(3))
         factors = [weight[a] if corner[a] else 1 - weight[a] for a in range(3)]
-        result += values[index] * factors[0] * factors[1] * factors[2]
+        # Not before: a volume of float64 would be larger than all the rest of a test.
+        result += codes[index].astype(np.float64) / np.iinfo(codes.dtype).max * factors[0] * factors[1] * factors[2]
     return result
