@@ -350,34 +350,19 @@ def read_toml(path: Path) -> dict[str, object]:
         raise VolprepError("VP3002", path=path, error=error) from error
 
 
-def changed_skip(scene: Scene, kind: str | None, block: int | None, *, ranges: bool | None) -> Scene:
-    """Change what a scene wants of empty-space skipping; None leaves a wish as it is. Raises VP3003 for a wrong one."""
-    wishes = {"kind": kind, "block": block, "ranges": ranges}
-    before = scene.skip.model_dump()
+_MAY_LACK = {"grid": GridSettings, "normals": NormalSettings, "proxy": ProxySettings, "slices": SliceSettings}
+
+
+def changed(scene: Scene, verb: str, **wishes: object) -> Scene:
+    """Change keys of the table that a verb's options belong to; a scene without it gets it. None leaves a key as it is.
+
+    Raises VP3003, which names the verb, for a wrong wish.
+    """
+    table = "render" if verb == "transfer" else verb
+    before = getattr(scene, table) or _MAY_LACK[table]()
+    given = {key: wish for key, wish in wishes.items() if wish is not None}
     try:
-        after = SkipSettings.model_validate(before | {key: wish for key, wish in wishes.items() if wish is not None})
+        after = type(before).model_validate(before.model_dump() | given)
     except ValidationError as error:
-        raise VolprepError("VP3003", path="volprep skip", problems=problems(error)) from error
-    return scene.model_copy(update={"skip": after})
-
-
-def changed_proxy(scene: Scene, form: str | None, block: int | None) -> Scene:
-    """Change what a scene wants of proxy geometry; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
-    wishes = {"form": form, "block": block}
-    before = (scene.proxy or ProxySettings()).model_dump()
-    try:
-        after = ProxySettings.model_validate(before | {key: wish for key, wish in wishes.items() if wish is not None})
-    except ValidationError as error:
-        raise VolprepError("VP3003", path="volprep proxy", problems=problems(error)) from error
-    return scene.model_copy(update={"proxy": after})
-
-
-def changed_classification(scene: Scene, classification: str | None, palette_entries: int | None) -> Scene:
-    """Change how a scene classifies; None leaves a wish as it is. Raises VP3003 for a wrong wish."""
-    wishes = {"classification": classification, "palette_entries": palette_entries}
-    changes = {key: wish for key, wish in wishes.items() if wish is not None}
-    try:
-        after = RenderWishes.model_validate(scene.render.model_dump() | changes)
-    except ValidationError as error:
-        raise VolprepError("VP3003", path="volprep transfer", problems=problems(error)) from error
-    return scene.model_copy(update={"render": after})
+        raise VolprepError("VP3003", path=f"volprep {verb}", problems=problems(error)) from error
+    return scene.model_copy(update={table: after})

@@ -1,13 +1,10 @@
 """volprep normals: directions of gradients."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 _KERNELS = ("forward", "central", "thesis", "sobel", "isotropic")
 _CODES = ("biased8", "snorm8", "oct8", "oct12")
@@ -38,11 +35,4 @@ def normals(
             msg = f"--{name} is {value}, and can be {', '.join(known)}"
             raise typer.BadParameter(msg)
 
-    def change(scene: "Scene") -> "Scene":
-        from volprep.scene import NormalSettings  # noqa: PLC0415 - keeps volprep --help fast
-
-        chosen = {"kernel": kernel, "code": code, "magnitude": magnitude}
-        update = {name: value for name, value in chosen.items() if value is not None}
-        return scene.model_copy(update={"normals": (scene.normals or NormalSettings()).model_copy(update=update)})
-
-    run_stage(package, "normals", change)
+    run_stage(package, "normals", kernel=kernel, code=code, magnitude=magnitude)

@@ -1,13 +1,10 @@
 """volprep proxy: meshes around what can be seen, at which rays begin."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def proxy(
@@ -27,10 +24,4 @@ def proxy(
 
     Meshes are glTF files, whose positions are box millimetres after the scale of their node.
     """
-
-    def change(scene: "Scene") -> "Scene":
-        from volprep.scene import changed_proxy  # noqa: PLC0415 - keeps volprep --help fast
-
-        return changed_proxy(scene, form, block)
-
-    run_stage(package, "proxy", change)
+    run_stage(package, "proxy", form=form, block=block)

@@ -1,13 +1,10 @@
 """volprep pyramid: coarser levels."""
 
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import Annotated, get_args
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def pyramid(
@@ -41,9 +38,4 @@ def pyramid(
         msg = f"there is no filter {made_by}; the filters are {', '.join(filters)}"
         raise typer.BadParameter(msg)
 
-    def change(scene: "Scene") -> "Scene":
-        wanted = (("coarsest_longest_axis", coarsest), ("filter", made_by))
-        update = {key: value for key, value in wanted if value is not None}
-        return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update=update)})
-
-    run_stage(package, "pyramid", change)
+    run_stage(package, "pyramid", coarsest_longest_axis=coarsest, filter=made_by)

@@ -1,13 +1,10 @@
 """volprep quantize: physical values become stored codes."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def quantize(
@@ -27,8 +24,4 @@ def quantize(
         msg = f"--bits is {bits}, and can be 8 or 16"
         raise typer.BadParameter(msg)
 
-    def change(scene: "Scene") -> "Scene":
-        update = {name: value for name, value in (("bits", bits), ("window", window)) if value is not None}
-        return scene.model_copy(update={"quantize": scene.quantize.model_copy(update=update)})
-
-    run_stage(package, "quantize", change)
+    run_stage(package, "quantize", bits=bits, window=window)

@@ -1,13 +1,10 @@
 """volprep skip: tables with which rays jump over empty space."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def skip(
@@ -32,10 +29,4 @@ def skip(
     ] = None,
 ) -> None:
     """Write, for each level and transfer function, how far a ray may jump from each block without missing anything."""
-
-    def change(scene: "Scene") -> "Scene":
-        from volprep.scene import changed_skip  # noqa: PLC0415 - keeps volprep --help fast
-
-        return changed_skip(scene, kind, block, ranges=ranges)
-
-    run_stage(package, "skip", change)
+    run_stage(package, "skip", kind=kind, block=block, ranges=ranges)

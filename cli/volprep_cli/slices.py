@@ -1,13 +1,10 @@
 """volprep slices: a level as stacks of slices."""
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def slices(
@@ -24,12 +21,4 @@ def slices(
     ] = None,
 ) -> None:
     """Lay a level out as stacks of slices along each axis, for devices of OpenGL ES 1.1, which have no shaders."""
-
-    def change(scene: "Scene") -> "Scene":
-        from volprep.scene import SliceSettings  # noqa: PLC0415 - keeps volprep --help fast
-
-        chosen = {"form": form, "palette_entries": palette_entries}
-        update = {key: value for key, value in chosen.items() if value is not None}
-        return scene.model_copy(update={"slices": (scene.slices or SliceSettings()).model_copy(update=update)})
-
-    run_stage(package, "slices", change)
+    run_stage(package, "slices", form=form, palette_entries=palette_entries)

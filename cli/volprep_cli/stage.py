@@ -1,6 +1,5 @@
 """What the verbs of single stages share."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,15 +13,14 @@ if TYPE_CHECKING:
 Draft = Annotated[Path, typer.Argument(help="Draft that volprep import began.", metavar="PACKAGE")]
 
 
-def unchanged(scene: "Scene") -> "Scene":
-    """Leave what the user wants as it is."""
-    return scene
-
-
-def run_stage(package: Path, name: str, change: Callable[["Scene"], "Scene"] = unchanged) -> None:
-    """Run the stage `name` on a draft, after `change` has changed the draft's scene."""
+def run_stage(package: Path, verb: str, **wishes: object) -> None:
+    """Run a stage on a draft. Options of the verb are keys of a table of the scene, and replace them where not None."""
     from volprep.drafts import run_verb  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.scene import changed  # noqa: PLC0415 - keeps volprep --help fast
+
+    def change(scene: "Scene") -> "Scene":
+        return changed(scene, verb, **wishes) if wishes else scene
 
     with progress() as watcher:
-        draft = run_verb(package, name, change, watcher)
-    print(f"{package}: {name} done, {draft.manifest.state}")
+        draft = run_verb(package, verb, change, watcher)
+    print(f"{package}: {verb} done, {draft.manifest.state}")

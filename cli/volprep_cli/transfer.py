@@ -1,13 +1,10 @@
 """volprep transfer: what turns values into colours."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from volprep_cli.stage import Draft, run_stage
-
-if TYPE_CHECKING:
-    from volprep.scene import Scene
 
 
 def transfer(
@@ -35,10 +32,4 @@ def transfer(
     A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]): angiography, ct-bone,
     ct-soft-tissue, labels, micro-ct, mr-head.
     """
-
-    def change(scene: "Scene") -> "Scene":
-        from volprep.scene import changed_classification  # noqa: PLC0415 - keeps volprep --help fast
-
-        return changed_classification(scene, classification, palette_entries)
-
-    run_stage(package, "transfer", change)
+    run_stage(package, "transfer", classification=classification, palette_entries=palette_entries)

@@ -16,7 +16,7 @@ from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
-from volprep.scene import changed_proxy
+from volprep.scene import changed
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
@@ -153,10 +153,11 @@ def test_the_verb_makes_the_meshes_anew(tmp_path):
     plan = plan_draft(imported.draft, request.scene, request.profile, imported.measured)
     stages = [stage for stage in plan.stages if stage not in {"shaders", "seal"}]
     run_stages(imported.draft, plan.model_copy(update={"stages": tuple(stages)}), request.scene, Silent())
-    draft = run_verb(tmp_path / "draft", "proxy", lambda scene: changed_proxy(scene, "blocks", 4), Silent())
+    wishes = {"form": "blocks", "block": 4}
+    draft = run_verb(tmp_path / "draft", "proxy", lambda scene: changed(scene, "proxy", **wishes), Silent())
     assert {(mesh.form, mesh.block) for mesh in draft.manifest.proxy.meshes} == {("blocks", 4)}
     with pytest.raises(VolprepError, match="VP3003"):
-        changed_proxy(request.scene, "ball", None)
+        changed(request.scene, "proxy", form="ball")
 
 
 def test_a_transfer_function_that_shows_nothing_gives_a_package_that_draws_nothing(tmp_path):

@@ -12,7 +12,7 @@ from volprep.pipeline import plan_draft, run_stages
 from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
 from volprep.request import load_request
-from volprep.scene import SkipSettings, changed_skip
+from volprep.scene import SkipSettings, changed
 from volprep.skip.occupancy import occupied_blocks
 from volprep.skip.ranges import BlockRanges
 from volprep.skip.tables import skip_table
@@ -112,7 +112,8 @@ def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     plan = plan_draft(draft, request.scene, request.profile)
     run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), request.scene, Silent())
     folder = tmp_path / "draft"
-    run_verb(folder, "skip", lambda scene: changed_skip(scene, "distance", 3, ranges=True), Silent())
+    wishes = {"kind": "distance", "block": 3, "ranges": True}
+    run_verb(folder, "skip", lambda scene: changed(scene, "skip", **wishes), Silent())
     assert scene_of(import_draft(request, folder, Silent()).draft).skip is not None
     run_verb(folder, "shaders", lambda scene: scene, Silent())
     sealed = run_verb(folder, "seal", lambda scene: scene, Silent())

@@ -9,7 +9,7 @@ import pytest
 
 from volprep.plan import make_plan
 from volprep.profiles import load_profile
-from volprep.scene import Scene, changed_classification, load_scene
+from volprep.scene import Scene, changed, load_scene
 from volprep.statistics import Gauge
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.presets import load_preset, preset_names
@@ -187,19 +187,20 @@ def test_help_lists_the_presets(verb, capsys) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"), [(("post", None), "classification: Input should be"), ((None, 1), "palette_entries: ")]
+    ("wish", "message"),
+    [({"classification": "post"}, "classification: Input should be"), ({"palette_entries": 1}, "palette_entries: ")],
 )
-def test_a_wrong_wish_of_the_verb_is_told(changes, message) -> None:
+def test_a_wrong_wish_of_the_verb_is_told(wish, message) -> None:
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
     with pytest.raises(VolprepError, match=message):
-        changed_classification(scene, *changes)
+        changed(scene, "transfer", **wish)
 
 
 def test_a_wish_of_the_verb_replaces_the_scenes() -> None:
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
-    render = changed_classification(scene, "palette", None).render
+    render = changed(scene, "transfer", classification="palette", palette_entries=None).render
     assert (render.classification, render.palette_entries) == ("palette", 60)
-    assert changed_classification(scene, None, None) == scene
+    assert changed(scene, "transfer", classification=None) == scene
 
 
 def test_a_palette_needs_indices_that_shaders_compute() -> None:

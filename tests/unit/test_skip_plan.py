@@ -8,7 +8,7 @@ import pytest
 
 from volprep.plan import Plan, make_plan
 from volprep.profiles import load_profile
-from volprep.scene import Scene, SkipSettings, changed_skip
+from volprep.scene import Scene, SkipSettings, changed
 from volprep.skip.ranges import BlockGauge, block_ranges
 from volprep.statistics import MEASURED_BLOCK, Gauge
 from volprep_formats.diagnostics import VolprepError
@@ -128,11 +128,11 @@ def test_ranges_of_blocks_come_on_request():
 
 
 def test_the_verb_changes_wishes_one_by_one():
-    wanted = changed_skip(scene(block=16), "pyramid", None, ranges=None).skip
+    wanted = changed(scene(block=16), "skip", kind="pyramid", block=None).skip
     assert wanted == SkipSettings(kind="pyramid", block=16)
-    assert changed_skip(scene(), None, 3, ranges=True).skip == SkipSettings(block=3, ranges=True)
-    with pytest.raises(VolprepError, match="VP3003"):
-        changed_skip(scene(), "spheres", None, ranges=None)
+    assert changed(scene(), "skip", kind=None, block=3, ranges=True).skip == SkipSettings(block=3, ranges=True)
+    with pytest.raises(VolprepError, match="VP3003 volprep skip: kind"):
+        changed(scene(), "skip", kind="spheres")
 
 
 @pytest.mark.parametrize("cuts", [(33,), (1,) * 33, (16, 17), (17, 16), (5, 20, 8)])
