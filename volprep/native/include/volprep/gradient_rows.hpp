@@ -1,7 +1,7 @@
 // Sums of differences row by row, for the kernels that measure, encode or reduce gradients. Rows of three slices are
-// folded along z, the result along x into a ring of three rows, and the ring along y: 3 rows are read for each row of
-// gradients, and what lies between stays in the L1 cache. Integers are summed in the narrowest type that holds every
-// sum, those of 16 bits in float32, which encoders take as they are.
+// folded along z, and the result along x and y in one go: each row adds to sums that the row before it began, and what
+// lies between, 12 rows, stays in the L1 cache. Integers are summed in the narrowest type that holds every sum, those
+// of 16 bits in float32, which encoders take as they are.
 #pragma once
 
 #include <algorithm>
@@ -30,8 +30,8 @@ struct SumOf<float> {
 template <typename T>
 using Sum = typename SumOf<T>::type;
 
-// Voxels of a row that are worked on at a time, and the longest run of rows that share a ring: of 64 rows, 2 are folded
-// for their neighbours' sake.
+// Voxels of a row that are worked on at a time, and the longest run of rows: of 64, 2 are folded for their neighbours'
+// sake.
 inline constexpr int64_t tile_length = 512;
 inline constexpr int64_t band_length = 64;
 
@@ -108,40 +108,6 @@ VOLPREP_CLONES void fold_z(const T* low, const T* at, const T* high, int64_t cou
     }
 }
 
-// A row folded along z and x: what the rows of gradients beside it take of it and, for kernels with a lesser centre,
-// what its own does.
-template <typename S>
-struct Folded {
-    alignas(64) S slope_x[row_length<S>];
-    alignas(64) S smooth[row_length<S>];
-    alignas(64) S slope_z[row_length<S>];
-    alignas(64) S centre_x[row_length<S>];
-    alignas(64) S centre_z[row_length<S>];
-};
-
-template <typename S, GradientKernel K>
-VOLPREP_CLONES void fold_x(const FoldedZ<S>& row, int64_t count, Folded<S>& __restrict folded) noexcept {
-    constexpr int64_t low = K == GradientKernel::forward ? 0 : -1;
-    const S* const smooth = row.smooth + cache_line<S>;
-    const S* const centre = lessens<K> ? row.centre + cache_line<S> : smooth;
-    const S* const slope = row.slope + cache_line<S>;
-    for (int64_t x = 0; x < count; ++x) {
-        folded.slope_x[x] = static_cast<S>(smooth[x + 1] - smooth[x + low]);
-        if constexpr (smooths<K>) {
-            folded.smooth[x] = static_cast<S>(smooth[x - 1] + smooth[x + 1] + edge<K> * centre[x]);
-            const S ends = static_cast<S>(slope[x - 1] + slope[x + 1]);
-            folded.slope_z[x] = static_cast<S>(ends + edge<K> * slope[x]);
-            if constexpr (lessens<K>) {
-                folded.centre_x[x] = static_cast<S>(edge<K> * (centre[x + 1] - centre[x - 1]));
-                folded.centre_z[x] = static_cast<S>(edge<K> * (ends + (edge<K> - 1) * slope[x]));
-            }
-        } else {
-            folded.smooth[x] = smooth[x];
-            folded.slope_z[x] = slope[x];
-        }
-    }
-}
-
 // Sums of differences of a run of voxels.
 template <typename S>
 struct Sums {
@@ -150,20 +116,49 @@ struct Sums {
     alignas(64) S z[row_length<S>];
 };
 
+// What rows that are folded along z and x leave for those after them.
+template <typename S>
+struct Pending {
+    // Of the last row: its slopes, and what its sums have of it and of the row before.
+    alignas(64) S slope_x[row_length<S>];
+    alignas(64) S slope_z[row_length<S>];
+    alignas(64) S sum_x[row_length<S>];
+    alignas(64) S sum_z[row_length<S>];
+    // Smoothed along x and z: the last row of even and of odd number.
+    alignas(64) S smooth[2][row_length<S>];
+};
+
+// Takes up the row after that whose sums it completes.
 template <typename S, GradientKernel K>
-VOLPREP_CLONES void fold_y(const Folded<S>& low, const Folded<S>& at, const Folded<S>& high, int64_t count,
-                           Sums<S>& __restrict sums) noexcept {
+VOLPREP_CLONES void fold_xy(const FoldedZ<S>& row, bool odd, int64_t count, Pending<S>& __restrict pending,
+                            Sums<S>& __restrict sums) noexcept {
+    constexpr bool forward = K == GradientKernel::forward;
+    const S* const smooth = row.smooth + cache_line<S>;
+    const S* const centre = lessens<K> ? row.centre + cache_line<S> : smooth;
+    const S* const slope = row.slope + cache_line<S>;
+    S* const before = pending.smooth[odd];
+    const S* const low = forward ? pending.smooth[!odd] : before;
     for (int64_t x = 0; x < count; ++x) {
-        sums.y[x] = static_cast<S>(high.smooth[x] - low.smooth[x]);
+        const S slope_x = static_cast<S>(smooth[x + 1] - smooth[forward ? x : x - 1]);
+        S slope_z = slope[x];
+        S across = smooth[x];
+        sums.x[x] = pending.slope_x[x];
+        sums.z[x] = pending.slope_z[x];
         if constexpr (smooths<K>) {
-            const S centre_x = lessens<K> ? at.centre_x[x] : static_cast<S>(edge<K> * at.slope_x[x]);
-            const S centre_z = lessens<K> ? at.centre_z[x] : static_cast<S>(edge<K> * at.slope_z[x]);
-            sums.x[x] = static_cast<S>(low.slope_x[x] + high.slope_x[x] + centre_x);
-            sums.z[x] = static_cast<S>(low.slope_z[x] + high.slope_z[x] + centre_z);
-        } else {
-            sums.x[x] = at.slope_x[x];
-            sums.z[x] = at.slope_z[x];
+            const S ends = static_cast<S>(slope[x - 1] + slope[x + 1]);
+            slope_z = static_cast<S>(ends + edge<K> * slope[x]);
+            across = static_cast<S>(smooth[x - 1] + smooth[x + 1] + edge<K> * centre[x]);
+            const S centre_x = lessens<K> ? static_cast<S>(centre[x + 1] - centre[x - 1]) : slope_x;
+            const S centre_z = lessens<K> ? static_cast<S>(ends + (edge<K> - 1) * slope[x]) : slope_z;
+            sums.x[x] = static_cast<S>(pending.sum_x[x] + slope_x);
+            sums.z[x] = static_cast<S>(pending.sum_z[x] + slope_z);
+            pending.sum_x[x] = static_cast<S>(pending.slope_x[x] + edge<K> * centre_x);
+            pending.sum_z[x] = static_cast<S>(pending.slope_z[x] + edge<K> * centre_z);
         }
+        pending.slope_x[x] = slope_x;
+        pending.slope_z[x] = slope_z;
+        sums.y[x] = static_cast<S>(across - low[x]);
+        before[x] = across;
     }
 }
 
@@ -183,28 +178,33 @@ class Rows {
     // multiplied by these factors, 2 at a border and else 1.
     template <typename Sink>
     void run(Span y, const Sink& sink) noexcept {
-        const int64_t last = shape_.y - 1;
-        for (int64_t row = std::max<int64_t>(y.begin - 1, 0); row < std::min(y.begin + 1, shape_.y); ++row) {
-            fold(row);
-        }
+        // What these two complete is not wanted.
+        take(y.begin - 1);
+        take(y.begin);
         for (int64_t row = y.begin; row < y.end; ++row) {
-            if (row < last) {
-                fold(row + 1);
-            }
-            // A backward difference at the last row of a band of one row needs the row before: it is in the ring.
-            const Difference along_y = difference_at<K>(row, shape_.y);
-            fold_y<S, K>(ring(along_y.low), ring(row), ring(along_y.high), x_.size(), sums_);
-            sink(row, sums_, along_y.factor, along_z_.factor);
+            take(row + 1);
+            sink(row, sums_, difference_at<K>(row, shape_.y).factor, along_z_.factor);
         }
     }
 
   private:
     using S = Sum<T>;
 
-    Folded<S>& ring(int64_t y) noexcept { return ring_[y % 3]; }
-
     const T* row_of(int64_t z, int64_t y) const noexcept {
         return src_ + (z * shape_.y + y) * shape_.x + columns_.begin;
+    }
+
+    // Completes the sums of the row before y. Rows outside of the volume are that at its edge.
+    void take(int64_t y) noexcept {
+        if (K == GradientKernel::forward && y == shape_.y) {
+            // The difference along y is that of the row before the last, which is there still.
+            std::copy_n(pending_.slope_x, x_.size(), sums_.x);
+            std::copy_n(pending_.slope_z, x_.size(), sums_.z);
+            return;
+        }
+        fold(std::clamp<int64_t>(y, 0, shape_.y - 1));
+        fold_xy<S, K>(folded_, y % 2 != 0, x_.size(), pending_, sums_);
+        mend_ends();
     }
 
     void fold(int64_t y) noexcept {
@@ -220,26 +220,22 @@ class Rows {
                 values[end] = values[end - 1];
             }
         }
-        fold_x<S, K>(folded_, x_.size(), ring(y));
-        mend_ends(ring(y));
     }
 
     // The ends of a row of the volume, where the difference along x is one-sided.
-    void mend_ends(Folded<S>& row) const noexcept {
+    void mend_ends() noexcept {
         const int64_t last = x_.size() - 1;
         if constexpr (K == GradientKernel::forward) {
             if (x_.end == shape_.x) {
                 const S* const end = folded_.smooth + cache_line<S> + last;
-                row.slope_x[last] = static_cast<S>(end[0] - end[-1]);
+                pending_.slope_x[last] = static_cast<S>(end[0] - end[-1]);
             }
         } else if (shape_.x > 1) {
-            for (S* slope : {row.slope_x, row.centre_x}) {
-                if (x_.begin == 0) {
-                    slope[0] = static_cast<S>(2 * slope[0]);
-                }
-                if (x_.end == shape_.x) {
-                    slope[last] = static_cast<S>(2 * slope[last]);
-                }
+            if (x_.begin == 0) {
+                sums_.x[0] = static_cast<S>(2 * sums_.x[0]);
+            }
+            if (x_.end == shape_.x) {
+                sums_.x[last] = static_cast<S>(2 * sums_.x[last]);
             }
         }
     }
@@ -251,7 +247,7 @@ class Rows {
     Span columns_;
     Span x_;
     FoldedZ<S> folded_;
-    Folded<S> ring_[3];
+    Pending<S> pending_;
     Sums<S> sums_;
 };
 
