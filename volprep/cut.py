@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
-from volprep_formats.package.files import open_inside
+from volprep_formats.package.contents import open_contents
 from volprep_formats.package.manifest import Level
 from volprep_formats.package.reader import Package
 from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, constant_piece, decode_grid
@@ -139,8 +139,9 @@ class _Reading:
         return texels
 
     def _open(self, path: str) -> Ktx2Box:
-        file = self._stack.enter_context(open_inside(self._package.path, path))
-        self.opened.append(Ktx2Box(file, f"{self._package.path}: {path}"))
+        held = self._stack.enter_context(open_contents(self._package.path, path))
+        name = f"{self._package.path}: {path}"
+        self.opened.append(Ktx2Box(held.file.fileno(), held.start_bytes, held.size_bytes, name))
         return self.opened[-1]
 
 

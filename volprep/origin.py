@@ -30,8 +30,8 @@ class Origin(Record):
 
 
 def origin_path(package: Path) -> Path:
-    """Give the path of the origin of a package: NAME.volpkg.origin.json beside NAME.volpkg."""
-    return package.with_name(f"{package.name}.origin.json")
+    """Give the path of the origin of a package: NAME.volpkg.origin.json beside NAME.volpkg or NAME.volpkg.zip."""
+    return package.with_name(f"{package.name.removesuffix('.zip')}.origin.json")
 
 
 def write_origin(package: Path, origin: Origin) -> None:

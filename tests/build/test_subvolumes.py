@@ -14,7 +14,9 @@ from volprep.request import load_request
 from volprep.subvolumes import boxes_zyx
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
+from volprep_formats.package.files import names_in
 from volprep_formats.package.reader import Package
+from volprep_formats.package.single_file import write_single_file
 from volprep_formats.package.subvolumes import SubvolumeGrid, decode_grid
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
@@ -104,6 +106,17 @@ def test_a_cut_is_that_box_of_level_0(tmp_path, layout) -> None:
             assert a <= at < b
             # In the middle, unless the volume ends there.
             assert abs((a + b - 1) / 2 - at) <= 0.5 or a == 0 or b == n
+
+
+@pytest.mark.parametrize("layout", ["files", "single"])
+def test_a_cut_of_a_package_in_one_file_reads_the_same(tmp_path, layout) -> None:
+    folder = built(tmp_path, f'\n[grid]\nsize = 9\nlayout = "{layout}"\n')
+    target = tmp_path / "phantom.volpkg.zip"
+    with target.open("wb") as file:
+        write_single_file(folder.path, names_in(folder.path), file, Silent())
+    expected, found = (cut(package, (20.0, 16.0, 10.0), 10) for package in (folder, Package.open(target)))
+    np.testing.assert_array_equal(found.texels, expected.texels)
+    assert found.record == expected.record
 
 
 @pytest.mark.parametrize("layout", ["files", "single"])

@@ -50,7 +50,7 @@ def test_what_is_no_package_is_refused(tmp_path: Path) -> None:
     assert refused(tmp_path / "none").startswith("VP4001")
     assert "it has no manifest.json" in refused(tmp_path)
     (tmp_path / "file").write_text("")
-    assert "it is not a folder" in refused(tmp_path / "file")
+    assert "it is neither a folder nor a sound zip" in refused(tmp_path / "file")
 
 
 @pytest.mark.parametrize(

@@ -7,19 +7,11 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from volprep.report import folder as folder_module
 from volprep.report.data import Report
 from volprep.report.folder import DATA_FILE, PAGE_FILE, PICTURES, report_folder
-from volprep.report.page import page
 from volprep_formats.diagnostics import VolprepError
 
 PICTURE = np.arange(16 * 17 * 3, dtype=np.uint8).reshape(16, 17, 3)
-
-
-@pytest.fixture(autouse=True)
-def quick_page(monkeypatch) -> None:
-    """Drawing the plots takes most of a second, and only the first of these tests is about the page."""
-    monkeypatch.setattr(folder_module, "page", lambda report: report.verdict.worst_view)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -29,13 +21,12 @@ def contents(folder: Path) -> dict[str, bytes]:
 def write(target: Path, report: Report) -> None:
     with report_folder(target) as folder:
         folder.picture(f"{PICTURES}/a.png", PICTURE)
-        folder.write(report)
+        folder.write(report, report.verdict.worst_view)
 
 
-def test_it_holds_data_page_and_pictures(tmp_path, report, monkeypatch) -> None:
-    monkeypatch.setattr(folder_module, "page", page)
+def test_it_holds_data_page_and_pictures(tmp_path, report) -> None:
     write(tmp_path / "report", report)
-    assert (tmp_path / "report" / PAGE_FILE).read_text(encoding="utf-8") == page(report)
+    assert (tmp_path / "report" / PAGE_FILE).read_text(encoding="utf-8") == report.verdict.worst_view
     assert set(contents(tmp_path / "report")) == {DATA_FILE, PAGE_FILE, "pictures/a.png"}
     assert Report.model_validate_json((tmp_path / "report" / DATA_FILE).read_bytes()) == report
     read = OpenImageIO.ImageBuf(str(tmp_path / "report" / PICTURES / "a.png")).get_pixels("uint8")
@@ -53,7 +44,7 @@ def test_nothing_is_there_before_it_is_whole(tmp_path, report) -> None:
     with report_folder(target) as folder:
         folder.picture(f"{PICTURES}/a.png", PICTURE)
         assert not target.exists()
-        folder.write(report)
+        folder.write(report, report.verdict.worst_view)
         assert not target.exists()
     assert target.is_dir()
 

@@ -1,6 +1,7 @@
 """Every kind of file that is read, each with a small sound one. A new format adds a line to `SUBJECTS`."""
 
 import gzip
+import hashlib
 import io
 import shutil
 import zipfile
@@ -28,9 +29,11 @@ from pydicom.uid import (
 from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
-from volprep_formats.package.files import MANIFEST
+from volprep_formats.package.files import MANIFEST, names_in
 from volprep_formats.package.manifest import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.package.single_file import write_single_file
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
@@ -112,6 +115,20 @@ def _dicom(syntax: str) -> Callable[[Path], bytes]:
 def _manifest(folder: Path) -> bytes:
     transfer = function((0.0, (1.0, 0.0, 0.0), 0.0), (200.0, (1.0, 1.0, 1.0), 2.0))
     return (tiny_package(folder / "sound.volpkg", _noise().astype(np.uint8), transfer).path / MANIFEST).read_bytes()
+
+
+def _single_file(folder: Path) -> bytes:
+    transfer = function((0.0, (1.0, 0.0, 0.0), 0.0), (200.0, (1.0, 1.0, 1.0), 2.0))
+    package = tiny_package(folder / "sound.volpkg", _noise().astype(np.uint8), transfer).path
+    file = io.BytesIO()
+    write_single_file(package, names_in(package), file, Silent())
+    return file.getvalue()
+
+
+def _read_single_file(path: Path) -> None:
+    package = Package.open(path, allow_draft=True)
+    for record in package.manifest.files:
+        assert hashlib.sha256(package.read_bytes(record.path)).hexdigest() == record.sha256
 
 
 def _read_manifest(path: Path) -> None:
@@ -274,6 +291,7 @@ SUBJECTS = (
     Subject("VTK legacy", ".vtk", vtk_file(_noise(), ".vtk", "binary"), read_volume),
     Subject("mosaic", ".png", _pictures(".png", "uint8"), _read_mosaic),
     Subject("package as a source", ".volpkg.parts", _package, _read_package),
+    Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
 )

@@ -29,6 +29,7 @@ from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.contents import open_contents
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
@@ -36,8 +37,9 @@ from volprep_formats.progress import Progress
 
 
 def default_report_path(package: Path) -> Path:
-    """Give the place of a package's report: NAME.report beside NAME.volpkg."""
-    return package.resolve().with_suffix(".report")
+    """Give the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
+    path = package.resolve()
+    return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
 
 
 def validate(
@@ -159,7 +161,8 @@ def _forms(path: Path, manifest: Manifest) -> tuple[FormTrial, ...]:
 
 
 def _facts(package: Package) -> PackageFacts:
-    manifest = (package.path / MANIFEST).read_bytes()
+    with open_contents(package.path, MANIFEST) as contents:
+        manifest = contents.read()
     return PackageFacts(
         file_name=package.path.resolve().name,
         manifest_sha256=hashlib.sha256(manifest).hexdigest(),

@@ -9,8 +9,9 @@ import numpy as np
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.agreement import contradictions
+from volprep_formats.package.contents import names_of
 from volprep_formats.package.editing import decode_histogram
-from volprep_formats.package.files import MANIFEST, names_in
+from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.proxy import ProxyMeshFile
 from volprep_formats.package.proxy_agreement import mesh_problems
 from volprep_formats.package.reader import Package
@@ -54,7 +55,7 @@ class Finding(Record):
 
 
 def check(path: Path) -> list[Finding]:
-    """Check schema, names, sizes, SHA-256, textures, what lies in the folder unnamed, and all cross references.
+    """Check schema, names, sizes, SHA-256, textures, what is there unnamed, and all cross references.
 
     Gives one finding for each thing that is wrong, none for a sound sealed package. A manifest that cannot be read is
     one finding, and the last.
@@ -71,7 +72,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
     if manifest.state != "sealed":
         yield VolprepError("VP4005", path=path)
     named = {MANIFEST, *(record.path for record in manifest.files)}
-    yield from (VolprepError("VP4010", path=path, file=name) for name in names_in(path) if name not in named)
+    yield from (VolprepError("VP4010", path=path, file=name) for name in names_of(path) if name not in named)
     # Numbers near the end of the range overflow; what is compared with them then differs, which is all that counts.
     with np.errstate(all="ignore"):
         problems = list(contradictions(manifest))

@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.files import MANIFEST, open_inside
+from volprep_formats.package.contents import names_of, open_contents
+from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.record import problems
 
@@ -49,16 +50,16 @@ def decode_manifest(data: bytes, path: Path) -> Manifest:
         raise VolprepError("VP4004", path=path, problems=problems(error)) from error
 
 
-def read_manifest(folder: Path) -> Manifest:
-    """Read the manifest of the package at `folder`. Raises VP4001 to VP4004, and VP4007 for a symbolic link."""
-    if not folder.exists():
-        raise VolprepError("VP4001", path=folder)
-    if not folder.is_dir():
-        raise VolprepError("VP4002", path=folder, problem="it is not a folder")
-    if not os.path.lexists(folder / MANIFEST):
-        raise VolprepError("VP4002", path=folder, problem=f"it has no {MANIFEST}")
-    with open_inside(folder, MANIFEST) as file:
-        return decode_manifest(file.read(MAX_MANIFEST_BYTES + 1), folder)
+def read_manifest(package: Path) -> Manifest:
+    """Read the manifest of the package at `package`. Raises VP4001 to VP4004, and VP4007 for a symbolic link."""
+    if not package.exists():
+        raise VolprepError("VP4001", path=package)
+    if not package.is_file() and not package.is_dir():
+        raise VolprepError("VP4002", path=package, problem="it is neither a folder nor a file")
+    if MANIFEST not in names_of(package) if package.is_file() else not os.path.lexists(package / MANIFEST):
+        raise VolprepError("VP4002", path=package, problem=f"it has no {MANIFEST}")
+    with open_contents(package, MANIFEST) as contents:
+        return decode_manifest(contents.read(MAX_MANIFEST_BYTES + 1), package)
 
 
 def _check_version(version: object, path: Path) -> None:

@@ -1,12 +1,11 @@
 """Reading a package: what an app, the renderer and the validation see of it."""
 
 import hashlib
-import os
 from pathlib import Path
 from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.files import open_inside
+from volprep_formats.package.contents import open_contents
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.texture import Texture
@@ -24,7 +23,7 @@ class Package:
 
     @classmethod
     def open(cls, path: Path, *, allow_draft: bool = False) -> Self:
-        """Open the package at the folder `path`.
+        """Open the package at `path`, a folder or a zip.
 
         Raises VP4001 if there is none, VP4002 for another kind of thing, VP4003 for another version, VP4004 for a
         manifest that breaks the schema, VP4005 for a draft unless `allow_draft`.
@@ -36,7 +35,7 @@ class Package:
 
     @property
     def path(self) -> Path:
-        """Folder of the package."""
+        """Folder or zip of the package."""
         return self._path
 
     @property
@@ -63,11 +62,11 @@ class Package:
         record = self._records.get(path)
         if record is None:
             raise VolprepError("VP4014", path=self._path, file=path)
-        with open_inside(self._path, path) as file:
-            actual = os.fstat(file.fileno()).st_size
+        with open_contents(self._path, path) as contents:
+            actual = contents.size_bytes
             if actual != record.size_bytes:
                 raise VolprepError("VP4008", path=self._path, file=path, size=actual, expected=record.size_bytes)
-            data = file.read(record.size_bytes)
+            data = contents.read()
         if hashlib.sha256(data).hexdigest() != record.sha256:
             raise VolprepError("VP4009", path=self._path, file=path)
         return data

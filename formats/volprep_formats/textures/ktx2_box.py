@@ -2,7 +2,6 @@
 
 import math
 import os
-from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +18,20 @@ Box = tuple[slice, slice, slice]
 class Ktx2Box:
     """An open 3D texture of one channel. It counts what it reads, so that a reader can prove how little that is."""
 
-    def __init__(self, file: BinaryIO, name: str) -> None:
-        """Read the head. Raises VP4030 for what is no such texture."""
-        self._descriptor = file.fileno()
+    def __init__(self, descriptor: int, start_bytes: int, size_bytes: int, name: str) -> None:
+        """Read the head of the texture that is this part of an open file.
+
+        Raises VP4030 for what is no such texture.
+        """
+        self._descriptor = descriptor
+        self._start_bytes = start_bytes
         self._name = name
         self.reads = 1
         """Calls of the system that have read something, the head included."""
         self.texel_bytes_read = 0
         """Bytes of texels that were read."""
-        self.head = decode_head(os.pread(self._descriptor, HEAD_BYTES, 0), os.fstat(self._descriptor).st_size, name)
+        head = os.pread(descriptor, min(HEAD_BYTES, size_bytes), start_bytes)
+        self.head = decode_head(head, size_bytes, name)
         if self.head.channels != 1:
             raise VolprepError("VP4030", name=name, problem=f"it has {self.head.channels} channels instead of one")
 
@@ -58,7 +62,7 @@ class Ktx2Box:
     def _read_into(self, target: memoryview, offset: int) -> None:
         found = 0
         while found < len(target):
-            count = os.preadv(self._descriptor, [target[found:]], offset + found)
+            count = os.preadv(self._descriptor, [target[found:]], self._start_bytes + offset + found)
             if count == 0:
                 raise VolprepError("VP4030", name=self._name, problem=f"it ends at {offset + found} bytes")
             self.reads += 1

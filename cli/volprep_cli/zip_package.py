@@ -1,0 +1,41 @@
+"""volprep zip: the single-file form of a package."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from volprep_cli.console import Json, bytes_text, print_json, progress
+from volprep_formats.diagnostics import VolprepError
+
+Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Where the file goes; else PACKAGE.zip.", metavar="FILE")
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
+
+
+def zip_package(package: Package, output: Output = None, *, force: Force = False, as_json: Json = False) -> None:
+    """Write a package as one file: a zip that holds its files as they are, for apps that map it into memory.
+
+    Verbs that read packages read it, too; unzipping gives the folder back. Textures are not compressed once more.
+    """
+    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.package.files import MANIFEST  # noqa: PLC0415
+    from volprep_formats.package.single_file import write_single_file  # noqa: PLC0415
+    from volprep_formats.writers.output import new_file  # noqa: PLC0415
+
+    whole = open_whole(package)
+    if not package.is_dir():
+        raise VolprepError("VP4044", path=package)
+    target = output or package.resolve().with_name(f"{package.resolve().name}.zip")
+    if target.is_dir() or (target.exists() and not force):
+        raise VolprepError("VP1251", path=target)
+    names = [MANIFEST, *(record.path for record in whole.manifest.files)]
+    with progress() as watcher, new_file(target) as file:
+        write_single_file(package, names, file, watcher)
+    size = target.stat().st_size
+    if as_json:
+        print_json({"file": str(target), "files": len(names), "size_bytes": size})
+    else:
+        print(f"{target}: {len(names)} files, {bytes_text(size)}")
