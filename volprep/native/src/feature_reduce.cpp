@@ -4,6 +4,7 @@
 #include "volprep/clones.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/separable.hpp"
+#include "volprep/separable_mean.hpp"
 
 namespace volprep {
 namespace {

@@ -280,6 +280,16 @@ void find_range(int64_t begin, int64_t end, const Low& low, const High& high, in
     }
 }
 
+// lowest[i], highest[i] = those of the pairs that begin at 2 i.
+template <typename T>
+VOLPREP_CLONES void fold_pairs(const T* low, const T* high, int64_t length, T* __restrict lowest,
+                               T* __restrict highest) noexcept {
+    for (int64_t i = 0; i < length; ++i) {
+        lowest[i] = lesser(low[2 * i], low[2 * i + 1]);
+        highest[i] = greater(high[2 * i], high[2 * i + 1]);
+    }
+}
+
 // plane k holds row[cell · factor + k]. One at a time for any factor; for two, both at once.
 template <typename T>
 VOLPREP_CLONES void deal_one(const T* row, int64_t factor, int64_t cells, T* __restrict plane) noexcept {
