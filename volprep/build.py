@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from volprep.channels import drawn_channels, opened_channel, with_listed_channels
-from volprep.drafts import import_draft, require_sound
+from volprep.drafts import import_draft, require_sound, scene_of
 from volprep.origin import Origin, write_origin
 from volprep.pipeline import plan_draft, run_stages
 from volprep.plan import Plan, make_plans
-from volprep.request import Request
+from volprep.request import Request, with_grey_ramp
 from volprep.statistics import Measured, measure
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.draft import Draft
@@ -43,15 +43,18 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         progress.start("plan", 1)
         # Trying compressed forms begins tasks of its own.
         progress.advance()
-        plan = plan_draft(draft, request.scene, request.profile, imported.measured, progress)
-        made = run_stages(draft, plan, request.scene, progress)
+        # Import gave a scan without a scene its transfer function.
+        scene = scene_of(draft) if request.scene_path is None else request.scene
+        plan = plan_draft(draft, scene, request.profile, imported.measured, progress)
+        made = run_stages(draft, plan, scene, progress)
         progress.start("check", 1)
         require_sound(partial)
         progress.advance()
         # Before the package, so that a package never stands without it.
         levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
         forms = tuple(form for each in plan.every for form in each.forms)
-        origin = Origin(scene_path=str(request.scene_path), scene=request.scene, levels=levels, forms=forms)
+        scene_path = None if request.scene_path is None else str(request.scene_path)
+        origin = Origin(scene_path=scene_path, scene=scene, levels=levels, forms=forms)
         write_origin(target, origin)
         publish(partial, target)
         return draft.manifest
@@ -66,6 +69,8 @@ def plan_build(request: Request, progress: Progress) -> Plan:
         first = (channels[0].name, found[0][0].grid) if found else None
         with opened_channel(channel, first, progress) as source:
             found.append((source.info, measure(source, progress)))
+    if request.scene_path is None:
+        scene = with_grey_ramp(scene, found[0][1].statistics, found[0][0].grid)
     return make_plans(scene, request.profile, [info for info, _ in found], [measured for _, measured in found])
 
 

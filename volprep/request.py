@@ -106,6 +106,18 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     return spec.model_copy(update={"path": str(where)})
 
 
+def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
+    """Read a scene as `load_request` does, or, where `path` is no TOML file, make one for the scan that it is.
+
+    Raises what `load_request` raises, and VP3004 for a `source` in place of that of a scan without a scene.
+    """
+    if path.suffix == ".toml":
+        return load_request(path, profile, source)
+    if source is not None:
+        raise VolprepError("VP3004", path=path)
+    return request_for_source(path, profile)
+
+
 def request_for_source(source: Path, profile: str | None = None) -> Request:
     """Make a scene for a source that has none; its transfer function follows when the source has been measured."""
     name = re.sub(r"[^a-z0-9_-]+", "-", source.stem.lower()).strip("-_") or "volume"

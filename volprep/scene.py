@@ -325,15 +325,9 @@ class Scene(Record):
 def load_scene(path: Path) -> Scene:
     """Read a scene file.
 
-    Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value; VP3004 for what may be a
-    scan.
+    Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value.
     """
-    try:
-        table = read_toml(path)
-    except VolprepError as error:
-        if path.exists() and path.suffix != ".toml":
-            raise VolprepError("VP3004", path=path) from error
-        raise
+    table = read_toml(path)
     try:
         return Scene.model_validate(table)
     except ValidationError as error:

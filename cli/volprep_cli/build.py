@@ -7,7 +7,14 @@ import typer
 
 from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress, voxels_text
 
-Scene = Annotated[Path, typer.Argument(help="Scene file, TOML: a source and transfer functions.", metavar="SCENE")]
+Scene = Annotated[
+    Path,
+    typer.Argument(
+        help="Scene file, TOML: a source and transfer functions. Or a scan alone, which is drawn with a grey ramp over "
+        "all its values.",
+        metavar="SCENE|SCAN",
+    ),
+]
 Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
 Profile = Annotated[
     str | None,
@@ -26,9 +33,9 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
     What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
     """
     from volprep.build import build as build_package  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.request import load_request  # noqa: PLC0415
+    from volprep.request import request_of  # noqa: PLC0415
 
-    request = load_request(scene, profile, source)
+    request = request_of(scene, profile, source)
     with progress() as watcher:
         manifest = build_package(request, output, watcher)
     print_remarks(manifest)

@@ -92,15 +92,9 @@ def import_source(
         raise typer.BadParameter(msg)
     from volprep.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.origin import Origin, write_origin  # noqa: PLC0415
-    from volprep.request import load_request, request_for_source  # noqa: PLC0415
+    from volprep.request import request_of  # noqa: PLC0415
 
-    if scene.suffix == ".toml":
-        request = load_request(scene, profile, source)
-    elif source is None:
-        request = request_for_source(scene, profile)
-    else:
-        msg = "--source replaces the scan of a scene; there is none here"
-        raise typer.BadParameter(msg)
+    request = request_of(scene, profile, source)
     if unknown := set(repair) - {"gaps", "tilt"}:
         msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
         raise typer.BadParameter(msg)

@@ -11,9 +11,9 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     [[transfer]] of the scene): angiography, ct-bone, ct-soft-tissue, labels, micro-ct, mr-head.
     """
     from volprep.build import plan_build  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.request import load_request  # noqa: PLC0415
+    from volprep.request import request_of  # noqa: PLC0415
 
-    request = load_request(scene, profile, source)
+    request = request_of(scene, profile, source)
     with progress() as watcher:
         decided = plan_build(request, watcher)
     if as_json:

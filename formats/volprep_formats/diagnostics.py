@@ -539,9 +539,8 @@ CATALOGUE: dict[str, Diagnostic] = {
     ),
     "VP3004": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: this is no scene, which is a short TOML file that says how to draw a scan",
-        "If it is a scan, name it with --source, behind a scene; README.md has one to start from. Or begin without a "
-        "scene: volprep import {path} -o NAME.volpkg.",
+        "{path}: this is no scene, whose scan --source could replace",
+        "Name a scene before --source, a TOML file that says how to draw a scan: README.md has one. Or the scan alone.",
     ),
     "VP3010": Diagnostic(
         ExitStatus.SCENE,

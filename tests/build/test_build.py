@@ -5,16 +5,17 @@ import json
 import os
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
 from phantom_scene import phantom, seen_phantom, write_phantom_scene
 
 from volprep import pipeline, slabs
-from volprep.build import build
+from volprep.build import build, plan_build
 from volprep.drafts import import_draft, run_verb
 from volprep.origin import read_origin
-from volprep.request import load_request
+from volprep.request import load_request, request_of
 from volprep.stages import Stage, import_volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
@@ -291,3 +292,23 @@ def test_a_scan_without_a_scene_gets_a_grey_ramp_over_its_values(scene) -> None:
     points = record["transfer"][0]["points"]
     assert [point["value"] for point in points] == [float(phantom().min()), float(phantom().max())]
     assert volprep("quantize", draft).returncode == 0
+
+
+def test_a_scan_without_a_scene_is_built_as_it_is_imported_and_planned(tmp_path) -> None:
+    scan = tmp_path / "Head (1).nii"
+    nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([2.0, 1.0, 1.5, 1.0])), scan)
+    manifest = build(request_of(scan), tmp_path / "a.volpkg", Silent())
+    assert manifest.name == "head-1"
+    (function,) = manifest.transfer_functions
+    ends = manifest.statistics.minimum, manifest.statistics.maximum
+    assert tuple(point.value for point in function.points) == ends
+    assert function.points[0].extinction_per_mm == 0.0 < function.points[1].extinction_per_mm
+    planned = plan_build(request_of(scan), Silent()).items
+    assert [(item.name, item.reason) for item in planned] == [(item.name, item.reason) for item in manifest.plan]
+    origin = read_origin(tmp_path / "a.volpkg")
+    assert origin.scene_path is None
+    assert origin.scene.source.path == str(scan)
+    done = volprep("validate", tmp_path / "a.volpkg", "--size", "32", "--json")
+    assert done.returncode == 0, done.stderr
+    with pytest.raises(VolprepError, match="VP3004"):
+        request_of(scan, source=scan)

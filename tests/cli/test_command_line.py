@@ -87,9 +87,8 @@ CASES = [
     Case("--version", 0, stdout=r"^volprep \d+\.\d+\.\d+$"),
     Case("", 2, stderr=r"Usage: volprep"),
     Case("biuld x", 2, stderr=r"No such command 'biuld'"),
-    Case("build", 2, stderr=r"Missing argument 'SCENE'"),
+    Case("build", 2, stderr=r"Missing argument 'SCENE\|SCAN'"),
     Case("quantize draft.volpkg --bits 12", 2, stderr=r"--bits is 12, and can be 8 or 16"),
-    Case("import phantom.raw --source phantom.raw -o x.volpkg", 2, stderr=r"there is none here"),
     # the source
     Case("build no-source.toml -o x.volpkg", 3, stderr=r"VP1001 .*nowhere.raw: no such file"),
     Case("build phantom.toml --source elsewhere.raw -o x.volpkg", 3, stderr=r"VP1001 .*elsewhere.raw"),
@@ -102,8 +101,9 @@ CASES = [
     # scene and profile
     Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the scene: No such file"),
     Case("build broken.toml -o x.volpkg", 4, stderr=r"VP3002 broken.toml: not a TOML file"),
-    Case("build phantom.raw -o x.volpkg", 4, stderr=r"VP3004 phantom.raw: this is no scene.*--source.*volprep import"),
-    Case("plan empty", 4, stderr=r"VP3004 empty: this is no scene"),
+    Case("build phantom.raw --source phantom.raw -o x.volpkg", 4, stderr=r"VP3004 phantom.raw: this is no scene"),
+    Case("build phantom.raw -o x.volpkg", 3, stderr=r"VP1002 .*phantom.raw: no reader knows"),
+    Case("plan empty", 3, stderr=r"VP1030 .*empty: no DICOM images"),
     Case("build misspelt.toml -o x.volpkg", 4, stderr=r"VP3003 misspelt.toml: pyramyd: unknown key"),
     Case("build phantom.toml --profile gles9 -o x.volpkg", 4, stderr=r"VP3010 there is no profile gles9.*gles2-2048"),
     Case("build phantom.toml --profile no.toml -o x.volpkg", 4, stderr=r"VP3011 .*no.toml: cannot read the profile"),
