@@ -19,8 +19,7 @@ struct Gate {
 // of the cell, whichever is farther from g, the greatest if both are as far; s = |v − g| / noise; t = (s − low) / (high
 // − low), limited to 0 ... 1;
 //     dst = g + t² (3 − 2t) · (v − g), rounded once, half to even. In double; of bytes in float where it holds every
-//     sum
-// (sizes of the weights: along z times along y < 256, along x <= 200).
+//     sum (sizes of the weights: along z times along y <= 128, along x <= 200).
 // So a level is smooth where the scan is smooth or noisy, and keeps what stands out: thin, bright or dark. Extrema and
 // base both come from level 0: a coarser level does not inherit what a finer one decided.
 // The result lies between the extremes of the filter's support, if no weight is negative. NaN propagates.

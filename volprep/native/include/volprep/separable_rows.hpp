@@ -76,8 +76,8 @@ struct ShortSums {
     using ZYPair = int16_t;
     using ZYX = int32_t;
     static constexpr int32_t bias = 128;
-    // 255 · 255 · 200 < 2^24: float holds all sums.
-    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.z * sizes.y < 256 && sizes.x <= 200; }
+    // Pairs of sums along z and y: 2 · 128 · 128 = 2^15. 255 · 128 · 200 < 2^24: float holds all sums.
+    static constexpr bool fits(Sizes3 sizes) noexcept { return sizes.z * sizes.y <= 128 && sizes.x <= 200; }
 };
 
 // Holds the sums of weights whose sizes add up to max_absolute_weights along each axis: 2^16 · 2^33 < 2^53.
