@@ -14,9 +14,6 @@ namespace volprep::gradients {
 
 static_assert(std::endian::native == std::endian::little, "codes are packed as little-endian words");
 
-// Adding this leaves no bits for a fraction: the nearest integer is in the low bits, halves to even.
-inline constexpr float rounder = 0x1.8p23F;
-
 // round(value) + bias for |value| < 2^21.
 inline uint32_t rounded(float value, float bias) noexcept {
     return std::bit_cast<uint32_t>(value + (rounder + bias)) & 0x3fffffU;
@@ -64,8 +61,7 @@ VOLPREP_CLONES void encode_words(const S* sums_x, const S* sums_y, const S* sums
         const float squared = v.x * v.x + v.y * v.y + v.z * v.z;
         uint32_t word;
         if constexpr (cartesian) {
-            // Root and quotient round the same way on every machine, as approximations of 1/√x do not; two Newton steps
-            // from an integer guess take as long.
+            // Root and quotient round the same way on every machine, as approximations of 1/√x do not.
             word = cartesian_code<CODE>(v, squared > 0.0F ? 127.0F / std::sqrt(squared) : 0.0F);
         } else {
             word = octahedral_code<CODE>(v);
@@ -104,28 +100,19 @@ template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
 void encode(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor, int64_t count,
             uint8_t* dst) noexcept {
     constexpr int bytes = static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE};
-    const auto exactly = [&](int64_t x, int64_t length) {
-        uint32_t words[chunk_length];
-        encode_words<S, CODE, ROTATES, MAGNITUDE>(sums.x + x, sums.y + x, sums.z + x, matrix, magnitude_factor, length,
-                                                  words);
-        pack_words<bytes>(words, length, dst + bytes * x);
-    };
 #ifdef VOLPREP_HAS_AVX2_CODES
     if constexpr (CODE == NormalCode::biased8 || CODE == NormalCode::snorm8) {
-        if (avx2::available()) {
-            int64_t unsure[tile_length / avx2::group_length];
-            constexpr bool is_signed = CODE == NormalCode::snorm8;
-            const int64_t found =
-                avx2::encode<S, is_signed, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, dst, unsure);
-            for (int64_t k = 0; k < found; ++k) {
-                exactly(unsure[k], std::min(avx2::group_length, count - unsure[k]));
-            }
-            return;
+        if (__builtin_cpu_supports("avx2")) {
+            return avx2::encode<S, CODE, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, dst);
         }
     }
 #endif
+    uint32_t words[chunk_length];
     for (int64_t x = 0; x < count; x += chunk_length) {
-        exactly(x, std::min(chunk_length, count - x));
+        const int64_t length = std::min(chunk_length, count - x);
+        encode_words<S, CODE, ROTATES, MAGNITUDE>(sums.x + x, sums.y + x, sums.z + x, matrix, magnitude_factor, length,
+                                                  words);
+        pack_words<bytes>(words, length, dst + bytes * x);
     }
 }
 
