@@ -102,11 +102,11 @@ VOLPREP_AVX2_INLINE __m256i octets_of(const Vectors& v, float magnitude_factor) 
 }
 
 // Codes of `count` voxels. The roots of each eight are begun before the eight before are divided: a CPU does not look
-// far enough ahead by itself (21 → 15 cycles for eight voxels). What is read beyond the end is not used.
+// far enough ahead by itself (sums of bytes: 1.06 → 0.74 ns a voxel). What is read beyond the end is not used.
 template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
 __attribute__((target("avx2"))) void encode(const Sums<S>& sums, GradientMatrix matrix, float magnitude_factor,
                                             int64_t count, uint8_t* dst) noexcept {
-    constexpr int64_t bytes = normal_bytes(CODE, MAGNITUDE);
+    constexpr int64_t bytes = direction_bytes(CODE) + int64_t{MAGNITUDE};
     for (float& number : matrix.m) {
         number /= widening<S>;
     }
