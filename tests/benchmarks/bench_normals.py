@@ -5,10 +5,10 @@ the memory bus, bytes read and bytes written, at the speed of the copy.
 
 A core with AVX2 (EPYC, 3.1 GHz) spends 1.1 ns on a voxel of bytes with the thesis' kernel and three bytes a code. Sums
 of differences take 0.35 of them, loads and stores rather than arithmetic; encoding takes 0.75, 30 vector operations and
-8 cycles of the divider for eight voxels. Of the 1.5 ns for uint16, summed in float32 and so half as many at a time, sums
-take 0.75 and encoding 0.6. 30 % of the bandwidth would allow 0.7 to 0.9 ns. Without the divider, by the CPU's guess of
-1 / √x, a Newton step and the exact way only for what lies near a half, encoding takes as long: it keeps the multipliers
-busy instead.
+8 cycles of the divider for eight voxels. Of the 1.5 ns for uint16, summed in float32 and so half as many at a time,
+sums take 0.75 and encoding 0.6. 30 % of the bandwidth would allow 0.7 to 0.9 ns. Without the divider (the CPU's guess
+of 1 / √x, a Newton step, and the exact way only for what lies near a half) encoding takes as long: that keeps the
+multipliers busy instead.
 """
 
 import sys
