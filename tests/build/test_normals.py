@@ -33,7 +33,8 @@ OBLIQUE = ((0.0, -0.6, 0.8), (1.0, 0.0, 0.0), (0.0, 0.8, 0.6))
 
 def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     scene = write_phantom_scene(folder, profile)
-    scene.write_text(scene.read_text(encoding="utf-8").replace("[pyramid]", f"{tables}\n[pyramid]"), encoding="utf-8")
+    text = scene.read_text(encoding="utf-8").replace("[pyramid]", f'{tables}\n[pyramid]\nfilter = "box"')
+    scene.write_text(text, encoding="utf-8")
     build(load_request(scene), folder / "p.volpkg", Silent())
     return folder / "p.volpkg"
 

@@ -31,7 +31,7 @@ PROXY = "\n[proxy]\nblock = 3\n"
 
 def scene_with(folder, profile, text):
     path = write_phantom_scene(folder, profile)
-    whole = path.read_text().replace("[pyramid]", f"{text}\n[quantize]\nbits = 8\n\n[pyramid]")
+    whole = path.read_text().replace("[pyramid]", f'{text}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
     path.write_text(f'crop = "none"\n{whole}')
     return path
 

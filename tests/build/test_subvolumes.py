@@ -24,7 +24,7 @@ from volprep_formats.textures import ktx2
 
 def built(folder: Path, table: str, profile: str = "gles3") -> Package:
     scene = write_phantom_scene(folder, profile)
-    text = scene.read_text(encoding="utf-8") + table
+    text = scene.read_text(encoding="utf-8").replace("[pyramid]", '[pyramid]\nfilter = "box"') + table
     scene.write_text(text.replace('name = "phantom"', 'name = "phantom"\ncrop = "none"'), encoding="utf-8")
     build(load_request(scene), folder / "phantom.volpkg", Silent())
     return Package.open(folder / "phantom.volpkg")
