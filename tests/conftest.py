@@ -12,6 +12,12 @@ settings.register_profile("deterministic", derandomize=True, deadline=None)
 settings.load_profile("deterministic")
 
 
+def pytest_configure() -> None:
+    """Give each worker one thread: where there are more threads than cores they spin, a quarter of all the time."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
 @pytest.fixture(scope="session")
 def scans() -> Path:
     """Folder of real scans, which the environment variable VOLPREP_TEST_DATA names. Skips where it names none."""
