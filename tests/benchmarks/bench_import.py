@@ -49,13 +49,15 @@ for _ in range(2):
 _OURS_BARE = (
     """
 import hashlib, os
-from volprep.statistics import Gauge
+import numpy as np
+from volprep.statistics import Gauge, _Sampler
 class NoDigest:
     def __init__(self, data=b""): pass
     def update(self, data): pass
     def hexdigest(self): return "0" * 64
 measured = Gauge.add
 Gauge.add = lambda gauge, slab: None if gauge._slices else measured(gauge, slab)
+_Sampler.rays_zyx = lambda sampler, slope, intercept: (np.zeros((1, 1)),) * 3
 hashlib.sha256 = NoDigest
 os.fsync = lambda descriptor: None
 """

@@ -5,16 +5,16 @@ All run in turn in one contest, on all threads: what counts is a filter's rate a
 The box is limited by memory, the others by arithmetic. Of bytes, in processor time of one core with AVX2 (EPYC, 3.1
 GHz): a box of 2×2×2 takes 0.07 ns a voxel, at 15 GB/s; at 30 % of that a voxel may take 0.22 ns, 0.7 cycles. A filter
 of n weights along each axis needs n · (1/2 + 1/4 + 1/8) multiplications and additions a voxel: 5.25 for the Gaussian,
-which takes 0.27 ns, and 8.75 for Lanczos-3, about 3 instructions on vectors of 16 and 8 numbers: 0.65 ns, 11 % of the
-box. Almost half of that is the pass along z, which widens every byte.
+which is at 31 to 33 % of the box, and 8.75 for Lanczos-3, about 3 instructions on vectors of 16 and 8 numbers: 0.65 ns,
+12 to 13 % of the box. Almost half of that is the pass along z, which widens every byte.
 
 AVX2 can multiply bytes and add neighbours without widening, along x; with that pass first, y next and z last, from a
 ring of slices in the L2 cache, a volume that fits the cache took 0.29 instead of 0.38 ns for Lanczos-3 without its
 clamp and 0.21 instead of 0.22 for the Gaussian, but 0.17 instead of 0.15 for the binomial, 0.13 instead of 0.09 for
 bilinear, and floats took 1.7 times as long: what is saved in instructions goes into rows that are stored and read
 again. Two or four slices of the level at a time, so that rows are read once for all of them, took bytes 10 to 30 %
-longer. Wider types have fewer numbers in a vector, but so has the box: Lanczos-3 is at 17 to 22 % for 16 bits and at 25
-to 28 % for floats, whose pass along z converts every voxel five times.
+longer. Wider types have fewer numbers in a vector, but so has the box: Lanczos-3 is at 19 to 22 % for 16 bits and at 23
+to 31 % for floats, whose pass along z converts every voxel five times.
 """
 
 import tempfile
