@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.progress import TaskID
 
+    from volprep_formats.diagnostics import VolprepError
     from volprep_formats.package.manifest import Manifest
     from volprep_formats.progress import Progress
 
@@ -103,6 +104,15 @@ def print_remarks(manifest: "Manifest") -> None:
 def print_json(value: object) -> None:
     """Print JSON to stdout, keys sorted."""
     print(json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False))
+
+
+def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
+    """End with `error`, which tells of a result that has been printed."""
+    if not as_json:
+        raise error
+    # The report says it all; a second JSON document behind it would break whoever parses it.
+    print(f"volprep: {error}", file=sys.stderr)
+    raise typer.Exit(error.status)
 
 
 def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

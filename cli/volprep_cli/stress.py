@@ -1,12 +1,11 @@
 """volprep stress: cases in which arithmetic is hard, drawn on this machine and judged."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -46,12 +45,7 @@ def stress(
     else:
         _print(result, report)
     if not result.passed:
-        error = _why_not(result, report)
-        if not as_json:
-            raise error
-        # The report says it all; a second JSON document behind it would break whoever parses it.
-        print(f"volprep: {error}", file=sys.stderr)
-        raise typer.Exit(error.status)
+        end_beyond(_why_not(result, report), as_json=as_json)
 
 
 def _print(report: "StressReport", folder: Path) -> None:

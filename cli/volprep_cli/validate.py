@@ -1,12 +1,11 @@
 """volprep validate: whether a package may ship, and how wrong its pictures are."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -58,12 +57,7 @@ def validate(
     else:
         _print(result, folder)
     if not result.verdict.passed:
-        error = _why_not(result, package, folder)
-        if not as_json:
-            raise error
-        # The report says it all; a second JSON document behind it would break whoever parses it.
-        print(f"volprep: {error}", file=sys.stderr)
-        raise typer.Exit(error.status)
+        end_beyond(_why_not(result, package, folder), as_json=as_json)
 
 
 def _check(package: Path, *, as_json: bool) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.transfer.wishes import MOST_OPAQUE
 from volprep_formats.package.profile import LookupFormat
 
 Array = NDArray[np.float64]
@@ -29,7 +30,7 @@ def opaque_per_mm(step_mm: float) -> float:
 
     A quarter, because rays also graze what is opaque, and are drawn with shorter steps than the nominal one.
     """
-    return 64 * math.log(2) / step_mm
+    return -4 * math.log1p(-MOST_OPAQUE) / step_mm
 
 
 def medium_texels(

@@ -79,6 +79,15 @@ def _centred(grid: Grid) -> Field:
     return distance((x, y, z))
 
 
+def _with_one(value: float) -> Callable[[], NDArray[np.float32]]:
+    def voxels() -> NDArray[np.float32]:
+        ones = np.ones((_SIZE, _SIZE, _SIZE), np.float32)
+        ones.flat[99] = value
+        return ones
+
+    return voxels
+
+
 def _comb(peaks: range, half_width: float, extinction_per_mm: float) -> tuple[ScenePoint, ...]:
     colours = ("#ff4040", "#40ff40", "#4080ff")
     return tuple(
@@ -204,7 +213,7 @@ CASES: tuple[StressCase, ...] = (
     StressCase(
         name="no-number",
         hard="a voxel that is no number",
-        voxels=lambda: np.where(np.arange(_SIZE**3).reshape(_SIZE, _SIZE, _SIZE) == 99, np.nan, 1.0).astype(np.float32),
+        voxels=_with_one(np.nan),
         points=(_point(0, 0.0), _point(1, 1.0)),
         refused="VP1090",
         limits=_USUAL,
@@ -212,7 +221,7 @@ CASES: tuple[StressCase, ...] = (
     StressCase(
         name="infinity",
         hard="an infinite voxel",
-        voxels=lambda: np.where(np.arange(_SIZE**3).reshape(_SIZE, _SIZE, _SIZE) == 99, np.inf, 1.0).astype(np.float32),
+        voxels=_with_one(np.inf),
         points=(_point(0, 0.0), _point(1, 1.0)),
         refused="VP1090",
         limits=_USUAL,

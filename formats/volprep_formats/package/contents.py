@@ -48,6 +48,11 @@ def open_contents(package: Path, name: str) -> Contents:
     return Contents(file, 0, os.fstat(file.fileno()).st_size)
 
 
+def holds(package: Path, name: str) -> bool:
+    """Say whether a package has a file of this name, or a link. Raises VP4002 for a zip that is no package."""
+    return name in single_file.places(package) if package.is_file() else os.path.lexists(package / name)
+
+
 def names_of(package: Path) -> list[str]:
     """List everything in a package, with forward slashes. Raises VP4002 for a zip that is no package."""
     return sorted(single_file.places(package)) if package.is_file() else names_in(package)

@@ -1,7 +1,6 @@
 """The manifest as bytes: always the same bytes for the same manifest, and no trust in the bytes of others."""
 
 import json
-import os
 import re
 from pathlib import Path
 from typing import NoReturn
@@ -10,7 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.contents import names_of, open_contents
+from volprep_formats.package.contents import holds, open_contents
 from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.record import problems
@@ -56,7 +55,7 @@ def read_manifest(package: Path) -> Manifest:
         raise VolprepError("VP4001", path=package)
     if not package.is_file() and not package.is_dir():
         raise VolprepError("VP4002", path=package, problem="it is neither a folder nor a file")
-    if MANIFEST not in names_of(package) if package.is_file() else not os.path.lexists(package / MANIFEST):
+    if not holds(package, MANIFEST):
         raise VolprepError("VP4002", path=package, problem=f"it has no {MANIFEST}")
     with open_contents(package, MANIFEST) as contents:
         return decode_manifest(contents.read(MAX_MANIFEST_BYTES + 1), package)
