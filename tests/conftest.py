@@ -42,8 +42,8 @@ def kept_workers() -> Iterator[None]:
 @pytest.fixture(scope="session", params=["gles3", "gles2-2048"])
 def built_package(request, tmp_path_factory) -> Path:
     """A sealed package of a small phantom with two transfer functions, built by the main job, for each profile."""
-    from volprep.build import build
-    from volprep.request import load_request
+    from volprep.pipeline.build import build
+    from volprep.scene.request import load_request
     from volprep_formats.progress import Silent
 
     folder = tmp_path_factory.mktemp(request.param)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from volprep.report.data import Report
-from volprep.report.stress import StressReport
-from volprep.scene import Scene
+from volprep.scene.scene import Scene
+from volprep.validation.records import Report
+from volprep.validation.stress_records import StressReport
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.subvolumes import SubvolumeGrid
 
 FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {

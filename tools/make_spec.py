@@ -13,10 +13,10 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from volprep.scene import Scene
+from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.subvolumes import SubvolumeGrid
 
 _ROOT = Path(__file__).parent.parent
 DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {

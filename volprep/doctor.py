@@ -127,7 +127,7 @@ def _opengl_es() -> Iterator[Fact]:
 
 
 def _dicom() -> Iterator[Fact]:
-    from volprep_formats.readers.dicom_codecs import codecs  # noqa: PLC0415 -- heavy
+    from volprep_formats.readers.dicom.codecs import codecs  # noqa: PLC0415 -- heavy
 
     for codec in codecs():
         yield Fact(

@@ -93,7 +93,7 @@ class _Bars:
 
 def print_remarks(manifest: "Manifest") -> None:
     """Print to stderr what a user should know of a package."""
-    from volprep.remarks import remarks, warnings  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.remarks import remarks, warnings  # noqa: PLC0415 - keeps volprep --help fast
 
     for text in remarks(manifest):
         print(f"note: {text}", file=sys.stderr)

@@ -9,7 +9,7 @@ from volprep_cli.build import Profile, Source
 from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
 
 if TYPE_CHECKING:
-    from volprep_formats.readers.dicom_list import Listing
+    from volprep_formats.readers.dicom.listing import Listing
 
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the draft goes.", metavar="PACKAGE")]
 Series = Annotated[
@@ -90,9 +90,9 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.origin import Origin, write_origin  # noqa: PLC0415
-    from volprep.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.origin import Origin, write_origin  # noqa: PLC0415
+    from volprep.scene.request import request_of  # noqa: PLC0415
 
     request = request_of(scene, profile, source)
     if unknown := set(repair) - {"gaps", "tilt"}:
@@ -140,7 +140,7 @@ def _list_channels(path: Path, *, as_json: bool) -> None:
 
 
 def _list_series(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers.dicom_list import list_series  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers.dicom.listing import list_series  # noqa: PLC0415 - keeps volprep --help fast
 
     with progress() as watcher:
         listing = list_series(path, watcher)

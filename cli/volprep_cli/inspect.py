@@ -67,7 +67,7 @@ def inspect(
 
 
 def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
-    from volprep.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.parts.mosaic.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape

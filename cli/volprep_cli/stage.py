@@ -8,15 +8,15 @@ import typer
 from volprep_cli.console import progress
 
 if TYPE_CHECKING:
-    from volprep.scene import Scene
+    from volprep.scene.scene import Scene
 
 Draft = Annotated[Path, typer.Argument(help="Draft that volprep import began.", metavar="PACKAGE")]
 
 
 def run_stage(package: Path, verb: str, **wishes: object) -> None:
     """Run a stage on a draft. Options of the verb are keys of a table of the scene, and replace them where not None."""
-    from volprep.drafts import run_verb  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene import changed  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.drafts import run_verb  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.scene.scene import changed  # noqa: PLC0415 - keeps volprep --help fast
 
     def change(scene: "Scene") -> "Scene":
         return changed(scene, verb, **wishes) if wishes else scene

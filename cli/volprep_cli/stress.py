@@ -9,7 +9,7 @@ from volprep_cli.console import Json, end_beyond, print_json, print_table, progr
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.report.stress import StressDrawing, StressReport
+    from volprep.validation.stress_records import StressDrawing, StressReport
 
 Profile = Annotated[str, typer.Option(help="Class of devices with shaders: a name, or a TOML file.", metavar="PROFILE")]
 Cases = Annotated[list[str], typer.Option("--case", help="Only this case. Can be given several times.", metavar="NAME")]
@@ -29,9 +29,9 @@ def stress(
 
     Exit status 0: all are drawn, or refused, as they must be. 1: one is not.
     """
-    from volprep.profiles import load_profile  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.stress import stress as try_cases  # noqa: PLC0415 - loads OpenGL
+    from volprep.scene.profiles import load_profile  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.truth.stress import CASES  # noqa: PLC0415
-    from volprep.validation.stress import stress as try_cases  # noqa: PLC0415 - loads OpenGL
 
     names = [each.name for each in CASES]
     if unknown := set(case).difference(names):

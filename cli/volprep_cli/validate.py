@@ -9,7 +9,7 @@ from volprep_cli.console import Json, end_beyond, print_json, print_table, progr
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.report.data import EmptySpace, ProgramResult, Report
+    from volprep.validation.records import EmptySpace, ProgramResult, Report
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -46,8 +46,8 @@ def validate(
     if quick:
         _check(package, as_json=as_json)
         return
-    from volprep.validation.run import default_report_path  # noqa: PLC0415 - loads OpenGL
-    from volprep.validation.run import validate as validate_package  # noqa: PLC0415
+    from volprep.report.validate import default_report_path  # noqa: PLC0415 - loads OpenGL
+    from volprep.report.validate import validate as validate_package  # noqa: PLC0415
 
     folder = report or default_report_path(package)
     with progress() as watcher:

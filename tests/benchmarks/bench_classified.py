@@ -13,14 +13,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table as Rows
 
-from volprep.drafts import import_draft
-from volprep.pipeline import STAGES, plan_draft, run_stage
-from volprep.pyramid.choice import Classified
-from volprep.pyramid.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
-from volprep.request import Request
-from volprep.texels import voxels_of
+from volprep.parts.levels.choice import Classified
+from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
+from volprep.parts.texels import voxels_of
+from volprep.parts.work import codes_of_source
+from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.scene.request import Request
 from volprep.transfer.lookup import lookup_table
-from volprep.work import codes_of_source
 from volprep_formats.progress import Silent
 
 from .bench_levels import LEVELS, SCENES, request_of

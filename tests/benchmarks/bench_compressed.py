@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from volprep.build import build
-from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
-from volprep.plan.compression import FORMATS
-from volprep.render.camera import standard_views
+from volprep.parts.compression.decision import FORMATS
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -14,8 +14,8 @@ from pydicom.uid import UID, JPEG2000Lossless, JPEGLSLossless, RLELossless
 from rich.console import Console
 
 from volprep_formats.isolation import available_cores, workers
-from volprep_formats.readers.dicom_compressed import decode_compressed, decode_request
-from volprep_formats.readers.dicom_header import EncodedPixels
+from volprep_formats.readers.dicom.compressed import decode_compressed, decode_request
+from volprep_formats.readers.dicom.header import EncodedPixels
 
 SLICES, SIDE = 60, 512
 ROUNDS = 3

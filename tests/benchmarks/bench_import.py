@@ -37,8 +37,8 @@ _OURS = "from volprep_cli.main import main; main()"
 _OURS_RUNNING = """
 import shutil, sys, time
 from pathlib import Path
-from volprep.drafts import import_draft
-from volprep.request import request_for_source
+from volprep.pipeline.drafts import import_draft
+from volprep.scene.request import request_for_source
 from volprep_formats.progress import Silent
 for _ in range(2):
     shutil.rmtree(sys.argv[2], ignore_errors=True)
@@ -50,7 +50,7 @@ _OURS_BARE = (
     """
 import hashlib, os
 import numpy as np
-from volprep.statistics import Gauge, _Sampler
+from volprep.scan.statistics import Gauge, _Sampler
 class NoDigest:
     def __init__(self, data=b""): pass
     def update(self, data): pass

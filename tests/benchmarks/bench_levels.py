@@ -18,23 +18,23 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table as Rows
 
-from volprep.drafts import import_draft
-from volprep.pipeline import STAGES, plan_draft, run_stage
-from volprep.plan import Plan
-from volprep.pyramid.choice import Chooser, Classified
-from volprep.pyramid.records import Trial
-from volprep.render.camera import standard_views
-from volprep.request import Request, load_request
-from volprep.slabs import RawVolume
-from volprep.stages.pyramid import CANDIDATES, FREE_CANDIDATES
+from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.records import Trial
+from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
+from volprep.parts.work import codes_of_source, source_volume
+from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.plan.records import Plan
+from volprep.scan.slabs import RawVolume
+from volprep.scene.request import Request, load_request
 from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import lookup_table
+from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
-from volprep.work import codes_of_source, source_volume
 from volprep_formats.grid import Grid
-from volprep_formats.package.draft import Draft
-from volprep_formats.package.editing import encode_histogram
 from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.parts.editing.record import encode_histogram
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 

@@ -16,13 +16,13 @@ from rich.table import Table
 from skimage.util import montage
 
 from tests.support.tiny_packages import ES2, ES3, function, tiny_package
-from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
-from volprep.render.camera import standard_views
-from volprep.render.gl_formats import BYTES_PER_TEXEL, texture_format
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.package.reader import Package
+from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, texture_format
 
 from .contest import Contest
 

@@ -25,8 +25,8 @@ from rich.console import Console
 from rich.table import Table
 
 from volprep import _native
-from volprep.normals.codes import DIRECTION_BYTES, decoded
-from volprep_formats.package.normals import GradientKernel, NormalCode
+from volprep.truth.normal_codes import DIRECTION_BYTES, decoded
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from normal_fields import (

@@ -11,14 +11,14 @@ from rich.console import Console
 from rich.table import Table
 from skimage.measure import marching_cubes
 
-from volprep.plan import ProxyMeshPlan, ProxyPlan
-from volprep.plan.proxy import proxy_program
-from volprep.proxy.mesh import ProxyMesh, block_planes, proxy_mesh
+from volprep.parts.proxy.decision import proxy_program
+from volprep.parts.proxy.mesh import ProxyMesh, block_planes, proxy_mesh
+from volprep.parts.skip.occupancy import Occupied, occupied_blocks
+from volprep.plan.products import ProxyMeshPlan, ProxyPlan
 from volprep.render.proxy_renderer import ProxyRenderer
-from volprep.skip.occupancy import Occupied, occupied_blocks
-from volprep.skip.ranges import BlockRanges
+from volprep.scan.block_ranges import BlockRanges
 from volprep_formats.meshes import primitives_of, read_glb, write_glb
-from volprep_formats.package.proxy import ProxyForm
+from volprep_formats.package.parts.proxy.record import ProxyForm
 
 from .contest import Contest
 from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft

@@ -29,9 +29,9 @@ from rich.console import Console
 from rich.table import Table
 from scipy import ndimage
 
-from volprep.pyramid.noise import noise_of
-from volprep.pyramid.reduce import reduced
-from volprep.slabs import RawVolume
+from volprep.parts.levels.noise import noise_of
+from volprep.parts.levels.reduce import reduced
+from volprep.scan.slabs import RawVolume
 from volprep_formats.package.manifest import LevelFilter
 
 from .contest import best_ms

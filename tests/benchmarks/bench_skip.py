@@ -13,11 +13,11 @@ from rich.table import Table
 from scipy import ndimage
 
 from volprep import _native
-from volprep.plan import SkipPlan
-from volprep.plan.skip import skip_table_plan
-from volprep.skip.occupancy import occupied_blocks
-from volprep.skip.ranges import BlockRanges, block_ranges
-from volprep_formats.package.skip import SkipKind
+from volprep.parts.skip.decision import skip_table_plan
+from volprep.parts.skip.occupancy import occupied_blocks
+from volprep.plan.products import SkipPlan
+from volprep.scan.block_ranges import BlockRanges, block_ranges
+from volprep_formats.package.parts.skip.record import SkipKind
 
 from .contest import Contest
 from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft

@@ -17,8 +17,8 @@ from rich.console import Console
 from rich.table import Table
 
 from tests.support.slice_packages import missing_es11, slice_package
-from volprep.render.camera import view_from
 from volprep.render.slices import SliceRenderer
+from volprep.truth.camera import view_from
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid

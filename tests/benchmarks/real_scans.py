@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.drafts import import_draft
-from volprep.pipeline import STAGES, plan_draft, run_stage
-from volprep.plan import Plan
-from volprep.render.camera import standard_views
+from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import Scene
+from volprep.scene.request import load_request
+from volprep.scene.scene import Scene
+from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_of_views
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
 
 VIEWS = ("anterior", "superior", "anterior-left")

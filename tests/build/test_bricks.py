@@ -7,11 +7,11 @@ import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check

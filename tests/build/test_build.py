@@ -11,12 +11,13 @@ import pytest
 from command_line import volprep
 from phantom_scene import phantom, seen_phantom, write_phantom_scene
 
-from volprep import pipeline, slabs
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.origin import read_origin
-from volprep.request import load_request, request_of
-from volprep.stages import Stage, import_volume
+from volprep.parts.stage import Stage
+from volprep.pipeline import stages as pipeline
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.origin import read_origin
+from volprep.scan import import_volume, slabs
+from volprep.scene.request import load_request, request_of
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

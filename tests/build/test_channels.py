@@ -11,22 +11,22 @@ import pytest
 import tifffile
 from channel_scene import channels, write_channel_scene
 
-from volprep.build import build, plan_build
-from volprep.channels import drawn_channels, left_out, with_listed_channels
-from volprep.drafts import import_draft, run_verb
-from volprep.merge import merged
-from volprep.pipeline import plan_draft, run_stages
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.merge import merged
+from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import load_scene
-from volprep.validation.decoded import level_volume
-from volprep.validation.run import validate
+from volprep.report.validate import validate
+from volprep.scene.channels import drawn_channels, left_out, with_listed_channels
+from volprep.scene.request import load_request
+from volprep.scene.scene import load_scene
+from volprep.truth.decoded import level_volume
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_packages, channel_views, package_of_transfer
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
+from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.source import SourceSpec
@@ -112,7 +112,7 @@ class TestWhatItHolds:
 
 class TestWhatItDraws:
     def test_a_transfer_function_draws_its_channel(self, package) -> None:
-        from volprep.render.camera import standard_views
+        from volprep.truth.camera import standard_views
 
         pictures = {}
         for transfer in ("red", "white"):

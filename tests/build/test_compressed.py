@@ -7,15 +7,16 @@ import pytest
 from field_samples import blocks_at, extinction_at, field_at
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
-from volprep.build import build
-from volprep.plan import Plan, make_plan
-from volprep.profiles import load_profile
-from volprep.render.camera import standard_views
+from volprep.parts.skip.visible import entry_extinctions
+from volprep.pipeline.build import build
+from volprep.pipeline.make_plan import make_plan
+from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import Scene
-from volprep.skip.visible import entry_extinctions
-from volprep.statistics import Gauge
+from volprep.scan.statistics import Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import load_request
+from volprep.scene.scene import Scene
+from volprep.truth.camera import standard_views
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

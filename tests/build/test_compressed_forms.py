@@ -7,19 +7,19 @@ import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.origin import read_origin
-from volprep.pipeline import plan_draft
-from volprep.plan import make_plan
-from volprep.plan.whole import WholeLevel, WholeSource
-from volprep.profiles import load_profile
+from volprep.parts.compression.whole import WholeLevel, WholeSource
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.make_plan import make_plan
+from volprep.pipeline.origin import read_origin
+from volprep.pipeline.stages import plan_draft
 from volprep.render.choose import renderer_of
-from volprep.request import load_request
-from volprep.scene import Scene
-from volprep.slabs import RawVolume
-from volprep.statistics import Gauge
-from volprep.validation.run import validate
+from volprep.report.validate import validate
+from volprep.scan.slabs import RawVolume
+from volprep.scan.statistics import Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import load_request
+from volprep.scene.scene import Scene
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import Subject, errors
 from volprep_formats.diagnostics import VolprepError

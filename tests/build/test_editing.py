@@ -6,11 +6,12 @@ from channel_scene import write_channel_scene
 from command_line import volprep
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
-from volprep.build import build, plan_build
-from volprep.origin import read_origin
-from volprep.render.camera import standard_views
+from volprep.parts.editing.inputs import edit_with
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
-from volprep.request import load_edit, load_request
+from volprep.scene.request import load_edit, load_request
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
@@ -60,7 +61,7 @@ def pair(request, tmp_path_factory):
 def drawn(package, level, edit=None):
     grid = package.manifest.levels[0].grid
     views = standard_views(grid)
-    with Renderer(package, level=level, edit=edit) as renderer:
+    with Renderer(package, level=level, edit=edit_with(edit)) as renderer:
         return [renderer.render(views[name].box_from_clip(grid, 1.0), (40, 40)) for name in ("anterior", "left")]
 
 
@@ -196,4 +197,4 @@ def test_a_package_that_is_not_editable_says_so(built_package, tmp_path):
     edit = tmp_path / "edit.toml"
     edit.write_text(EDIT)
     with pytest.raises(VolprepError, match="VP5023"):
-        Renderer(package, edit=load_edit(edit, package.manifest.grid))
+        Renderer(package, edit=edit_with(load_edit(edit, package.manifest.grid)))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from command_line import volprep
 
-from volprep.build import build
-from volprep.request import load_request
-from volprep.validation.run import validate
+from volprep.pipeline.build import build
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
-from volprep_formats.package.subvolumes import decode_grid
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 

@@ -8,13 +8,13 @@ import pytest
 
 import volprep
 from tests.support.thin_phantom import SPACING_MM_ZYX, thin_things
-from volprep.build import build
-from volprep.origin import read_origin
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build
+from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import oracle_picture
-from volprep.validation.decoded import level_volume, table_function
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for

@@ -5,18 +5,18 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from volprep import slabs, statistics
-from volprep.pipeline import STAGES
-from volprep.plan import make_plan
-from volprep.profiles import load_profile
-from volprep.pyramid import choice, look, rays
-from volprep.scene import Scene
-from volprep.stages.import_volume import import_volume
-from volprep.statistics import measure
+from volprep.parts.levels import choice, look, rays
+from volprep.pipeline.make_plan import make_plan
+from volprep.pipeline.stages import STAGES
+from volprep.scan import slabs, statistics
+from volprep.scan.import_volume import import_volume
+from volprep.scan.statistics import measure
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
-from volprep_formats.package import chunks
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord, Statistics
+from volprep_formats.package.storage import chunks
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 

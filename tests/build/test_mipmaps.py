@@ -5,11 +5,11 @@ import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
-from volprep.cut import cut
-from volprep.render.camera import standard_views
+from volprep.parts.subvolumes.cut import cut
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
 from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.check import check

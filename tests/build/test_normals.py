@@ -9,16 +9,16 @@ import pytest
 from phantom_scene import write_phantom_scene
 from tiny_packages import function, tiny_package
 
-from volprep import slabs
-from volprep.build import build
-from volprep.montage import write_montage
-from volprep.normals.codes import decoded
-from volprep.normals.gradient import gradients
-from volprep.render.camera import standard_views
+from volprep.parts.mosaic.montage import write_montage
+from volprep.parts.normals.gradient import gradients
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import NormalSettings
-from volprep.validation.run import validate
+from volprep.report.validate import validate
+from volprep.scan import slabs
+from volprep.scene.request import load_request
+from volprep.scene.scene import NormalSettings
+from volprep.truth.camera import standard_views
+from volprep.truth.normal_codes import decoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check

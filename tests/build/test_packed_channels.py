@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from channel_scene import channels, write_channel_scene
 
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.pipeline import plan_draft
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.stages import plan_draft
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.validation.decoded import level_volume
-from volprep.validation.run import validate
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume
 from volprep.validation.uncut import uncut
-from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
+from volprep_formats.package.rules import contradictions
 from volprep_formats.package.texture import GlFormat
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level

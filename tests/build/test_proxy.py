@@ -8,15 +8,15 @@ import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
-from volprep.drafts import import_draft, run_verb
-from volprep.pipeline import plan_draft, run_stages
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import changed
+from volprep.scene.request import load_request
+from volprep.scene.scene import changed
+from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb

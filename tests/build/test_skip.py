@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
-from volprep.drafts import import_draft, run_verb, scene_of
-from volprep.pipeline import plan_draft, run_stages
-from volprep.render.camera import standard_views
+from volprep.parts.skip.occupancy import occupied_blocks
+from volprep.parts.skip.tables import skip_table
+from volprep.parts.skip.visible import entry_extinctions
+from volprep.pipeline.build import build
+from volprep.pipeline.drafts import import_draft, run_verb, scene_of
+from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import SkipSettings, changed
-from volprep.skip.occupancy import occupied_blocks
-from volprep.skip.ranges import BlockRanges
-from volprep.skip.tables import skip_table
-from volprep.skip.visible import entry_extinctions
+from volprep.scan.block_ranges import BlockRanges
+from volprep.scene.request import load_request
+from volprep.scene.scene import SkipSettings, changed
+from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep.validation.uncut import uncut
 from volprep_formats.package.check import check

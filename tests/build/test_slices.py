@@ -6,14 +6,14 @@ from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 from slice_packages import missing_es11, slice_package, stack_of
 
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.profiles import load_profile
-from volprep.request import load_request
-from volprep.scene import SliceSettings
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.report.validate import validate
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import load_request
+from volprep.scene.scene import SliceSettings
 from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
-from volprep.validation.run import validate
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
-from volprep.cut import cut
-from volprep.cut_files import write_cut
-from volprep.request import load_request
-from volprep.subvolumes import boxes_zyx
+from volprep.parts.subvolumes.cut import cut
+from volprep.parts.subvolumes.cut_files import write_cut
+from volprep.parts.subvolumes.cuts import boxes_zyx
+from volprep.pipeline.build import build
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.files import names_in
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.reader import Package
-from volprep_formats.package.single_file import write_single_file
-from volprep_formats.package.subvolumes import SubvolumeGrid, decode_grid
+from volprep_formats.package.storage.files import names_in
+from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 

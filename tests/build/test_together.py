@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 from channel_scene import channels, write_channel_scene
 
-from volprep.build import build, plan_build
-from volprep.drafts import import_draft, run_verb
-from volprep.pipeline import plan_draft
-from volprep.render.camera import standard_views
-from volprep.render.preview import preview_png
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.preview import preview_png
+from volprep.pipeline.stages import plan_draft
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import load_scene
-from volprep.validation.run import validate
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.scene.scene import load_scene
+from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut, unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
+from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
 
 TOGETHER = '\n[together]\nname = "body"\n'

@@ -19,7 +19,7 @@ from dicom_files import save_all, stack
 from phantom_scene import SCENE, phantom, write_phantom_scene
 from pydicom.uid import ExplicitVRLittleEndian
 
-from volprep.profiles import profile_names
+from volprep.scene.profiles import profile_names
 from volprep_cli.main import _VERBS, main
 from volprep_formats.diagnostics import ExitStatus
 
@@ -273,7 +273,8 @@ def test_import_of_a_series_loads_neither_the_planner_nor_a_stage_nor_pydicom(tm
     save_all(stack(5), tmp_path / "series", ExplicitVRLittleEndian)
     code = f"""
 import atexit, sys
-not_needed = {{"volprep.plan", "volprep.pipeline", "volprep.stages.quantize", "volprep.render", "pydicom", "rich"}}
+not_needed = {{"volprep.pipeline.make_plan", "volprep.pipeline.stages", "volprep.parts.values.stage", "volprep.render"}}
+not_needed |= {{"pydicom", "rich"}}
 atexit.register(lambda: print("LOADED", *sorted(not_needed & set(sys.modules)), file=sys.stderr))
 {COMMAND[-1]}
 """
@@ -307,7 +308,7 @@ def test_help_tells_every_exit_status() -> None:
 
 
 def test_a_defect_is_one_message_without_a_traceback(place) -> None:
-    broken = [COMMAND[0], "-c", "import sys; sys.modules['volprep.build'] = None; " + COMMAND[2]]
+    broken = [COMMAND[0], "-c", "import sys; sys.modules['volprep.pipeline.build'] = None; " + COMMAND[2]]
     command = [*broken, "plan", place / "phantom.toml"]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.returncode == ExitStatus.INTERNAL

@@ -6,8 +6,8 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, function, tiny_package
 
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import StageRecord
+from volprep_formats.package.storage.draft import Draft
 
 RED = function((0.0, (1.0, 0.0, 0.0), 5.0), name="red")
 

@@ -10,7 +10,7 @@ from phantom_scene import write_phantom_scene
 from slice_packages import missing_es11, slice_package, stack_of
 from typer.testing import CliRunner
 
-from volprep.render.picture import encoded
+from volprep.truth.picture import encoded
 from volprep_cli.console import print_remarks
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import VolprepError

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
 from volprep import _native
-from volprep.pyramid.weights import weights
+from volprep.parts.levels.weights import weights
 
 LINEAR = ["bilinear", "binomial", "gaussian", "lanczos3"]
 GATE = (3.0, 6.0)

@@ -9,17 +9,18 @@ import tifffile
 import volprep
 from tests.support.phantom_scene import write_phantom_scene
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep import _native, slabs
-from volprep.build import build, plan_build
-from volprep.origin import read_origin
-from volprep.pyramid.choice import Classified
-from volprep.pyramid.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser, classified_slices
-from volprep.render.camera import standard_views
+from volprep import _native
+from volprep.parts.levels.choice import Classified
+from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser, classified_slices
+from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.slabs import RawVolume
+from volprep.scan import slabs
+from volprep.scan.slabs import RawVolume
+from volprep.scene.request import load_request
 from volprep.transfer.lookup import lookup_table
 from volprep.transfer.preclassified import Voxels
+from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep import slabs
-from volprep.pyramid.choice import Chooser, Classified, level_slices
-from volprep.pyramid.rays import random_lines, sample_level
-from volprep.slabs import RawVolume
-from volprep.transfer.adapted import fitted_table
+from volprep.parts.levels.adapted import fitted_table
+from volprep.parts.levels.choice import Chooser, Classified, level_slices
+from volprep.parts.levels.rays import random_lines, sample_level
+from volprep.scan import slabs
+from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.grid import Grid
 

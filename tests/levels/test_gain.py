@@ -7,11 +7,11 @@ import pytest
 import tifffile
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep.pyramid.choice import Chooser, Classified
-from volprep.render.camera import standard_views
-from volprep.slabs import RawVolume
-from volprep.stages.pyramid import CANDIDATES
+from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.stage import CANDIDATES
+from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
+from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import (
     Level,
     Manifest,
@@ -22,6 +21,7 @@ from volprep_formats.package.manifest import (
 )
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, Sampler, Uniform
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo

@@ -20,11 +20,11 @@ from pathlib import Path
 from conftest import STAGES, build, first_manifest, run_import, run_seal, run_shaders, run_texture
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package import publish as publishing
 from volprep_formats.package.check import check
-from volprep_formats.package.draft import Draft
-from volprep_formats.package.files import MANIFEST
-from volprep_formats.package.publish import publish, remove_package
+from volprep_formats.package.storage import publish as publishing
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.package.storage.publish import publish, remove_package
 
 OPERATIONS = ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate", "ctypes.")
 

@@ -12,10 +12,10 @@ import texture2ddecoder
 
 from volprep.render.egl import context
 from volprep.render.gl import Bindings, Gl, ShaderText
-from volprep.render.gl_formats import gl_format, size_bytes
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape
 from volprep_formats.textures.blocks import decode_blocks, encode_blocks
+from volprep_formats.textures.gl_formats import gl_format, size_bytes
 
 EIGHT_BITS = 0.5 / 255
 ASTC_HALF_FLOAT = 2.0**-11

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from tiny_packages import ES3, function, tiny_package
 
-from volprep.scene import BrickSettings
+from volprep.scene.scene import BrickSettings
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.agreement import contradictions
-from volprep_formats.package.bricks_agreement import bricks_contradictions
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import encode_manifest
+from volprep_formats.package.parts.bricks.rules import bricks_contradictions
 from volprep_formats.package.reader import Package
+from volprep_formats.package.rules import contradictions
 from volprep_formats.textures import ktx2
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))

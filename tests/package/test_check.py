@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package import agreement
+from volprep_formats.package import rules as agreement
 from volprep_formats.package.check import Finding, check
-from volprep_formats.package.draft import Draft
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.textures import ktx2
 
 Change = Callable[[dict], object]

@@ -10,9 +10,9 @@ from pydantic import ValidationError
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Manifest, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
+from volprep_formats.package.storage.draft import Draft
 
 KEY = "0" * 64
 
@@ -162,7 +162,7 @@ OTHER_PROCESS = """
 import sys
 from pathlib import Path
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.draft import Draft
+from volprep_formats.package.storage.draft import Draft
 try:
     Draft.open(Path(sys.argv[1]))
 except VolprepError as error:

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package import chunks
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import StageRecord
+from volprep_formats.package.storage import chunks
+from volprep_formats.package.storage.draft import Draft
 
 STAGING = ".stage"
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from volprep_formats.package.editing import Editing, JointHistogram
-from volprep_formats.package.editing_agreement import editing_contradictions
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.editing.record import Editing, JointHistogram
+from volprep_formats.package.parts.editing.rules import editing_contradictions
 from volprep_formats.package.reader import Package
 
 

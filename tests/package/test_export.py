@@ -7,13 +7,13 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
-from volprep.drafts import import_draft
-from volprep.mosaic import Packing, Room
-from volprep.request import load_request
+from volprep.parts.mosaic.packing import Packing, Room
+from volprep.pipeline.drafts import import_draft
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import Quantization, StageRecord
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.volpkg import open_level

@@ -9,12 +9,12 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from volprep.montage import montage
+from volprep.parts.mosaic.montage import montage
 from volprep_cli.inspect import inspect
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.draft import Draft
 
 app = typer.Typer()
 app.command()(inspect)

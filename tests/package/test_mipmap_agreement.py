@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tiny_packages import ES3, function, tiny_package
 
-from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.mipmap_agreement import mipmap_contradictions
+from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions
+from volprep_formats.package.rules import contradictions
 from volprep_formats.package.texture import GlFormat
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.package import publish as publishing
 from volprep_formats.package.check import check
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest import StageRecord
-from volprep_formats.package.publish import check_target, publish, remove_package
+from volprep_formats.package.storage import publish as publishing
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.publish import check_target, publish, remove_package
 
 Build = Callable[..., Path]
 

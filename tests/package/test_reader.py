@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.package.draft import Draft
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.draft import Draft
 
 Change = Callable[[dict], object]
 

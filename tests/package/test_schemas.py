@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 import volprep
-from volprep.scene import Scene
+from volprep.scene.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "formats" / "schemas"

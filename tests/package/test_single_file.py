@@ -13,9 +13,9 @@ from command_line import volprep
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.files import MANIFEST, names_in
 from volprep_formats.package.reader import Package
-from volprep_formats.package.single_file import ALIGNMENT, places, write_single_file
+from volprep_formats.package.storage.files import MANIFEST, names_in
+from volprep_formats.package.storage.single_file import ALIGNMENT, places, write_single_file
 from volprep_formats.progress import Silent
 
 

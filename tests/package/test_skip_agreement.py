@@ -6,10 +6,10 @@ import re
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep_formats.package import skip_agreement
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.skip import BlockRangesRecord, Skipping
-from volprep_formats.package.skip_agreement import skip_contradictions
+from volprep_formats.package.parts.skip import rules as skip_agreement
+from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping
+from volprep_formats.package.parts.skip.rules import skip_contradictions
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from slice_packages import missing_es11, slice_package
 
-from volprep_formats.package.agreement import contradictions
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.rules import contradictions
 from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.package.transfer_function import TransferFunction
 

@@ -16,12 +16,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from volprep.render.camera import standard_views
+from volprep.truth.camera import standard_views
 from volprep_formats import meshes
 from volprep_formats.diagnostics import CATALOGUE
-from volprep_formats.package import check, contents, editing, files, manifest, manifest_json, reader, single_file
+from volprep_formats.package import check, manifest, manifest_json, reader
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
+from volprep_formats.package.parts.editing import record as editing
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage import contents, files, single_file
 from volprep_formats.textures import ktx2, paletted
 
 ROOT = Path(__file__).parents[2]

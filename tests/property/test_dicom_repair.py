@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from volprep.repair import open_scan
+from volprep.scan.repair import open_scan
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo, SourceSpec
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from volprep.proxy.files import BYTES_PER_TRIANGLE, DECODER_BYTES, mesh_file
-from volprep.proxy.mesh import block_planes, proxy_mesh
+from volprep.parts.proxy.files import BYTES_PER_TRIANGLE, DECODER_BYTES, mesh_file
+from volprep.parts.proxy.mesh import block_planes, proxy_mesh
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import MOST_VERTICES, primitives_of, read_glb, write_glb
 

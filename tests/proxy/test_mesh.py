@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from volprep.proxy.mesh import ProxyMesh, block_planes, proxy_mesh
-from volprep.proxy.sound import edge_uses, problems_of, winding_numbers
+from volprep.parts.proxy.mesh import ProxyMesh, block_planes, proxy_mesh
+from volprep.parts.proxy.sound import edge_uses, problems_of, winding_numbers
 
 FORMS = ["blocks", "merged", "convex", "box"]
 forms = pytest.mark.parametrize("form", FORMS)

@@ -5,13 +5,13 @@ import pytest
 from vdb_files import HandGrid, write_vdb_by_hand
 
 from volprep import _native
-from volprep.plan import CropPlan, QuantizePlan
-from volprep.proxy.sparse import ranges_of_tree
-from volprep.skip.occupancy import occupied_blocks
-from volprep.skip.ranges import block_ranges
-from volprep.texels import texels_of
+from volprep.parts.proxy.sparse import ranges_of_tree
+from volprep.parts.skip.occupancy import occupied_blocks
+from volprep.parts.texels import texels_of
+from volprep.plan.records import CropPlan, QuantizePlan
+from volprep.scan.block_ranges import block_ranges
 from volprep_formats.progress import Silent
-from volprep_formats.readers.vdb import open_volume
+from volprep_formats.readers.vdb.reader import open_volume
 from volprep_formats.source import SourceSpec
 
 _vdb = pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from npm_package import npm_package
 
-from volprep.proxy.mesh import block_planes, proxy_mesh
+from volprep.parts.proxy.mesh import block_planes, proxy_mesh
 from volprep_formats.meshes import primitives_of, write_glb
 
 VERSION = "0.180.0"

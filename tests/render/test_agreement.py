@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing, Room
-from volprep.render.camera import standard_views
+from volprep.parts.mosaic.packing import Packing, Room
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
 from volprep.truth.convergence import fit_order
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid

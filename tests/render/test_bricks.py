@@ -5,9 +5,9 @@ import pytest
 from fetch import Fetch, trilinear
 from tiny_packages import ES3, NORM16, function, tiny_package
 
-from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
-from volprep.scene import BrickSettings
+from volprep.scene.scene import BrickSettings
+from volprep.truth.camera import standard_views
 from volprep_formats.package.level_texels import level_texels
 
 SPACING = (2.5, 0.7, 1.1)

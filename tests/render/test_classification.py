@@ -8,12 +8,12 @@ import OpenImageIO
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.montage import write_montage
-from volprep.render.camera import standard_views
-from volprep.render.picture import encoded
+from volprep.parts.mosaic.montage import write_montage
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import table_function
 from volprep.truth.oracle import oracle_picture
-from volprep.validation.decoded import table_function
+from volprep.truth.picture import encoded
 from volprep_formats.grid import Grid
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Quantization

@@ -9,9 +9,9 @@ import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render import egl
-from volprep.render.camera import standard_views
 from volprep.render.gl import Gl, ShaderText
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 
 APIS = ["es1.1", "es2.0", "es3.0", "es3.1"]

@@ -5,7 +5,7 @@ import pytest
 from fetch import Fetch, away_from_faces, nearest, trilinear
 from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
-from volprep.mosaic import Packing
+from volprep.parts.mosaic.packing import Packing
 
 SHAPES = [(1, 1, 1), (1, 7, 5), (2, 3, 1), (3, 1, 13), (5, 4, 4), (13, 11, 7), (31, 17, 5), (192, 5, 3), (64, 29, 23)]
 SPACING = (2.5, 0.7, 1.1)

@@ -5,10 +5,10 @@ import pytest
 from normal_fields import angles
 from tiny_packages import function, tiny_package
 
-from volprep.normals.gradient import gradients
-from volprep.render.camera import standard_views
+from volprep.parts.normals.gradient import gradients
 from volprep.render.renderer import Renderer
-from volprep.scene import NormalSettings
+from volprep.scene.scene import NormalSettings
+from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 
 RADIUS_MM = 16.0

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 

@@ -5,8 +5,8 @@ import pytest
 from fetch import Fetch, trilinear
 from tiny_packages import ES3, NORM16, function, tiny_package
 
-from volprep.render.camera import standard_views
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mosaic_probe import fetch_text, mosaic_probe, planes, tolerance
 
-from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.egl import Context
 from volprep.render.gl import Gl
 from volprep_formats.textures.mosaic import slices_of_mosaic

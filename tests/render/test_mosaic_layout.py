@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from volprep.mosaic import Packing, Room, fit_mosaic, most_slices, pack_mosaic
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, most_slices, pack_mosaic
 from volprep_formats.textures.mosaic import slices_of_mosaic, slices_of_tile
 
 sizes = st.integers(1, 23)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tiny_packages import function, tiny_package
 
-from volprep.normals.codes import decoded
 from volprep.render.egl import Context
 from volprep.render.gl import Bindings, Gl, ShaderText
-from volprep.scene import NormalSettings
+from volprep.scene.scene import NormalSettings
+from volprep.truth.normal_codes import decoded
 from volprep_formats.textures import ktx2
 
 WHITE = function((0.0, (1.0, 1.0, 1.0), 1.0))

@@ -9,15 +9,15 @@ from mosaic_probe import planes, tolerance
 from normals_probe import normals_probe
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing, Room, fit_mosaic
-from volprep.normals.codes import decoded
-from volprep.render.camera import standard_views
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
 from volprep.render.egl import Context
 from volprep.render.gl import Gl
 from volprep.render.renderer import Renderer
-from volprep.scene import NormalSettings
+from volprep.scene.scene import NormalSettings
+from volprep.truth.camera import standard_views
+from volprep.truth.normal_codes import decoded
 from volprep_formats.grid import Grid
-from volprep_formats.package.normals import DIRECTION_BYTES
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 

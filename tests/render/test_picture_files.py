@@ -5,9 +5,9 @@ import OpenImageIO
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.render.picture import encoded
-from volprep.render.preview import preview_png
-from volprep.texels import texels_of
+from volprep.parts.texels import texels_of
+from volprep.pipeline.preview import preview_png
+from volprep.truth.picture import encoded
 
 # Half-transparent orange, premultiplied linear: 0.5 · (1, 0.214, 0), whose sRGB is (255, 127, 0).
 ORANGE = np.array([[[0.5, 0.107, 0.0, 0.5], [0.0, 0.0, 0.0, 0.0]]], dtype=np.float32)

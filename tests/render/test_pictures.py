@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing
-from volprep.render.camera import Camera, standard_views, view_from
+from volprep.parts.mosaic.packing import Packing
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import Camera, standard_views, view_from
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 

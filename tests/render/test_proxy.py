@@ -7,10 +7,10 @@ import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.render.camera import Camera, standard_views
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.scene import NormalSettings, ProxySettings
+from volprep.scene.scene import NormalSettings, ProxySettings
+from volprep.truth.camera import Camera, standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-import volprep.render.compose
+import volprep.shading.compose
 
-PARTS = sorted((Path(volprep.render.compose.__file__).parent / "shaders").glob("*.glsl"))
+PARTS = sorted((Path(volprep.shading.compose.__file__).parent / "glsl").glob("*.glsl"))
 
 
 @pytest.mark.parametrize("path", PARTS, ids=lambda path: path.stem)

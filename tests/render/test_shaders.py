@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing
-from volprep.render.compose import compose, literal
+from volprep.parts.mosaic.packing import Packing
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
+from volprep.shading.compose import compose, literal
 from volprep_formats.diagnostics import VolprepError
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))

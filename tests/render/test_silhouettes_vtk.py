@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from volprep.build import build
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source

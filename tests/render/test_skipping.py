@@ -7,9 +7,9 @@ import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.mosaic import Packing
-from volprep.render.camera import Camera, standard_views
+from volprep.parts.mosaic.packing import Packing
 from volprep.render.renderer import Renderer
+from volprep.truth.camera import Camera, standard_views
 from volprep_formats.grid import Grid
 from volprep_formats.textures import ktx2
 

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from slice_packages import expected_picture, missing_es11, slice_package, stack_of
 
-import volprep.profiles
-from volprep.render.camera import standard_views, view_from
+import volprep.scene.profiles
 from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer, _back_to_front
+from volprep.truth.camera import standard_views, view_from
 from volprep.truth.stacks import stack_picture
 from volprep.validation.rays import chords_mm
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.slice_texels import slice_texels
+from volprep_formats.package.parts.slices.texels import slice_texels
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 
@@ -221,7 +221,7 @@ def test_the_stack_that_faces_the_viewer_is_drawn(noise):
 
 def test_a_coarse_level_ends_where_the_volume_ends(tmp_path):
     """21 voxels of level 0 are 11 of level 1, of which the last one is half outside."""
-    device = Path(volprep.profiles.__file__).with_name("gles1.toml").read_text(encoding="utf-8")
+    device = Path(volprep.scene.profiles.__file__).with_name("gles1.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(device.replace("16_777_216", "18_000"), encoding="utf-8")
     codes = np.full((21, 17, 19), 120)
     package = slice_package(tmp_path, codes, profile="small.toml", extra="[pyramid]\ncoarsest_longest_axis = 8")

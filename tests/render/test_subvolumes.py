@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from volprep.forms import FormTrial
-from volprep.report.data import (
+from volprep.plan.form_trial import FormTrial
+from volprep.validation.records import (
     Breakdown,
     Convergence,
     Cost,
@@ -22,7 +22,7 @@ from volprep.report.data import (
     ViewPictures,
     ViewResult,
 )
-from volprep.report.verdict import judge, passes
+from volprep.validation.verdict import judge, passes
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import (
     FileRecord,
@@ -35,9 +35,9 @@ from volprep_formats.package.manifest import (
     Statistics,
     Tolerance,
 )
+from volprep_formats.package.parts.proxy.record import Proxy, ProxyMeshFile
+from volprep_formats.package.parts.skip.record import Skipping, SkipTable
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.proxy import Proxy, ProxyMeshFile
-from volprep_formats.package.skip import Skipping, SkipTable
 from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo

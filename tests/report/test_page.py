@@ -7,8 +7,8 @@ from typing import get_args
 
 import pytest
 
-from volprep.report.data import Report
 from volprep.report.page import _KINDS, page
+from volprep.validation.records import Report
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceFormat
 

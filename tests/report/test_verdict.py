@@ -2,8 +2,8 @@
 
 import pytest
 
-from volprep.report.data import ErrorNumbers, Report
-from volprep.report.verdict import judge, passes, share_of
+from volprep.validation.records import ErrorNumbers, Report
+from volprep.validation.verdict import judge, passes, share_of
 from volprep_formats.package.manifest import Tolerance
 
 

@@ -29,11 +29,11 @@ from pydicom.uid import (
 from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
-from volprep_formats.package.files import MANIFEST, names_in
 from volprep_formats.package.manifest import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.package.single_file import write_single_file
+from volprep_formats.package.storage.files import MANIFEST, names_in
+from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec

@@ -19,7 +19,7 @@ from pydicom.uid import (
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom_fields import TAGS
+from volprep_formats.readers.dicom.fields import TAGS
 from volprep_formats.source import SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
@@ -237,7 +237,7 @@ def test_a_huge_declared_slice_is_refused_before_anything_is_allocated(tmp_path)
 
 
 def test_a_deflated_file_that_unpacks_without_end_is_refused(tmp_path, monkeypatch) -> None:
-    from volprep_formats.readers import dicom_inflate
+    from volprep_formats.readers.dicom import inflate as dicom_inflate
 
     monkeypatch.setattr(dicom_inflate, "_MAX_INFLATED_BYTES", 10_000)
     file = save_stack(tmp_path, syntax=DeflatedExplicitVRLittleEndian)

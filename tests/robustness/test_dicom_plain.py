@@ -22,11 +22,11 @@ from pydicom.uid import (
 
 from volprep_formats import _dicom
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers import dicom_file
-from volprep_formats.readers.dicom_any import any_slices
-from volprep_formats.readers.dicom_fields import PRIVATE_TAGS, TAGS
-from volprep_formats.readers.dicom_header import interpreted, slice_image
-from volprep_formats.readers.dicom_plain import plain_headers
+from volprep_formats.readers.dicom import file as dicom_file
+from volprep_formats.readers.dicom.any_file import any_slices
+from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS
+from volprep_formats.readers.dicom.header import interpreted, slice_image
+from volprep_formats.readers.dicom.plain import plain_headers
 
 from .mutations import mutation
 

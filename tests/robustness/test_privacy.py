@@ -14,7 +14,7 @@ from pydicom.sequence import Sequence
 from pydicom.tag import Tag
 from pydicom.uid import ImplicitVRLittleEndian
 
-from volprep_formats.readers.dicom_any import quiet_pydicom
+from volprep_formats.readers.dicom.any_file import quiet_pydicom
 
 CANARY = "CANARY^JANE"
 TEXT_KINDS = {"AE", "AS", "CS", "DA", "DS", "DT", "IS", "LO", "LT", "PN", "SH", "ST", "TM", "UC", "UI", "UR", "UT"}

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import shapes
 
-from volprep import slabs
-from volprep.skip.occupancy import occupied_blocks, threshold_per_mm, with_neighbours
-from volprep.skip.ranges import BlockRanges, block_ranges
-from volprep.skip.tables import binary_pyramid, skip_table
+from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm, with_neighbours
+from volprep.parts.skip.tables import binary_pyramid, skip_table
+from volprep.scan import slabs
+from volprep.scan.block_ranges import BlockRanges, block_ranges
 
 KINDS = ["blocks", "table16", "distance", "octants", "pyramid", "euclidean"]
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from field_samples import blocks_at, extinction_at, field_at
 
-from volprep.skip.occupancy import occupied_blocks, threshold_per_mm
-from volprep.skip.ranges import block_ranges
-from volprep.skip.tables import skip_table
+from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.parts.skip.tables import skip_table
+from volprep.scan.block_ranges import block_ranges
 
 SAMPLES_PER_VOLUME = 460_000
 VOLUMES = 24

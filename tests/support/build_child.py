@@ -7,12 +7,12 @@ from pathlib import Path
 # Children are forked from a server that has loaded everything and run nothing: no 0.5 s of imports for each, and no
 # OpenMP threads to lose in the fork.
 _CONTEXT = multiprocessing.get_context("forkserver")
-_CONTEXT.set_forkserver_preload(["volprep.build", "volprep.request", "volprep.render.preview"])
+_CONTEXT.set_forkserver_preload(["volprep.pipeline.build", "volprep.scene.request", "volprep.pipeline.preview"])
 
 
 def _build(scene: Path, target: Path) -> None:
-    from volprep.build import build
-    from volprep.request import load_request
+    from volprep.pipeline.build import build
+    from volprep.scene.request import load_request
     from volprep_formats.progress import Silent
 
     build(load_request(scene), target, Silent())

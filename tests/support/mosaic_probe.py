@@ -6,11 +6,11 @@ from contextlib import ExitStack, contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.mosaic import pack_mosaic
-from volprep.render.compose import compose
+from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.render.egl import Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
-from volprep.render.techniques import raycast_mosaic
+from volprep.shading import raycast_mosaic
+from volprep.shading.compose import compose
 from volprep_formats.package.texture import GlFormat, MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep.normals.codes import decoded
-from volprep_formats.package.normals import DIRECTION_BYTES, GradientKernel, NormalCode
+from volprep.truth.normal_codes import decoded
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, GradientKernel, NormalCode
 
 Array = NDArray[np.float64]
 WHOLE = (False, False)

@@ -7,13 +7,13 @@ import numpy as np
 from mosaic_probe import MosaicProbe, fetch_text
 from numpy.typing import NDArray
 
-from volprep.mosaic import Packing, Room, fit_mosaic, pack_mosaic
-from volprep.render.compose import compose
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.gl import Gl, PictureTarget, ShaderText
-from volprep.render.gl_formats import gl_format
-from volprep.render.techniques.lighting import headlight
-from volprep_formats.package.normals import NormalCode, Normals
+from volprep.shading.compose import compose
+from volprep.shading.lighting import headlight
+from volprep_formats.package.parts.normals.record import NormalCode, Normals
 from volprep_formats.package.texture import MosaicLayout, Texture
+from volprep_formats.textures.gl_formats import gl_format
 
 _FORMATS = {2: "LUMINANCE_ALPHA8", 3: "RGB8", 4: "RGBA8"}
 _MAIN = "void main() { gl_FragColor = vec4(normal_at(position(v_near.xyz / v_near.w)), 1.0); }\n"

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.build import build
+from volprep.pipeline.build import build
 from volprep.render.egl import context
-from volprep.request import load_request
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture

@@ -8,42 +8,48 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.mosaic import Packing, Room, fit_mosaic
-from volprep.plan import (
+from volprep.parts.bricks import stage as bricks_stage
+from volprep.parts.bricks.decision import Bricks, as_bricks
+from volprep.parts.classification import stage as transfer
+from volprep.parts.mosaic import stage as mosaic
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
+from volprep.parts.normals import stage as normals_stage
+from volprep.parts.normals.decision import plan_normals
+from volprep.parts.programs import stage as shaders
+from volprep.parts.proxy import stage as proxy_stage
+from volprep.parts.proxy.decision import proxy_program
+from volprep.parts.skip import stage as skip_stage
+from volprep.parts.skip.decision import skip_table_plan
+from volprep.parts.texture import stage as texture
+from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
+from volprep.parts.work import codes_name, levels_of
+from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan, SkipPlan
+from volprep.plan.records import (
     CropPlan,
     LevelPlan,
     LookupPlan,
     PalettePlan,
     Plan,
     PreintegratedPlan,
-    ProgramPlan,
-    ProxyMeshPlan,
-    ProxyPlan,
     QuantizePlan,
-    SkipPlan,
     VolumePlan,
 )
-from volprep.plan.bricks import Bricks, as_bricks
-from volprep.plan.mipmaps import in_one_texture, mipmap_levels
-from volprep.plan.normals import plan_normals
-from volprep.plan.proxy import proxy_program
 from volprep.plan.room import Beside, one_channel
-from volprep.plan.skip import skip_table_plan
-from volprep.profiles import load_profile
-from volprep.scene import BrickSettings, NormalSettings, ProxySettings
-from volprep.stages import bricks as bricks_stage
-from volprep.stages import mosaic, shaders, texture, transfer
-from volprep.stages import normals as normals_stage
-from volprep.stages import proxy as proxy_stage
-from volprep.stages import skip as skip_stage
-from volprep.work import codes_name, levels_of
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep_formats.grid import Grid
-from volprep_formats.package.draft import Draft
-from volprep_formats.package.manifest import Manifest, RenderSettings, SourceRecord, StageRecord, Statistics
+from volprep_formats.package.manifest import (
+    Manifest,
+    RenderSettings,
+    SourceRecord,
+    StageRecord,
+    Statistics,
+)
+from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
-from volprep_formats.package.skip import SkipKind
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from volprep.render.camera import Camera, standard_views
 from volprep.truth import phantoms
+from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from volumes import shapes
 
-from volprep.bricks import brick_layout, places_of, pool_layers, with_reach
-from volprep.skip.ranges import block_ranges
-from volprep.slabs import RawVolume
-from volprep_formats.textures.bricks import constant_entry, voxels_of_bricks
+from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
+from volprep.scan.block_ranges import block_ranges
+from volprep.scan.slabs import RawVolume
+from volprep_formats.package.parts.bricks.places import constant_entry, voxels_of_bricks
 
 
 @settings(max_examples=30)

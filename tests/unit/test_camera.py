@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from volprep.render.camera import standard_views
+from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 
 GRID = Grid.of((30, 20, 10), (1.0, 2.0, 3.0), (5.0, -6.0, 7.0), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))

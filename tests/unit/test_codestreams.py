@@ -13,7 +13,7 @@ from pydicom.uid import JPEG2000Lossless, JPEGLSLossless, RLELossless
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.codestreams import DeclaredSize, declared_size
+from volprep_formats.readers.dicom.codestreams import DeclaredSize, declared_size
 from volprep_formats.source import SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep.plan.crop import choose_crop
-from volprep.render.camera import standard_views
-from volprep.statistics import measure
+from volprep.scan.statistics import measure
+from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint

@@ -9,7 +9,7 @@ from dicom_files import save_all, stack
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
-from volprep_formats.readers.dicom_list import Listing, list_series
+from volprep_formats.readers.dicom.listing import Listing, list_series
 
 CANARY = "CANARY JANE"
 

@@ -9,7 +9,7 @@ from dicom_files import image, save, save_all, stack
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom_scan import scan
+from volprep_formats.readers.dicom.scan import scan
 from volprep_formats.source import SourceInfo, SourceSpec
 
 

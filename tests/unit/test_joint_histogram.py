@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep import slabs
-from volprep.pyramid.choice import Chooser, Classified
-from volprep.pyramid.rays import random_lines, sample_level
-from volprep.slabs import RawVolume
+from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.rays import random_lines, sample_level
+from volprep.scan import slabs
+from volprep.scan.slabs import RawVolume
 from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm, shares_of_counts
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.editing import BINS, WHOLE, decode_histogram, encode_histogram
+from volprep_formats.package.parts.editing.record import BINS, WHOLE, decode_histogram, encode_histogram
 
 TABLES = {each.name: lookup_table(each, (0.0, 255.0), 256) for each in (VEIL, SOLID)}
 

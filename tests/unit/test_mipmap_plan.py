@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import shapes
 
-from volprep.plan import Plan, make_plan
-from volprep.plan.mipmaps import mipmap_levels
-from volprep.profiles import load_profile
-from volprep.scene import Scene
-from volprep.statistics import Gauge
+from volprep.parts.texture.mipmaps import mipmap_levels
+from volprep.pipeline.make_plan import make_plan
+from volprep.plan.records import Plan
+from volprep.scan.statistics import Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo

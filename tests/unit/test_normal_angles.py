@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from normal_fields import angles, coded, directions, positions, sphere, wave_gradients
 
-from volprep.normals.codes import decoded
-from volprep.normals.gradient import DIVISORS, gradients
+from volprep.parts.normals.gradient import DIVISORS, gradients
+from volprep.truth.normal_codes import decoded
 from volprep_formats.grid import Grid
 
 # Of figures with so many digits the last may be half a unit off.

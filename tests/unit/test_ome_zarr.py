@@ -139,7 +139,7 @@ def test_shards_are_read(tmp_path) -> None:
 
 
 def test_thin_slabs_of_thick_chunks_are_right_whether_or_not_rows_are_kept(tmp_path, monkeypatch) -> None:
-    from volprep_formats.readers import ome_zarr
+    from volprep_formats.readers.ome import zarr_image as ome_zarr
 
     values = store(tmp_path / "a.zarr", chunks=(4, 3, 4))
     monkeypatch.setattr(ome_zarr, "_PART_BYTES", 60)

@@ -11,7 +11,8 @@ from dicom_files import save, save_all, stack
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
-from volprep_formats.readers import READERS, open_source, picture_kinds
+from volprep_formats.readers import READERS, open_source
+from volprep_formats.readers.pictures import kinds as picture_kinds
 from volprep_formats.source import RawLayout, SourceSpec
 
 LAYOUT = RawLayout(shape_zyx=(1, 2, 3), dtype="uint8")

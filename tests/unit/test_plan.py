@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from volprep.plan import LevelPlan, Plan, make_plan
-from volprep.plan.levels import candidate_levels, fit_level
+from volprep.parts.levels.decision import candidate_levels, fit_level
+from volprep.pipeline.make_plan import make_plan
+from volprep.plan.records import LevelPlan, Plan
 from volprep.plan.room import Beside
-from volprep.profiles import load_profile
-from volprep.scene import MosaicSettings, Scene
-from volprep.statistics import Gauge
+from volprep.scan.statistics import Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from volprep.plan import make_plan
-from volprep.profiles import load_profile
-from volprep.scene import Scene, changed, load_scene
-from volprep.statistics import Gauge
+from volprep.pipeline.make_plan import make_plan
+from volprep.scan.statistics import Gauge
+from volprep.scene.points import Measure, ScenePoint
+from volprep.scene.presets import load_preset, preset_names
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene, changed, load_scene
+from volprep.scene.transfer import SceneTransfer
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
-from volprep.transfer.presets import load_preset, preset_names
 from volprep.transfer.table import Table
-from volprep.transfer.wishes import Measure, ScenePoint, SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from volprep.profiles import load_profile, profile_names
+from volprep.scene.profiles import load_profile, profile_names
 from volprep_formats.diagnostics import VolprepError
 
 MINE = """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from volprep.plan.proxy import item_of_proxy, saved_share
-from volprep.scene import ProxySettings
+from volprep.parts.proxy.decision import item_of_proxy, saved_share
+from volprep.scene.scene import ProxySettings
 
 FORMS = ["blocks", "merged", "convex", "box"]
 

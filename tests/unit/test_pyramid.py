@@ -7,11 +7,11 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from volprep import slabs
-from volprep.pyramid.noise import noise_of
-from volprep.pyramid.reduce import LABEL_FILTERS, reduced, reduced_slabs
-from volprep.pyramid.weights import weights
-from volprep.slabs import RawVolume
+from volprep.parts.levels.noise import noise_of
+from volprep.parts.levels.reduce import LABEL_FILTERS, reduced, reduced_slabs
+from volprep.parts.levels.weights import weights
+from volprep.scan import slabs
+from volprep.scan.slabs import RawVolume
 from volprep_formats.package.manifest import LevelFilter
 
 FILTERS = [
@@ -226,7 +226,7 @@ class TestNoise:
         volume = (ramp + sigma * rng.standard_normal((40, 560, 480), np.float32)).round().astype(np.uint16)
         source = raw(tmp_path, volume)
         found = noise_of(source)
-        monkeypatch.setattr("volprep.pyramid.noise._SAMPLED_SLICES", len(volume))
+        monkeypatch.setattr("volprep.parts.levels.noise._SAMPLED_SLICES", len(volume))
         whole = noise_of(source)
         # Five standard deviations of a sample of 2^20 voxels, and of the whole, which is ten times as large.
         assert 0 < abs(found / whole - 1) < 5 * 1.35 * (2**-10 + 2**-11.66)

@@ -13,7 +13,7 @@ import pytest
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom_file import read_slices
+from volprep_formats.readers.dicom.file import read_slices
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")

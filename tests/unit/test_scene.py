@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 from phantom_scene import SCENE
 
-from volprep.profiles import load_profile
-from volprep.scene import load_scene
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import load_scene
 from volprep_formats.diagnostics import VolprepError
 
 SAMPLES = sorted((Path(__file__).parents[2] / "sample_specs").glob("*.toml"))

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from volprep.plan import Plan, make_plan
-from volprep.profiles import load_profile
-from volprep.scene import Scene, SkipSettings, changed
-from volprep.skip.ranges import BlockGauge, block_ranges
-from volprep.statistics import MEASURED_BLOCK, Gauge
+from volprep.pipeline.make_plan import make_plan
+from volprep.plan.records import Plan
+from volprep.scan.block_ranges import BlockGauge, block_ranges
+from volprep.scan.statistics import MEASURED_BLOCK, Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene, SkipSettings, changed
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from volprep.slabs import RawVolume
-from volprep.slices import atlas_codes, fit_atlases, layouts, slice_shape_yx
+from volprep.parts.slices.atlases import atlas_codes, fit_atlases, layouts, slice_shape_yx
+from volprep.scan.slabs import RawVolume
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.slices import AXES
+from volprep_formats.package.parts.slices.record import AXES
 from volprep_formats.textures import paletted
 
 
@@ -75,7 +75,7 @@ def test_a_slice_that_no_texture_holds_has_no_textures():
 @pytest.mark.parametrize("shape_zyx", [(5, 7, 11), (1, 9, 4), (13, 1, 2), (1, 1, 1)])
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_every_voxel_lies_in_one_texture_once(tmp_path, shape_zyx, axis, monkeypatch):
-    monkeypatch.setattr("volprep.slabs.SLAB_BYTES", 2 * shape_zyx[1] * shape_zyx[2])
+    monkeypatch.setattr("volprep.scan.slabs.SLAB_BYTES", 2 * shape_zyx[1] * shape_zyx[2])
     codes = np.random.default_rng(1).integers(1, 256, shape_zyx).astype(np.uint8)
     codes.tofile(tmp_path / "codes.raw")
     volume = RawVolume(tmp_path / "codes.raw", shape_zyx, np.dtype(np.uint8))

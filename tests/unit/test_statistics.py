@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from volprep import slabs
-from volprep.statistics import measure, measure_again
+from volprep.scan import slabs
+from volprep.scan.statistics import measure, measure_again
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import SourceRecord

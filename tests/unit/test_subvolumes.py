@@ -6,8 +6,8 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from volprep.subvolumes import boxes_zyx, cuts_along, grid_points, moves_for_view, step_from
-from volprep_formats.package.subvolumes import Subvolume, SubvolumeGrid, ViewThresholds
+from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points, moves_for_view, step_from
+from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
 from volprep_formats.package.texture import GlFormat
 
 VIEW = ViewThresholds()

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from volprep.request import load_request
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.transfer_files import read_transfer_file
 

@@ -1,7 +1,8 @@
 import pytest
 from pydantic import ValidationError
 
-from volprep.transfer.wishes import ScenePoint, SceneTransfer
+from volprep.scene.points import ScenePoint
+from volprep.scene.transfer import SceneTransfer
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 

@@ -14,7 +14,7 @@ from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.vdb_tree import list_grids
+from volprep_formats.readers.vdb.tree import list_grids
 from volprep_formats.source import SourceInfo, SourceSpec
 from volprep_formats.writers.vdb import write
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from volprep_formats.readers.vti import _TYPES
+from volprep_formats.readers.vtk.vti import _TYPES
 
 
 def image(values_zyx: np.ndarray, **placed) -> pyvista.ImageData:

@@ -7,7 +7,7 @@ import pytest
 import pyvista
 from header_files import check_every_cut, noise, read, refusal, refusal_at_open
 
-from volprep_formats.readers.vtk_legacy import _TYPES
+from volprep_formats.readers.vtk.legacy import _TYPES
 
 FIELDS = {
     "DATASET": "STRUCTURED_POINTS",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from phantom_scene import seen_phantom
 
-from volprep.validation.decoded import level_volume, table_function
+from volprep.truth.decoded import level_volume, table_function
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures.mosaic import slices_of_mosaic

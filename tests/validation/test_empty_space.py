@@ -8,14 +8,14 @@ import pytest
 from command_line import volprep
 from phantom_scene import write_phantom_scene
 
-from volprep.build import build
+from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.report.data import EmptySpace, Report
-from volprep.request import load_request
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
 from volprep.validation.rays import settled
-from volprep.validation.run import validate
+from volprep.validation.records import EmptySpace, Report
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

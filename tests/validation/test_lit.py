@@ -8,14 +8,14 @@ from blobs import blobs
 from phantom_scene import write_phantom_scene
 from tiny_packages import ES3, function, tiny_package
 
-from volprep.build import build
-from volprep.normals.codes import decoded, interpolated
-from volprep.render.camera import standard_views
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.request import load_request
-from volprep.scene import NormalSettings
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.scene.scene import NormalSettings
+from volprep.truth.camera import standard_views
+from volprep.truth.normal_codes import decoded, interpolated
 from volprep.truth.oracle import oracle_picture
-from volprep.validation.run import validate
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import Subject, errors
 from volprep_formats.diagnostics import VolprepError

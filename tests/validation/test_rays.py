@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep.render.camera import standard_views
+from volprep.truth.camera import standard_views
 from volprep.validation.rays import chords_mm, samples
 from volprep_formats.grid import Grid
 

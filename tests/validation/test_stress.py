@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from command_line import volprep
 
-from volprep.profiles import load_profile
 from volprep.render.renderer import Renderer
-from volprep.report.stress import StressReport
+from volprep.report.stress import stress
+from volprep.scene.profiles import load_profile
 from volprep.truth.stress import CASES
-from volprep.validation.stress import stress
+from volprep.validation.stress_records import StressReport
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent

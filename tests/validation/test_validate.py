@@ -11,14 +11,14 @@ import pytest
 from command_line import volprep
 from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
 
-from volprep.build import build
-from volprep.origin import origin_path
-from volprep.render.camera import standard_views
-from volprep.render.picture import encoded
-from volprep.report.data import Report
-from volprep.request import load_request
+from volprep.pipeline.build import build
+from volprep.pipeline.origin import origin_path
+from volprep.report.validate import default_report_path, validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
-from volprep.validation.run import default_report_path, validate
+from volprep.truth.picture import encoded
+from volprep.validation.records import Report
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Literal
 
 from volprep.plan.records import CropPlan
-from volprep.statistics import Ranges
+from volprep.scan.statistics import Ranges
 from volprep.transfer.table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 

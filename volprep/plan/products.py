@@ -5,12 +5,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count
-from volprep_formats.package.normals import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.parts.proxy.record import ProxyForm
+from volprep_formats.package.parts.skip.record import SkipKind
+from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.program import ClassificationName, Lighting, Technique
-from volprep_formats.package.proxy import ProxyForm
-from volprep_formats.package.skip import SkipKind
-from volprep_formats.package.slices import SliceLayout
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.forms import FormTrial
+from volprep.plan.form_trial import FormTrial
 from volprep.plan.products import (
     EditingPlan,
     NormalsPlan,
@@ -24,6 +24,8 @@ from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
 Index = Annotated[int, Field(ge=0)]
+PREVIEW = "preview.png"
+"""File of the preview picture."""
 
 
 class CropPlan(Record):

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-from volprep.mosaic import Room
 from volprep.plan.records import VolumePlan
-from volprep.render.gl_formats import size_bytes
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.textures.gl_formats import size_bytes
 
 _ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
 """Formats of one code in a texel, by the bits of a code; 32 are those of a classified voxel."""
@@ -44,11 +43,6 @@ def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
 def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
     """Give the first of `formats` that a device class has."""
     return next((texel for texel in formats if texel in profile.texture_formats), None)
-
-
-def room_of(profile: DeviceProfile, textures: int = 1) -> Room:
-    """Give the textures that a mosaic may take on a class of devices, `textures` at most."""
-    return Room(profile.max_texture_size, textures, profile.npot, profile.square)
 
 
 def texture_bytes(volume: VolumePlan) -> int:

@@ -13,8 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from volprep.render.inputs import Inputs, find_textures
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Level
+from volprep_formats.package.parts.subvolumes.record import (
+    Cuts,
+    SubvolumeGrid,
+    constant_piece,
+    decode_grid,
+)
 from volprep_formats.package.reader import Package
-from volprep_formats.package.subvolumes import Cuts, SubvolumeGrid, constant_piece, decode_grid
 from volprep_formats.package.texture import Texture
 
 _NOWHERE = 1e9

@@ -1,11 +1,11 @@
 """The renderer that a package is for: shaders, at proxy geometry where there is some, or slices without shaders."""
 
+from volprep.render.inputs import Edit
 from volprep.render.proxy_renderer import ProxyRenderer, has_mesh
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
-from volprep_formats.package.transfer_function import TransferFunction
 
 
 def renderer_of(
@@ -14,7 +14,7 @@ def renderer_of(
     level: int | None = None,
     transfer: str | None = None,
     point: int | None = None,
-    edit: TransferFunction | None = None,
+    edit: Edit | None = None,
 ) -> Renderer | SliceRenderer:
     """Give the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
     if edit is not None:

@@ -1,6 +1,6 @@
 """What a program is given: its textures, and the values of its uniforms that do not change from picture to picture."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,6 +27,10 @@ class Inputs:
     """Values by the `source` of a uniform."""
     texels: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
     """Texels by the name of a texture, of those that are not read from the package."""
+
+
+Edit = Callable[[Package, Inputs], Inputs]
+"""What a user's edit of a transfer function makes of the inputs of a program."""
 
 
 def level_inputs(package: Package, level: int | None, transfer: str | None) -> Inputs:

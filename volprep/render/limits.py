@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from volprep.render.gl_formats import size_bytes, texture_format
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
+from volprep_formats.textures.gl_formats import size_bytes, texture_format
 
 _ES3_HEAD = "#version 300 es"
 

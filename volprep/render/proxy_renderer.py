@@ -14,8 +14,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import Primitive, read_glb
 from volprep_formats.package.channels import package_of_transfer
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.proxy.record import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.program import Program
-from volprep_formats.package.proxy import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.reader import Package
 
 _MARGIN = float(UNITS)

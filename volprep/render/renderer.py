@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.block_inputs import block_inputs
-from volprep.render.edited import edited_inputs
 from volprep.render.egl import Context, Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
-from volprep.render.gl_formats import KTX2_FORMAT, texture_format
-from volprep.render.inputs import level_inputs
+from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import package_of_transfer
@@ -26,8 +24,8 @@ from volprep_formats.package.manifest import Level
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
@@ -46,20 +44,20 @@ class Renderer:
         transfer: str | None = None,
         target: TargetFormat = "rgba8",
         point: int | None = None,
-        edit: TransferFunction | None = None,
+        edit: Edit | None = None,
     ) -> None:
         """Choose what to draw: the finest level and the first transfer function unless others are named.
 
-        With `point`, what the sub-volumes around this point of the grid hold; with `edit`, this function in place of
-        that of the package. Raises VP5018 where the package cannot draw that, VP5023 where it cannot be edited, VP5010
-        to VP5015 where it breaks a limit of its profile.
+        `point` draws the sub-volumes around this point of the grid; `edit` changes the inputs as a user's edit does.
+        Raises VP5018 where the package cannot draw that, VP5023 where it cannot be edited, VP5010 to VP5015 where it
+        breaks a limit of its profile.
         """
         package = package_of_transfer(package, transfer)
         self._package = package
         self._target_format = target
         inputs = level_inputs(package, level, transfer) if point is None else block_inputs(package, point, transfer)
         if edit is not None:
-            inputs = edited_inputs(package, inputs, edit)
+            inputs = edit(package, inputs)
         check_program(inputs.program, inputs.textures, package.manifest)
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures

@@ -26,8 +26,8 @@ from volprep.render.limits import check_textures
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Level
+from volprep_formats.package.parts.slices.record import SliceLayout, StackAxis
 from volprep_formats.package.reader import Package
-from volprep_formats.package.slices import SliceLayout, StackAxis
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.paletted import INTERNAL_FORMAT

@@ -5,7 +5,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from volprep.report import text
-from volprep.report.pictures import css_colour
+from volprep.validation.pictures import css_colour
 
 _TEMPLATES = Path(__file__).parent / "templates"
 

@@ -3,12 +3,18 @@
 import math
 from dataclasses import dataclass
 
-from volprep.proxy.files import DRACO_RULE
+from volprep.parts.proxy.files import DRACO_RULE
 from volprep.report import text
-from volprep.report.data import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep.report.environment import environment
-from volprep.report.pictures import colours, css_bytes
-from volprep.report.plots import Plot, error_against_size, error_against_step, error_against_time, transfer_plot
+from volprep.report.plots import (
+    Plot,
+    error_against_size,
+    error_against_step,
+    error_against_time,
+    transfer_plot,
+)
+from volprep.validation.pictures import colours, css_bytes
+from volprep.validation.records import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
 

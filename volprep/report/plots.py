@@ -17,12 +17,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from volprep.forms import FormTrial
-from volprep.plan.values import SHARE
-from volprep.report.data import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
-from volprep.report.pictures import css_colour
+from volprep.parts.values.decision import SHARE
+from volprep.plan.form_trial import FormTrial
 from volprep.report.text import plain, ratio
-from volprep.report.verdict import share_of
+from volprep.validation.pictures import css_colour
+from volprep.validation.records import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
+from volprep.validation.verdict import share_of
 from volprep_formats.package.transfer_function import TransferFunction
 
 _INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"

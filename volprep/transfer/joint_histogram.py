@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep.slabs import RawVolume, slab_ranges
-from volprep.transfer.wishes import MOST_OPAQUE
-from volprep_formats.package.editing import BINS, WHOLE, Shares
+from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep.scene.points import MOST_OPAQUE
+from volprep_formats.package.parts.editing.record import BINS, WHOLE, Shares
 
 Array = NDArray[np.float64]
 Factors = tuple[int, int, int]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.wishes import MOST_OPAQUE
+from volprep.scene.points import MOST_OPAQUE
 from volprep_formats.package.profile import LookupFormat
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.normals import GradientKernel
+from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6

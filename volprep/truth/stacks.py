@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.slices import StackAxis
+from volprep_formats.package.parts.slices.record import StackAxis
 
 Array = NDArray[np.float64]
 

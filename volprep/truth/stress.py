@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.wishes import ScenePoint
+from volprep.scene.points import ScenePoint
 from volprep.truth.phantoms import Field, constant, distance, sampled
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance

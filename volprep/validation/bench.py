@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from volprep.report.folder import ReportFolder
 from volprep.validation.clock import Clock
+from volprep.validation.folder import ReportFolder
 from volprep.validation.subject import Subject
 from volprep_formats.progress import Progress
 

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
-from volprep.report.data import EmptySpace, SavingView, SavingWay, WayName
-from volprep.report.folder import PICTURES
-from volprep.report.pictures import coloured
 from volprep.validation.bench import Bench
 from volprep.validation.counted import samples_of_views
+from volprep.validation.folder import PICTURES
+from volprep.validation.pictures import coloured
 from volprep.validation.precise import NO_SUCH_TARGET
 from volprep.validation.rays import chords_mm, settled
+from volprep.validation.records import EmptySpace, SavingView, SavingWay, WayName
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.uncut import unskipped

@@ -3,12 +3,12 @@
 import numpy as np
 
 from volprep import _native
-from volprep.render.picture import encoded
-from volprep.report.data import LevelComparison
-from volprep.report.folder import PICTURES
+from volprep.truth.decoded import Volume
 from volprep.truth.oracle import OraclePicture
+from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
-from volprep.validation.decoded import Volume
+from volprep.validation.folder import PICTURES
+from volprep.validation.records import LevelComparison
 from volprep.validation.subject import Subject, errors
 from volprep_formats.package.manifest import Level
 from volprep_formats.package.program import Program

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from volprep.report.data import Convergence, Target
 from volprep.truth.convergence import fit_order
+from volprep.validation.records import Convergence, Target
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
 

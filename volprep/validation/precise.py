@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from volprep.report.data import Target
+from volprep.validation.records import Target
 from volprep_formats.diagnostics import VolprepError
 
 Drawn = TypeVar("Drawn")

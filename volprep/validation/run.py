@@ -1,4 +1,4 @@
-"""volprep validate: draw the package, draw the truth, compare, judge, report."""
+"""What validation measures: draw the package, draw the truth, compare, judge."""
 
 import hashlib
 import resource
@@ -8,67 +8,39 @@ from importlib.metadata import version
 from pathlib import Path
 
 from volprep import _native
-from volprep.forms import FormTrial
-from volprep.origin import read_origin
-from volprep.pyramid.records import LevelChoice
-from volprep.report.data import Cost, Driver, PackageFacts, ProgramResult, Report
-from volprep.report.folder import report_folder
-from volprep.report.page import page
-from volprep.report.verdict import judge
+from volprep.parts.levels.records import LevelChoice
+from volprep.pipeline.origin import read_origin
+from volprep.plan.form_trial import FormTrial
+from volprep.truth.decoded import holds_labels, kernel_of_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
-from volprep.validation.decoded import holds_labels, kernel_of_light
 from volprep.validation.empty_space import measure_empty_space
+from volprep.validation.folder import ReportFolder
 from volprep.validation.levels import compare_levels
+from volprep.validation.records import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
+from volprep.validation.verdict import judge
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
-from volprep_formats.package.contents import open_contents
-from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.contents import open_contents
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.progress import Progress
 
 
-def default_report_path(package: Path) -> Path:
-    """Give the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
-    path = package.resolve()
-    return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
-
-
-def validate(
-    path: Path, report_path: Path, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
+def measure_package(
+    path: Path, folder: ReportFolder, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
 ) -> Report:
-    """Validate the sealed package at `path`, and write the report to the folder `report_path`.
-
-    Parameters
-    ----------
-    path
-        The package.
-    report_path
-        Folder of the report. An older report there is replaced when the new one is whole.
-    source
-        The scan, or a scene that names it; without it the origin beside the package tells.
-    picture_size
-        Width and height of the pictures, at least 16; without it the scene tells.
-
-    Raises
-    ------
-    VolprepError
-        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
-        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
-        renderer raise. A package beyond the tolerance is no error here: the verdict says so.
-    """
-    if report_path.resolve().is_relative_to(path.resolve()):
-        raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
+    """Measure the sealed package at `path`; pictures go to `folder`. Raises what `volprep.report.validate` names."""
     clock = Clock()
-    with report_folder(report_path) as folder, clock.part("all"):
+    with clock.part("all"):
         with clock.part("checking"):
             package = open_whole(path)
             _require_no_lit_labels(package)
@@ -82,7 +54,7 @@ def validate(
         subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
         programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
-        report = Report(
+        return Report(
             generator=f"volprep {version('volprep')}",
             package=_facts(package),
             picture_size=subject.shape_hw[0],
@@ -103,8 +75,6 @@ def validate(
                 source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
-        folder.write(report, page(report))
-    return report
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.channels import SceneChannel, drawn_channels, with_listed_channels
-from volprep.origin import read_origin
-from volprep.repair import open_scan
-from volprep.request import at_place
-from volprep.scene import RenderWishes, load_scene
-from volprep.slabs import bytes_of
-from volprep.statistics import Gauge, source_slabs
-from volprep.validation.decoded import Volume, holds_labels, kernel_of_light
+from volprep.pipeline.origin import read_origin
+from volprep.scan.repair import open_scan
+from volprep.scan.slabs import bytes_of
+from volprep.scan.statistics import Gauge, source_slabs
+from volprep.scene.channels import SceneChannel, drawn_channels, with_listed_channels
+from volprep.scene.request import at_place
+from volprep.scene.scene import RenderWishes, load_scene
+from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.progress import Progress

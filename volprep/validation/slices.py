@@ -8,14 +8,22 @@ compositing the texels in double precision.
 from dataclasses import dataclass
 
 from volprep.render.slices import SliceRenderer
-from volprep.report.data import Breakdown, Convergence, Driver, LevelFloor, ProgramResult, Sweep, SweepPoint
 from volprep.truth.stacks import stack_picture
 from volprep.validation.bench import Bench
 from volprep.validation.rays import chords_mm, samples
+from volprep.validation.records import (
+    Breakdown,
+    Convergence,
+    Driver,
+    LevelFloor,
+    ProgramResult,
+    Sweep,
+    SweepPoint,
+)
 from volprep.validation.subject import errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.views import ViewedProgram, draw_differences, measure_views
-from volprep_formats.package.slice_texels import slice_texels
+from volprep_formats.package.parts.slices.texels import slice_texels
 
 _DRAWS = 3
 _LIMIT = "Slices are as far apart as voxels are: there is no step to refine."

@@ -16,25 +16,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.build import build
-from volprep.render.picture import encoded
+from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.data import Driver, Target
-from volprep.report.folder import PICTURES, ReportFolder, report_folder
-from volprep.report.pictures import coloured, largest_difference
-from volprep.report.stress import StressDrawing, StressPoint, StressReport, StressResult
-from volprep.report.stress_page import stress_page
-from volprep.report.verdict import share_of
-from volprep.request import Request
-from volprep.scene import PyramidSettings, RenderWishes, Scene
-from volprep.transfer.wishes import SceneTransfer
+from volprep.scene.request import Request
+from volprep.scene.scene import PyramidSettings, RenderWishes, Scene
+from volprep.scene.transfer import SceneTransfer
 from volprep.truth.laws import broken_laws
 from volprep.truth.oracle import DEFAULT_TOLERANCE
+from volprep.truth.picture import encoded
 from volprep.truth.stress import CLASSIFICATIONS, StressCase
+from volprep.validation.folder import PICTURES, ReportFolder
+from volprep.validation.pictures import coloured, largest_difference
 from volprep.validation.precise import most_precise
+from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
+from volprep.validation.stress_records import StressDrawing, StressPoint, StressReport, StressResult
 from volprep.validation.subject import Picture, Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.verdict import share_of
 from volprep.validation.views import driver_of
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance
@@ -67,54 +66,50 @@ class _Drawn:
     """Who drew."""
 
 
-def stress(cases: Sequence[StressCase], profile: DeviceProfile, report_path: Path, progress: Progress) -> StressReport:
-    """Build, draw and judge `cases` for a class of devices, and write the report to the folder `report_path`.
+def measure_stress(
+    cases: Sequence[StressCase], profile: DeviceProfile, folder: ReportFolder, progress: Progress
+) -> StressReport:
+    """Build, draw and judge `cases` for a class of devices; pictures go to `folder`.
 
-    Raises VP6017 for a profile without shaders, VP6020 and VP6021 when the report cannot be written, and what the
-    renderer raises.
+    Raises what the renderer raises.
     """
-    if not profile.has_shaders:
-        raise VolprepError("VP6017", profile=profile.name)
     results: list[StressResult] = []
     drawn: dict[tuple[str | None, ClassificationName], _Drawn] = {}
     progress.start("stress", len(cases))
-    with report_folder(report_path) as folder:
-        for case in cases:
-            refused = None
-            try:
-                for classification in CLASSIFICATIONS:
-                    fainter = drawn.get((case.fainter, classification))
-                    with _built(case, classification, profile) as subject:
-                        found = _draw(case, classification, subject, folder, fainter)
-                    drawn[case.name, classification] = found
-            except VolprepError as error:
-                if error.status not in {ExitStatus.SOURCE, ExitStatus.SCENE}:
-                    raise
-                refused = error.code
-            results.append(
-                StressResult(
-                    case=case.name,
-                    hard=case.hard,
-                    refused=refused,
-                    must_refuse=case.refused,
-                    drawings=tuple(each.drawing for (name, _), each in drawn.items() if name == case.name),
-                )
+    for case in cases:
+        refused = None
+        try:
+            for classification in CLASSIFICATIONS:
+                fainter = drawn.get((case.fainter, classification))
+                with _built(case, classification, profile) as subject:
+                    found = _draw(case, classification, subject, folder, fainter)
+                drawn[case.name, classification] = found
+        except VolprepError as error:
+            if error.status not in {ExitStatus.SOURCE, ExitStatus.SCENE}:
+                raise
+            refused = error.code
+        results.append(
+            StressResult(
+                case=case.name,
+                hard=case.hard,
+                refused=refused,
+                must_refuse=case.refused,
+                drawings=tuple(each.drawing for (name, _), each in drawn.items() if name == case.name),
             )
-            progress.advance()
-        anyone = next(iter(drawn.values()), None)
-        report = StressReport(
-            generator=f"volprep {version('volprep')}",
-            profile=profile.name,
-            picture_size=_SIZE,
-            oracle_tolerance=DEFAULT_TOLERANCE,
-            laws_target="rgba8" if anyone is None else anyone.target,
-            difference_gain=_GAIN,
-            passed=all(result.passed for result in results),
-            results=tuple(results),
-            driver=None if anyone is None else anyone.driver,
         )
-        folder.write(report, stress_page(report))
-    return report
+        progress.advance()
+    anyone = next(iter(drawn.values()), None)
+    return StressReport(
+        generator=f"volprep {version('volprep')}",
+        profile=profile.name,
+        picture_size=_SIZE,
+        oracle_tolerance=DEFAULT_TOLERANCE,
+        laws_target="rgba8" if anyone is None else anyone.target,
+        difference_gain=_GAIN,
+        passed=all(result.passed for result in results),
+        results=tuple(results),
+        driver=None if anyone is None else anyone.driver,
+    )
 
 
 @contextmanager

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.camera import standard_views
-from volprep.report.data import ErrorNumbers
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import Volume, level_volume, own_table, table_function
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
-from volprep.validation.decoded import Volume, level_volume, own_table, table_function
+from volprep.validation.records import ErrorNumbers
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import Program

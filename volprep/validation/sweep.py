@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
-from volprep.report.data import Breakdown, LevelFloor, Sweep, SweepPoint, Target
 from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
 from volprep.validation.precise import most_precise
 from volprep.validation.rays import chords_mm, samples
+from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target
 from volprep.validation.subject import errors
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram

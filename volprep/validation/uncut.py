@@ -4,14 +4,14 @@ The shader is composed again from the manifest, with and without. Only where the
 own, letter for letter, does the text without it say anything about the package.
 """
 
-from volprep.render.techniques import raycast_bricks, raycast_mosaic, raycast_texture3d
-from volprep.render.techniques.classification import Classification, classification_of
-from volprep.render.techniques.components import component_letter
-from volprep.render.techniques.lighting import Lighting, headlight
-from volprep.render.techniques.proxy import Entry
-from volprep.render.techniques.raycast import Additions, RayCaster, Sampling, ray_caster
-from volprep.render.techniques.skipping import skipping_of
-from volprep.render.techniques.together import drawn_together
+from volprep.shading import raycast_bricks, raycast_mosaic, raycast_texture3d
+from volprep.shading.classification import Classification, classification_of
+from volprep.shading.components import component_letter
+from volprep.shading.lighting import Lighting, headlight
+from volprep.shading.proxy import Entry
+from volprep.shading.raycast import Additions, RayCaster, Sampling, ray_caster
+from volprep.shading.skipping import skipping_of
+from volprep.shading.together import drawn_together
 from volprep.validation.altered import Altered
 from volprep_formats.package.manifest import Manifest, RenderSettings
 from volprep_formats.package.program import Program

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.choose import renderer_of
-from volprep.render.picture import encoded
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
-from volprep.report.data import Driver, ViewPictures, ViewResult
-from volprep.report.folder import PICTURES, ReportFolder
-from volprep.report.pictures import coloured, gain_for, largest_difference
-from volprep.report.verdict import passes
 from volprep.truth.oracle import OraclePicture
+from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
+from volprep.validation.folder import PICTURES, ReportFolder
+from volprep.validation.pictures import coloured, gain_for, largest_difference
+from volprep.validation.records import Driver, ViewPictures, ViewResult
 from volprep.validation.subject import Picture, errors
+from volprep.validation.verdict import passes
 
 
 class Drawn(Protocol):

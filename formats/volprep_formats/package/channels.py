@@ -1,8 +1,8 @@
 """A package of several channels, seen channel by channel: each is a package of one channel over the same grid."""
 
 from volprep_formats.package.manifest import Channel, Manifest
+from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.reader import Package
-from volprep_formats.package.skip import Skipping
 
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:

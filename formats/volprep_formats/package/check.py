@@ -8,19 +8,19 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
-from volprep_formats.package.agreement import contradictions
-from volprep_formats.package.contents import names_of
-from volprep_formats.package.editing import decode_histogram
-from volprep_formats.package.files import MANIFEST
-from volprep_formats.package.proxy import ProxyMeshFile
-from volprep_formats.package.proxy_agreement import mesh_problems
+from volprep_formats.package.parts.bricks.places import misplaced
+from volprep_formats.package.parts.editing.record import decode_histogram
+from volprep_formats.package.parts.proxy.record import ProxyMeshFile
+from volprep_formats.package.parts.proxy.rules import mesh_problems
+from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
-from volprep_formats.package.subvolumes import decode_grid
+from volprep_formats.package.rules import contradictions
+from volprep_formats.package.storage.contents import names_of
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.bricks import misplaced
 
 _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",

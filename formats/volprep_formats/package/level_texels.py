@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import blocks_along
-from volprep_formats.package.bricks import BrickLayout
+from volprep_formats.package.parts.bricks.places import misplaced, voxels_of_bricks
+from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.bricks import misplaced, voxels_of_bricks
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 

@@ -5,15 +5,15 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Grid, Vector
-from volprep_formats.package.compression import CompressedForm
-from volprep_formats.package.editing import Editing
 from volprep_formats.package.palette import Palette
+from volprep_formats.package.parts.compression.record import CompressedForm
+from volprep_formats.package.parts.editing.record import Editing
+from volprep_formats.package.parts.proxy.record import Proxy
+from volprep_formats.package.parts.skip.record import Skipping
+from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program
-from volprep_formats.package.proxy import Proxy
-from volprep_formats.package.skip import Skipping
 from volprep_formats.package.texture import Texture
-from volprep_formats.package.together import Together
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256
 from volprep_formats.record import Record

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.contents import holds, open_contents
-from volprep_formats.package.files import MANIFEST
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.storage.contents import holds, open_contents
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.record import problems
 
 MAX_MANIFEST_BYTES = 4 * 1024 * 1024

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.contents import open_contents
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.texture import Texture
 
 

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count
-from volprep_formats.package.bricks import BrickLayout
-from volprep_formats.package.normals import Normals
-from volprep_formats.package.slices import SliceLayout
+from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.parts.normals.record import Normals
+from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName

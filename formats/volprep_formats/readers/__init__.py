@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom_kind import has_prefix
-from volprep_formats.readers.picture_kinds import holds_only_pictures, kind_of
-from volprep_formats.readers.zarr_kind import is_zarr
+from volprep_formats.readers.dicom.kind import has_prefix
+from volprep_formats.readers.ome.zarr_kind import is_zarr
+from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -46,7 +46,7 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
 def _is_ome_tiff(spec: SourceSpec, path: Path, head: bytes) -> bool:
     if spec.stack is not None or kind_of(head) != "tiff":
         return False
-    from volprep_formats.readers.tiff_chain import description_of  # noqa: PLC0415 - seldom needed
+    from volprep_formats.readers.ome.tiff_chain import description_of  # noqa: PLC0415 - seldom needed
 
     text = description_of(path, _HEAD_BYTES) or b""
     return b"<OME" in text and b"openmicroscopy.org" in text
@@ -60,18 +60,18 @@ READERS = (
     Reader("raw", "raw", lambda spec, _path, _head: spec.raw is not None),
     Reader("mosaic", "mosaic", lambda spec, _path, _head: spec.mosaic is not None),
     Reader("volpkg", "volpkg", lambda _spec, path, _head: _is_package(path)),
-    Reader("ome-zarr", "ome_zarr", lambda _spec, path, head: is_zarr(path, head)),
-    Reader("ome-tiff", "ome_tiff", _is_ome_tiff),
+    Reader("ome-zarr", "ome.zarr_image", lambda _spec, path, head: is_zarr(path, head)),
+    Reader("ome-tiff", "ome.tiff", _is_ome_tiff),
     Reader(
         "dicom",
-        "dicom",
+        "dicom.reader",
         lambda spec, path, head: (
             spec.series is not None or (path.is_dir() and not _is_stack(spec, path)) or has_prefix(head)
         ),
     ),
     Reader(
         "stack",
-        "image_stack",
+        "pictures.stack",
         lambda spec, path, head: path.is_dir() or spec.stack is not None or kind_of(head) is not None,
     ),
     Reader(
@@ -85,9 +85,9 @@ READERS = (
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
     Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
-    Reader("vdb", "vdb", lambda _spec, _path, head: head[:4] == b" BDV"),
-    Reader("vti", "vti", lambda _spec, _path, head: b"<VTKFile" in head),
-    Reader("vtk", "vtk_legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
+    Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV"),
+    Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head),
+    Reader("vtk", "vtk.legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
 )
 """All source formats, in the order in which they are tried."""
 

@@ -16,7 +16,14 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
-from volprep_formats.readers.picture_file import Page, Part, decode_request, header_request, page_remarks, pages_of
+from volprep_formats.readers.pictures.file import (
+    Page,
+    Part,
+    decode_request,
+    header_request,
+    page_remarks,
+    pages_of,
+)
 from volprep_formats.source import MosaicLayout, SourceInfo, SourceSpec
 
 

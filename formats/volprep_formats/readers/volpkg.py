@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
-from volprep_formats.package.files import open_inside, source_name
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.files import open_inside, source_name
 from volprep_formats.progress import Progress
-from volprep_formats.readers.ome import chosen
+from volprep_formats.readers.ome.channels import chosen
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource

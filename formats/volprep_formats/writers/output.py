@@ -10,7 +10,7 @@ from typing import BinaryIO, cast
 
 import numpy as np
 
-from volprep_formats.package.files import output_errors
+from volprep_formats.package.storage.files import output_errors
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_formats.package.files import output_errors, replace_file
+from volprep_formats.package.storage.files import output_errors, replace_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 from volprep_formats.writers.output import new_file, write_voxels

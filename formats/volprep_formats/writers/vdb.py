@@ -11,7 +11,7 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.vdb_tree import openvdb
+from volprep_formats.readers.vdb.tree import openvdb
 from volprep_formats.source import VolumeSource
 from volprep_formats.writers.values import PhysicalValues
 

@@ -1,0 +1,45 @@
+"""A level put together from its bricks."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.package.parts.bricks.record import BrickLayout
+
+STORED = 255
+"""Alpha of an entry whose red, green and blue are the place of a brick; 0 where all of the brick is one value."""
+
+
+def constant_entry(normalised: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Entries [..., RGBA] of bricks of one value from 0 to 1: its upper and its lower byte as a 16-bit number."""
+    value = np.rint(normalised * 65535).astype(np.uint16)
+    nothing = np.zeros_like(value)
+    return np.stack([value >> 8, value & 255, nothing, nothing], axis=-1).astype(np.uint8)
+
+
+def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
+    """Say what is wrong with the entries of a level's bricks, if anything."""
+    stored = entries[entries[..., 3] == STORED][:, 2::-1].astype(np.int64)
+    shape = entries.shape[:3]
+    if shape != layout.bricks_zyx or len(stored) != layout.stored:
+        return f"has {len(stored)} stored bricks of {shape}, the manifest {layout.stored} of {layout.bricks_zyx}"
+    if (stored >= layout.pool_zyx).any() or len(np.unique(stored, axis=0)) != len(stored):
+        return f"places bricks twice, or outside of the {layout.pool_zyx} places that there are"
+    return None
+
+
+def voxels_of_bricks(
+    pool: NDArray[np.generic], entries: NDArray[np.uint8], layout: BrickLayout, shape_zyx: tuple[int, int, int]
+) -> NDArray[np.generic]:
+    """Give the voxels [z, y, x] of a level from the texture of its bricks and the entries [z, y, x, RGBA]."""
+    level: NDArray[np.generic] = np.empty(shape_zyx, pool.dtype)
+    largest = 1.0 if pool.dtype.kind == "f" else 2.0 ** (8 * pool.dtype.itemsize) - 1
+    for place in np.ndindex(entries.shape[:3]):
+        first = [at * cells for at, cells in zip(place, layout.cells_zyx, strict=True)]
+        box = tuple(slice(at, at + cells + 1) for at, cells in zip(first, layout.cells_zyx, strict=True))
+        target, entry = level[box], entries[place]
+        if entry[3] != STORED:
+            target[...] = (int(entry[0]) * 256 + int(entry[1])) / 65535 * largest
+            continue
+        corner = [int(at) * pitch + layout.reach - 1 for at, pitch in zip(entry[2::-1], layout.pitch_zyx, strict=True)]
+        target[...] = pool[tuple(slice(at, at + n) for at, n in zip(corner, target.shape, strict=True))]
+    return level

@@ -1,0 +1,1 @@
+"""Joint histograms, for users who edit transfer functions."""

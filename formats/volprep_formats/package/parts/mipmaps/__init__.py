@@ -1,0 +1,1 @@
+"""Levels as mipmaps of one texture."""

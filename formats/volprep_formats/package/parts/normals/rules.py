@@ -1,0 +1,70 @@
+"""Whether what a manifest says of normals agrees with itself; SPEC.md states the rules."""
+
+from collections.abc import Iterator
+
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES
+from volprep_formats.package.program import Program
+from volprep_formats.package.texture import CHANNELS, Texture
+
+
+def normals_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Give every problem of normals that can be seen without opening another file."""
+    levels = {level.index: level for level in manifest.levels}
+    held = {texture.level for texture in manifest.textures if texture.role == "normals"}
+    parts = [(texture.level, texture.part) for texture in manifest.textures if texture.role == "normals"]
+    if len(parts) != len(set(parts)):
+        yield "two textures hold the normals of one level"
+    for texture in manifest.textures:
+        if texture.role != "normals":
+            if texture.normals is not None:
+                yield f"texture {texture.name} has the role {texture.role}, but says what its normals mean"
+            continue
+        yield from (f"texture {texture.name} {problem}" for problem in _code(texture))
+        level = levels.get(-1 if texture.level is None else texture.level)
+        if level is None:
+            yield f"texture {texture.name} holds normals of level {texture.level}, which is not among the levels"
+        elif texture.mosaic is None and (
+            texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx
+        ):
+            yield (
+                f"texture {texture.name} holds normals without a mosaic, so it must be 3D and have the shape "
+                f"{level.grid.shape_zyx}"
+            )
+    for program in manifest.programs:
+        samples = any(sampler.role == "normals" for sampler in program.samplers)
+        if samples != (program.lighting != "none"):
+            yield f"program {program.name} has lighting {program.lighting}, and {'' if samples else 'no '}normals"
+        if samples and not set(program.levels) <= held:
+            yield f"program {program.name} reads normals, which not all of its levels have"
+        yield from (f"program {program.name} {problem}" for problem in _sampled(manifest, program))
+
+
+def _sampled(manifest: Manifest, program: Program) -> Iterator[str]:
+    """A program samples the normals of its levels in the form that its technique reads, in all their parts."""
+    parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "normals")
+    if not parts:
+        return
+    drawn = [each for each in manifest.textures if each.role == "normals" and each.level in program.levels]
+    if any((each.mosaic is not None) != (program.technique == "raycast_mosaic") for each in drawn):
+        yield f"reads normals in another form than {program.technique} does"
+    if any(parts != list(range(each.mosaic.textures if each.mosaic else 1)) for each in drawn):
+        yield "does not sample each part of its normals once"
+
+
+def _code(texture: Texture) -> Iterator[str]:
+    normals = texture.normals
+    if normals is None:
+        yield "holds normals, but does not say what they mean"
+        return
+    channels = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
+    if CHANNELS.get(texture.gl.format) != channels:
+        yield f"holds normals of {channels} channels, its format is {texture.gl.format}"
+    if (normals.code == "snorm8") != (texture.gl.type == "BYTE"):
+        yield f"holds normals of code {normals.code}, but texels of type {texture.gl.type}"
+    if (texture.filter == "linear") != (normals.code in FILTERED_CODES):
+        yield f"holds normals of code {normals.code}, but has the filter {texture.filter}"
+    if texture.transfer is not None:
+        yield "holds normals, but has a transfer function"
+    if texture.mosaic is not None and (texture.mosaic.components != channels or texture.mosaic.gutter):
+        yield f"holds normals of {channels} channels, but has a mosaic with a gutter, or of other components"

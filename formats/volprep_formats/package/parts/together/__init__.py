@@ -1,0 +1,1 @@
+"""Several channels in one picture."""

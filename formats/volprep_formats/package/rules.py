@@ -1,0 +1,359 @@
+"""Whether a manifest agrees with itself: names are unique and known, sizes and layouts fit each other and the profile.
+
+Each function gives the problems that it finds, one sentence each; SPEC.md states the rules.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from volprep_formats.grid import Grid
+from volprep_formats.package.channel_rules import channel_contradictions
+from volprep_formats.package.channels import channel_views
+from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.package.parts.bricks.rules import bricks_contradictions
+from volprep_formats.package.parts.editing.record import Editing
+from volprep_formats.package.parts.editing.rules import editing_contradictions
+from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions, mipmap_shapes
+from volprep_formats.package.parts.normals.rules import normals_contradictions
+from volprep_formats.package.parts.proxy.rules import proxy_contradictions
+from volprep_formats.package.parts.skip.rules import skip_contradictions
+from volprep_formats.package.parts.slices.rules import slices_contradictions
+from volprep_formats.package.parts.together.rules import together_contradictions
+from volprep_formats.package.program import Program
+from volprep_formats.package.texture import CHANNELS, MosaicLayout, Texture
+from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.mosaic import tiles_of
+
+# The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
+_RELATIVE_TOLERANCE = 1e-9
+
+
+def contradictions(manifest: Manifest) -> Iterator[str]:
+    """Give every problem of the manifest that can be seen without opening another file."""
+    yield from _unique(manifest)
+    yield from _roles(manifest)
+    if manifest.state == "sealed":
+        yield from _compression(manifest)
+    if manifest.channels is None:
+        for texture in manifest.textures:
+            if texture.channels is not None:
+                yield f"texture {texture.name} is of channels {', '.join(texture.channels)}, but there is one channel"
+        yield from _of_one_channel(manifest)
+        return
+    yield from channel_contradictions(manifest)
+    yield from together_contradictions(manifest)
+    for name, view in channel_views(manifest).items():
+        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
+
+
+def _of_one_channel(manifest: Manifest) -> Iterator[str]:
+    yield from _levels(manifest)
+    levels = {level.index: level for level in manifest.levels}
+    for texture in manifest.textures:
+        yield from _texture(manifest, texture, levels)
+    yield from _filters(manifest)
+    yield from _parts(manifest)
+    yield from _palettes(manifest)
+    for program in manifest.programs:
+        yield from _program(manifest, program)
+    yield from mipmap_contradictions(manifest)
+    yield from bricks_contradictions(manifest)
+    yield from skip_contradictions(manifest)
+    yield from normals_contradictions(manifest)
+    yield from proxy_contradictions(manifest)
+    yield from slices_contradictions(manifest)
+    yield from editing_contradictions(manifest)
+    if manifest.state == "sealed":
+        yield from _complete(manifest)
+
+
+def _unique(manifest: Manifest) -> Iterator[str]:
+    named: dict[str, Iterable[str]] = {
+        "file": (record.path for record in manifest.files),
+        "texture": (texture.name for texture in manifest.textures),
+        "program": (program.name for program in manifest.programs),
+        "palette": (palette.transfer for palette in manifest.palettes),
+        "transfer function": (transfer.name for transfer in manifest.transfer_functions),
+        "plan item": (item.name for item in manifest.plan),
+    }
+    for kind, names in named.items():
+        yield from (f"{kind} {name} is named {count} times" for name, count in Counter(names).items() if count > 1)
+    paths = [record.path for record in manifest.files]
+    if paths != sorted(paths):
+        yield "the files are not in order of path"
+    if "manifest.json" in paths:
+        yield "the manifest names itself as a file"
+
+
+def _roles(manifest: Manifest) -> Iterator[str]:
+    """Every file is used for what its role says, and every use has its file."""
+    used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
+    programs = (*manifest.programs, *(manifest.subvolumes.programs if manifest.subvolumes else ()))
+    if manifest.proxy is not None:
+        programs = (*programs, *manifest.proxy.programs)
+        used |= {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
+        if manifest.proxy.programs:
+            used[manifest.proxy.depth] = "shader"
+    used |= {histogram.file: "histogram" for histogram in (manifest.editing or Editing()).histograms}
+    used |= {path: "shader" for program in programs for path in (program.vertex, program.fragment)}
+    if manifest.subvolumes is not None:
+        whole = {manifest.subvolumes.whole} - {None, *used}
+        used |= {path: "subvolume" for path in (*manifest.subvolumes.pieces, *whole) if path is not None}
+        used[manifest.subvolumes.grid] = "grid"
+    if manifest.preview is not None:
+        used[manifest.preview] = "preview"
+    roles = {record.path: record.role for record in manifest.files}
+    for path, role in sorted(used.items()):
+        if path not in roles:
+            yield f"{path} is used as a {role}, but is not among the files"
+        elif roles[path] != role:
+            yield f"{path} is used as a {role}, but has the role {roles[path]}"
+    if manifest.state == "sealed":
+        yield from (f"{path} is working data" for path, role in roles.items() if role == "work")
+        yield from (f"nothing uses {path}" for path, role in roles.items() if role != "work" and path not in used)
+        missing = {path for item in manifest.plan for path in item.files if item.kept} - roles.keys()
+        yield from (f"the plan names {path}, which is not among the files" for path in sorted(missing))
+
+
+def _compression(manifest: Manifest) -> Iterator[str]:
+    """A form that was kept is the form of its level's textures."""
+    for form in (form for form in manifest.compression if form.kept):
+        volumes = [each for each in manifest.textures if (each.role, each.level) == ("volume", form.level)]
+        found = {
+            each.gl.internal_format for each in volumes if form.channel is None or form.channel in (each.channels or ())
+        }
+        if found != {BLOCKS[form.format].gl_name}:
+            yield f"level {form.level} is said to be compressed as {form.format}, but its textures are not"
+
+
+def _levels(manifest: Manifest) -> Iterator[str]:
+    indices = [level.index for level in manifest.levels]
+    if indices != sorted(set(indices)):
+        yield "the levels are not in ascending order of their indices"
+    grid = manifest.grid or manifest.source.info.grid
+    if not _is_part(grid, manifest.source.info.grid):
+        yield "the grid is no part of the source's grid"
+    texels = mipmap_shapes(manifest)
+    for level in manifest.levels:
+        expected = grid.coarser(level.factors_zyx)
+        shape_zyx = texels.get(level.index, level.grid.shape_zyx)
+        scale = [1 / (n * h) for n, h in zip(shape_zyx, level.grid.spacing_mm_zyx, strict=True)][::-1]
+        pairs: dict[str, tuple[ArrayLike, ArrayLike]] = {
+            "shape_zyx": (level.grid.shape_zyx, expected.shape_zyx),
+            "spacing_mm_zyx": (level.grid.spacing_mm_zyx, expected.spacing_mm_zyx),
+            "extent_mm_zyx": (level.grid.extent_mm_zyx, expected.extent_mm_zyx),
+            "direction": (level.grid.direction, expected.direction),
+            "corner": (level.grid.corner_mm_xyz, grid.corner_mm_xyz),
+            "texture_from_box_per_mm_xyz": (level.texture_from_box_per_mm_xyz, scale),
+        }
+        size_mm = max(*np.abs(grid.corner_mm_xyz), *grid.extent_mm_zyx)
+        for name, (found, wanted) in pairs.items():
+            absolute = size_mm * _RELATIVE_TOLERANCE if name == "corner" else 0.0
+            if not np.allclose(found, wanted, rtol=_RELATIVE_TOLERANCE, atol=absolute):
+                yield f"{name} of level {level.index} does not follow from the grid and the factors"
+
+
+def _is_part(grid: Grid, source: Grid) -> bool:
+    """Say whether the voxels of `grid` are voxels of `source`."""
+    start_xyz = (np.linalg.inv(source.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
+    start_zyx = np.rint(start_xyz[::-1]).astype(int)
+    stop_zyx = start_zyx + grid.shape_zyx
+    if (start_zyx < 0).any() or (stop_zyx > source.shape_zyx).any():
+        return False
+    part = source.part(tuple(start_zyx.tolist()), tuple(stop_zyx.tolist()))
+    size_mm = max(*np.abs(source.corner_mm_xyz), *source.extent_mm_zyx)
+    return (
+        (part.spacing_mm_zyx, part.extent_mm_zyx, part.direction)
+        == (grid.spacing_mm_zyx, grid.extent_mm_zyx, grid.direction)
+    ) and np.allclose(part.origin_mm_xyz, grid.origin_mm_xyz, rtol=0.0, atol=size_mm * _RELATIVE_TOLERANCE)
+
+
+def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> Iterator[str]:
+    name = f"texture {texture.name}"
+    profile = manifest.profile
+    limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
+    if max(texture.shape_zyx) > limit:
+        yield f"{name} has {texture.shape_zyx} texels; the profile allows {limit} along an axis"
+    if texture.gl.target == "TEXTURE_2D" and texture.shape_zyx[0] != 1:
+        yield f"{name} is 2D, but has {texture.shape_zyx[0]} slices"
+    is_compressed = texture.gl.format is None and texture.role != "slices"
+    if is_compressed != (texture.encoder is not None) or (is_compressed and texture.mosaic is None):
+        yield f"{name} is compressed without an encoder or a mosaic, or names an encoder without being compressed"
+    if texture.role in {"transfer", "preintegrated"}:
+        yield from (f"{name} {problem}" for problem in _table(manifest, texture))
+        return
+    if texture.role in {"bricks", "skip", "ranges", "normals", "slices"}:
+        if texture.role == "normals" and texture.mosaic is not None and texture.level in levels:
+            yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, levels[texture.level]))
+        return  # skip_agreement.py, normals_agreement.py and slices_agreement.py know them
+    level = levels.get(-1 if texture.level is None else texture.level)
+    if level is None:
+        yield f"{name} holds level {texture.level}, which is not among the levels"
+    elif texture.mosaic is not None:
+        yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, level))
+    elif texture.mipmap is not None or texture.bricks is not None:
+        pass  # mipmap_agreement.py and bricks_agreement.py know them
+    elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
+        yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
+    yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))
+
+
+def _voxels(manifest: Manifest, texture: Texture) -> Iterator[str]:
+    """A volume holds values, or is classified by a transfer function for a length."""
+    classified = texture.reference_mm is not None and texture.reference_mm > 0
+    if classified != (texture.transfer is not None) or texture.max_extinction_per_mm is not None:
+        yield "is a volume, but has only one of a transfer function and a reference length, or a largest extinction"
+    if texture.transfer is not None and texture.transfer not in _function_names(manifest):
+        yield f"is classified by {texture.transfer}, which is no transfer function"
+    if classified and (texture.gl.format != "RGBA" or texture.mosaic is not None):
+        yield "is classified, so it must be 3D and have four channels"
+
+
+def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
+    if texture.transfer not in _function_names(manifest):
+        yield f"is the table of {texture.transfer}, which is no transfer function"
+    _, height, width = texture.shape_zyx
+    levels = {level.index for level in manifest.levels} if texture.role == "transfer" else set()
+    if texture.mosaic is not None or (texture.level is not None and texture.level not in levels):
+        yield "is a table of a transfer function, but has a mosaic, or a level that it cannot have"
+    if height != (width if texture.role == "preintegrated" else 1):
+        yield "has not one row as a lookup table, or as many rows as columns as a pre-integrated one"
+    if (texture.role == "preintegrated") != (texture.segment_mm is not None and texture.segment_mm > 0):
+        yield "is pre-integrated for segments of no length, or has a length without being pre-integrated"
+    if (texture.max_extinction_per_mm is None) != (texture.gl.type != "UNSIGNED_BYTE"):
+        yield "has 8 bits without max_extinction_per_mm, or has that without 8 bits"
+
+
+def _palettes(manifest: Manifest) -> Iterator[str]:
+    for palette in manifest.palettes:
+        if palette.transfer not in _function_names(manifest):
+            yield f"a palette is that of {palette.transfer}, which is no transfer function"
+
+
+def _function_names(manifest: Manifest) -> set[str]:
+    return {function.name for function in manifest.transfer_functions}
+
+
+def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
+    """A program has what it classifies with, and samples it once."""
+    name = program.classification
+    wanted = [] if name in {"palette", "preclassified"} else ["transfer" if name == "lookup" else name]
+    if name == "palette":
+        found = [palette.transfer for palette in manifest.palettes]
+    elif name == "preclassified":
+        found = list({str(each.transfer) for each in manifest.textures if each.reference_mm is not None})
+    else:
+        tables = [each for each in manifest.textures if each.role in wanted and each.transfer == program.transfer]
+        found = [program.transfer] if _one_for_each_level(tables, program) else []
+        forms = {(each.shape_zyx, each.gl.type, each.max_extinction_per_mm) for each in tables}
+        if len(forms) > 1:
+            yield f"draws {program.transfer}, whose tables have not one size, type and largest extinction"
+    if found.count(program.transfer) != 1:
+        yield f"draws {program.transfer}, of which there is not one {name} table"
+    sampled = [
+        sampler.role for sampler in program.samplers if sampler.role not in {"volume", "bricks", "skip", "normals"}
+    ]
+    if sampled != wanted:
+        yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
+
+
+def _one_for_each_level(tables: list[Texture], program: Program) -> bool:
+    """Say whether each level of a program has one table: its own, or the one common one."""
+    levels = [table.level for table in tables]
+    if any(count > 1 for count in Counter(levels).values()):
+        return False
+    return None in levels or (bool(levels) and set(program.levels) <= set(levels))
+
+
+def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[str]:
+    slices, height, width = level.grid.shape_zyx
+    if (mosaic.slices, *mosaic.tile_shape_yx) != (slices, height, width):
+        yield f"its mosaic holds {mosaic.slices} slices of {mosaic.tile_shape_yx}, its level {level.grid.shape_zyx}"
+    if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles_of(mosaic.slices, mosaic.channels, mosaic.order):
+        yield f"its mosaic has no room for {mosaic.slices} slices"
+    rows, columns = mosaic.pitch_yx
+    texture_rows, texture_columns = mosaic.texture_shape_yx
+    if mosaic.tiles_y * rows > texture_rows or mosaic.tiles_x * columns > texture_columns:
+        yield f"its tiles do not fit into textures of {mosaic.texture_shape_yx}"
+    if texture.shape_zyx != (1, *mosaic.texture_shape_yx):
+        yield f"its shape {texture.shape_zyx} is not that of its mosaic"
+    if mosaic.channels > 1 < mosaic.components:
+        yield "its mosaic has several components and several slices in a texel"
+    if mosaic.channels == 1 and mosaic.order != "interleaved":
+        yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
+    block = next((each for each in BLOCKS.values() if each.gl_name == texture.gl.internal_format), None)
+    held = CHANNELS.get(texture.gl.format) if block is None else block.channels
+    if mosaic.channels * mosaic.components != held:
+        pixels = texture.gl.format or texture.gl.internal_format
+        yield f"its mosaic has {mosaic.channels * mosaic.components} channels, its format is {pixels}"
+    if any(pitch % (1 if block is None else block.size) for pitch in mosaic.pitch_yx):
+        yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
+
+
+def _filters(manifest: Manifest) -> Iterator[str]:
+    """All voxels are labels or none, and what lies between two labels is nowhere looked up."""
+    filters = {texture.filter for texture in manifest.textures if texture.role in {"volume", "slices"}}
+    if len(filters) > 1:
+        yield "some volumes are sampled with the filter linear, others with nearest"
+    if "nearest" in filters and any(program.classification == "preintegrated" for program in manifest.programs):
+        yield "the volumes hold labels, but a program draws pre-integrated segments between them"
+
+
+def _parts(manifest: Manifest) -> Iterator[str]:
+    """The textures of a mosaic are there, once each, and agree with each other."""
+    parts: dict[tuple[str, int | None, str | None, tuple[str, ...] | None], list[Texture]] = {}
+    for texture in manifest.textures:
+        if texture.mosaic is None:
+            if texture.part and texture.role != "slices":
+                yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
+        else:
+            key = (texture.role, texture.level, texture.transfer, texture.channels)
+            parts.setdefault(key, []).append(texture)
+    for (role, level, _, _), textures in parts.items():
+        mosaic = textures[0].mosaic
+        if any(texture.mosaic != mosaic or texture.gl != textures[0].gl for texture in textures):
+            yield f"the mosaics of the {role} of level {level} differ in layout or format"
+        elif mosaic is not None and sorted(each.part for each in textures) != list(range(mosaic.textures)):
+            yield f"the mosaic of the {role} of level {level} needs the parts 0 to {mosaic.textures - 1}, once each"
+
+
+def _program(manifest: Manifest, program: Program) -> Iterator[str]:
+    name = f"program {program.name}"
+    volumes = [texture for texture in manifest.textures if texture.role == "volume"]
+    for index in program.levels:
+        drawn = [texture for texture in volumes if texture.level == index]
+        wanted = program.technique == "raycast_mosaic", program.technique == "raycast_bricks"
+        if not any((texture.mosaic is not None, texture.bricks is not None) == wanted for texture in drawn):
+            yield f"{name} draws level {index}, but no texture holds it in the form that {program.technique} reads"
+    if not program.levels:
+        yield f"{name} draws no level"
+    yield from (f"{name} {problem}" for problem in _classification(manifest, program))
+    roles = [sampler.role for sampler in program.samplers]
+    parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
+    held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
+    if any(parts != list(range(textures)) for textures in held or {1}):
+        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and what it classifies with"
+    if len(roles) > manifest.profile.texture_units:
+        yield f"{name} reads {len(roles)} textures; the profile has {manifest.profile.texture_units} units"
+    names = Counter([uniform.name for uniform in program.uniforms] + [sampler.name for sampler in program.samplers])
+    yield from (f"{name} has {count} uniforms {key}" for key, count in names.items() if count > 1)
+
+
+def _complete(manifest: Manifest) -> Iterator[str]:
+    if manifest.stages:
+        yield "it is sealed, but has records of stages"
+    needed = ["grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "render"]
+    if not manifest.profile.has_shaders:
+        what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
+    else:
+        needed.append("programs")
+        what, drawn = "program", {program.transfer for program in manifest.programs}
+    for field in needed:
+        if not getattr(manifest, field):
+            yield f"it is sealed without {field}"
+    for transfer in manifest.transfer_functions:
+        if transfer.name not in drawn:
+            yield f"no {what} draws the transfer function {transfer.name}"

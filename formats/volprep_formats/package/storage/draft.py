@@ -1,0 +1,262 @@
+"""A package under construction. Each stage adds to it by one step that happens whole or not at all.
+
+What a stage writes collects in the hidden folder `.stage`, at last with the manifest as it will be. The rename that
+gives `.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones
+move to their places, and `manifest.json` is replaced last. A process killed before the step leaves the draft as it
+was; what one killed after it left to do is done by the next `Draft.open`.
+"""
+
+import hashlib
+import shutil
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from typing import Self, cast
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import FileRecord, FileRole, Manifest, StageRecord, SubvolumeFiles
+from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
+from volprep_formats.package.parts.proxy.record import Proxy
+from volprep_formats.package.storage.chunks import write_all, write_chunks
+from volprep_formats.package.storage.files import (
+    MANIFEST,
+    MANIFEST_IN_MAKING,
+    open_inside,
+    output_errors,
+    path_inside,
+    remove_empty,
+    replace_file,
+    sync_all,
+    sync_folder,
+)
+from volprep_formats.package.storage.lock import Lock
+from volprep_formats.package.texture import Texture
+
+_STAGE = ".stage"
+
+
+class Draft:
+    """A package under construction. Make one with `create`, or go on with `open`."""
+
+    def __init__(self, folder: Path, manifest: Manifest) -> None:
+        """Use `create` or `open`."""
+        self._folder = folder
+        self._manifest = manifest
+        self._pending: dict[str, FileRecord] = {}
+        self._lock: Lock | None = None
+
+    @classmethod
+    def create(cls, folder: Path, manifest: Manifest) -> Self:
+        """Make the folder of a new draft, and its parents. `manifest` names no files yet.
+
+        Takes an empty folder, and one that a killed `create` left. Raises VP4023 where `folder` holds anything else,
+        VP4020 where it cannot be written.
+        """
+        with output_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            if any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
+                raise VolprepError("VP4023", path=folder)
+            replace_file(folder / MANIFEST, encode_manifest(manifest))
+            sync_folder(folder.parent)
+        return cls(folder, manifest)
+
+    @classmethod
+    def open(cls, folder: Path) -> Self:
+        """Go on with a draft, after finishing or dropping what a killed process left.
+
+        Raises VP4001 to VP4004 for what is no readable package, VP4006 for a sealed one, VP4012 while another
+        process runs a stage on it.
+        """
+        recover(folder)
+        manifest = read_manifest(folder)
+        if manifest.state != "draft":
+            raise VolprepError("VP4006", path=folder)
+        return cls(folder, manifest)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the draft."""
+        return self._folder
+
+    @property
+    def manifest(self) -> Manifest:
+        """The manifest as of the last commit."""
+        return self._manifest
+
+    def write(self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
+        """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
+
+        Chunks must not change after they were given. The file counts from the next `commit` on; until then only this
+        object sees it. Raises VP4020 where it cannot be written, VP4012 while another process runs a stage.
+        """
+        with output_errors(self._folder / path), self._new_file(path).open("wb", buffering=0) as file:
+            if isinstance(data, bytes):
+                write_all(file, data)
+                size, sha256 = len(data), hashlib.sha256(data).hexdigest()
+            else:
+                size, sha256 = write_chunks(file, data)
+        record = FileRecord(path=path, role=role, size_bytes=size, sha256=sha256)
+        self._pending[path] = record
+        return record
+
+    def read_bytes(self, path: str) -> bytes:
+        """Read a file that this or an earlier stage wrote. Raises VP4014 if there is none."""
+        if path in self._pending:
+            folder = self._folder / _STAGE / "files"
+        elif any(record.path == path for record in self._manifest.files):
+            folder = self._folder
+        else:
+            raise VolprepError("VP4014", path=self._folder, file=path)
+        with open_inside(folder, path) as file:
+            return file.read()
+
+    def scratch(self, name: str) -> Path:
+        """Give the path of a file for the stage's own use, inside the draft's folder; the next `commit` removes it."""
+        folder = self._begin() / "scratch"
+        with output_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        return folder / name
+
+    def commit(self, stage: StageRecord, drop: Collection[str] = (), /, **manifest_updates: object) -> None:
+        """Add what `stage` wrote: the one step from the draft before the stage to the draft after it.
+
+        The record's `files` are filled in here: all files written since the last commit. The files of an earlier
+        run of the same stage, and the records and files of the stages after it and of those in `drop`, are dropped,
+        and with them the textures, programs and the preview that name them. `state="sealed"` ends the draft: working
+        data and stage records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
+        """
+        before = self._manifest
+        with output_errors(self._folder):
+            staging = self._begin()
+            after = _after(before, stage, drop, self._pending, manifest_updates)
+            self._check_staged()
+            manifest = staging / MANIFEST_IN_MAKING
+            manifest.write_bytes(encode_manifest(after))
+            files = [self._staged(path) for path in self._pending]
+            # All must be on the disk before the rename; in which order does not matter.
+            sync_all([manifest, *files, *_folders_around(files, self._folder)])
+            manifest.replace(staging / MANIFEST)
+            sync_folder(staging)
+            _roll_forward(self._folder, before, after)
+            shutil.rmtree(staging)
+        self._manifest = after
+        self._pending.clear()
+        self._lock = None
+
+    def _begin(self) -> Path:
+        staging = self._folder / _STAGE
+        if self._lock is None:
+            self._lock = Lock(staging / "lock", self._folder)
+        return staging
+
+    def _staged(self, path: str) -> Path:
+        return self._folder / _STAGE / "files" / path
+
+    def _new_file(self, path: str) -> Path:
+        # The pattern of the record keeps the name inside the package before any file is touched.
+        FileRecord(path=path, role="work", size_bytes=0, sha256="0" * 64)
+        self._begin()
+        target = self._staged(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return target
+
+    def _check_staged(self) -> None:
+        # Another draft object, opened on the same folder in between, has dropped what this one wrote.
+        if any(not self._staged(path).exists() for path in self._pending):
+            raise VolprepError("VP4012", path=self._folder)
+
+
+def recover(folder: Path) -> None:
+    """Finish or drop what a killed process left in a draft. Raises VP4012 while another process runs a stage."""
+    staging = folder / _STAGE
+    if not staging.is_dir():
+        return
+    # First of all: in a folder that is no package, a folder with this name is not ours to remove.
+    read_manifest(folder)
+    with output_errors(folder):
+        lock = Lock(staging / "lock", folder)
+        if (staging / MANIFEST).exists():
+            after = decode_manifest((staging / MANIFEST).read_bytes(), folder)
+            _roll_forward(folder, read_manifest(folder), after)
+        shutil.rmtree(staging)
+        lock.release()
+
+
+def _after(
+    before: Manifest,
+    stage: StageRecord,
+    drop: Collection[str],
+    pending: dict[str, FileRecord],
+    updates: dict[str, object],
+) -> Manifest:
+    """Make the manifest as it is after `stage` wrote `pending`."""
+    names = [record.name for record in before.stages]
+    earlier = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
+    kept = tuple(record for record in earlier if record.name not in drop)
+    owned = {path for record in kept for path in record.files}
+    files = {record.path: record for record in before.files if record.path in owned} | pending
+    stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
+    if updates.get("state") == "sealed":
+        files = {path: record for path, record in files.items() if record.role != "work"}
+        stages = ()
+    gone = {record.path for record in before.files} - files.keys()
+    textures = cast("tuple[Texture, ...]", updates.get("textures", before.textures))
+    fields = dict(before) | {
+        "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
+        "subvolumes": _subvolumes(before.subvolumes, files),
+        "skipping": before.skipping if _has_tables(before, files) else None,
+        "proxy": _proxy(before.proxy, files),
+        "preview": before.preview if before.preview in files else None,
+    }
+    records = {
+        "stages": stages,
+        "files": tuple(files[path] for path in sorted(files)),
+        "textures": tuple(texture for texture in textures if texture.file not in gone),
+    }
+    return Manifest.model_validate(fields | updates | records)
+
+
+def _has_tables(before: Manifest, files: dict[str, FileRecord]) -> bool:
+    """Say whether the files of empty-space skipping are still there."""
+    return all(texture.file in files for texture in before.textures if texture.role in {"skip", "ranges"})
+
+
+def _subvolumes(before: SubvolumeFiles | None, files: dict[str, FileRecord]) -> SubvolumeFiles | None:
+    if before is None or before.grid not in files:
+        return None
+    programs = tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys())
+    return before.model_copy(update={"programs": programs})
+
+
+def _proxy(before: Proxy | None, files: dict[str, FileRecord]) -> Proxy | None:
+    """Give the meshes while all their files are there; programs while their shaders are."""
+    if before is None or any(mesh.file is not None and mesh.file not in files for mesh in before.meshes):
+        return None
+    shaders = {before.depth} & files.keys()
+    programs = tuple(each for each in before.programs if shaders and {each.vertex, each.fragment} <= files.keys())
+    return before.model_copy(update={"programs": programs})
+
+
+def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
+    """Bring `folder` from one manifest to the next. Can be cut short anywhere and run again."""
+    named = {record.path for record in after.files}
+    moved = []
+    for record in before.files:
+        if record.path not in named:
+            dropped = path_inside(folder, record.path)
+            dropped.unlink(missing_ok=True)
+            remove_empty(dropped.parent, folder)
+    for path in sorted(named):
+        staged = folder / _STAGE / "files" / path
+        if staged.exists():
+            target = path_inside(folder, path)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            staged.replace(target)
+            moved.append(target)
+    sync_all(_folders_around(moved, folder))
+    (folder / _STAGE / MANIFEST).replace(folder / MANIFEST)
+    sync_folder(folder)
+
+
+def _folders_around(files: Iterable[Path], outermost: Path) -> set[Path]:
+    parents = {parent for file in files for parent in file.parents if parent.is_relative_to(outermost)}
+    return parents | {outermost}

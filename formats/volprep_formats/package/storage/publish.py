@@ -1,0 +1,119 @@
+"""Giving a finished package its name: it appears there whole or not at all, also over an older one."""
+
+import ctypes
+import errno
+import os
+from pathlib import Path, PurePosixPath
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.storage.draft import recover
+from volprep_formats.package.storage.files import (
+    MANIFEST,
+    MANIFEST_IN_MAKING,
+    names_in,
+    output_errors,
+    path_inside,
+    remove_empty,
+    sync_folder,
+)
+
+_AT_FDCWD = -100
+_RENAME_NOREPLACE = 1
+_RENAME_EXCHANGE = 2
+_NOT_SUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
+
+
+def publish(partial: Path, target: Path) -> None:
+    """Move the sealed package at `partial` to `target`, in one step, and remove the older package from there.
+
+    Both must lie on one file system. On Linux the two folders are exchanged (renameat2), so that at every moment
+    `target` is the older or the newer package. Where the system or the file system cannot exchange, the older one is
+    first renamed to `partial` with ".old" appended: a process killed just there leaves none under the name, and the
+    next `publish` removes what it left. A process killed after the exchange leaves the older package at `partial`: a
+    sealed package that is found there must be removed (`remove_package`), not published.
+
+    Raises VP4001 to VP4005 if `partial` is no sealed package, VP4021 or VP4022 if something else is in the way, and
+    VP4020 if the system refuses.
+    """
+    recover(partial)
+    if read_manifest(partial).state != "sealed":
+        raise VolprepError("VP4005", path=partial)
+    check_target(target)
+    aside = partial.with_name(partial.name + ".old")
+    if os.path.lexists(aside) and os.path.lexists(target):
+        remove_package(aside)
+    with output_errors(target):
+        sync_folder(partial)
+        if os.path.lexists(target):
+            _exchange(partial, target, aside)
+        elif not _renameat2(partial, target, _RENAME_NOREPLACE):
+            partial.rename(target)
+        sync_folder(target.parent)
+    for older in (partial, aside):
+        if os.path.lexists(older):
+            remove_package(older)
+
+
+def check_target(target: Path) -> None:
+    """Raise VP4021 or VP4022 if `publish` would refuse `target`: it is no package, or holds files of others."""
+    if os.path.lexists(target):
+        _own_names(target)
+
+
+def remove_package(folder: Path) -> None:
+    """Remove a package or a draft: the files that its manifest names, and the folder. An empty folder goes, too.
+
+    Raises VP4021 if it is no package, VP4022 if other files are in it, VP4012 while another process works on it,
+    VP4020 if the system refuses. The manifest goes last, so that what a killed removal leaves can be removed again.
+    """
+    names = _own_names(folder)
+    with output_errors(folder):
+        for name in names:
+            path_inside(folder, name).unlink(missing_ok=True)
+            remove_empty(path_inside(folder, name).parent, folder)
+        folder.rmdir()
+
+
+def _own_names(folder: Path) -> list[str]:
+    """List the files of a package, its manifest last, after making sure that it is one and holds nothing else."""
+    if folder.is_symlink():
+        raise VolprepError("VP4021", path=folder, problem="it is a symbolic link")
+    if folder.is_dir() and set(names_in(folder)) <= {MANIFEST_IN_MAKING}:  # what a killed create or removal leaves
+        return names_in(folder)
+    try:
+        read_manifest(folder)
+    except VolprepError as error:
+        raise VolprepError("VP4021", path=folder, problem=error.summary) from error
+    recover(folder)
+    named = [*(record.path for record in read_manifest(folder).files), MANIFEST]
+    # A folder that is empty, because what was in it is missing, is the package's all the same.
+    own = {*named, *(f"{parent}/" for name in named for parent in PurePosixPath(name).parents)}
+    others = [name for name in names_in(folder) if name not in own]
+    if others:
+        raise VolprepError("VP4022", path=folder, count=len(others), first=others[0])
+    return named
+
+
+def _exchange(partial: Path, target: Path, aside: Path) -> None:
+    if _renameat2(partial, target, _RENAME_EXCHANGE):
+        return
+    target.rename(aside)
+    try:
+        partial.rename(target)
+    except OSError:
+        aside.rename(target)
+        raise
+
+
+def _renameat2(source: Path, target: Path, flags: int) -> bool:
+    """Rename in one step as `flags` say. False where the system or the file system has no such call."""
+    call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if call is None:
+        return False
+    if call(_AT_FDCWD, os.fsencode(source), _AT_FDCWD, os.fsencode(target), ctypes.c_uint(flags)) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in _NOT_SUPPORTED:
+        return False
+    raise OSError(code, os.strerror(code))

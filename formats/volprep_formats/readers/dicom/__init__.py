@@ -1,0 +1,1 @@
+"""DICOM series, as files or folders of them."""

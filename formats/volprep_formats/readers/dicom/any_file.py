@@ -1,0 +1,84 @@
+"""The header of any DICOM file, parsed by pydicom: frames, deflated and big-endian data sets, old and odd files.
+
+Source: DICOM PS3.10 (file format), PS3.5 (A.5 deflated data sets).
+"""
+
+import io
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import pydicom
+from pydicom import config
+from pydicom.dataset import Dataset
+from pydicom.filereader import read_dataset, read_file_meta_info
+from pydicom.tag import BaseTag
+from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.element import PIXEL_DATA, pixel_element
+from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
+from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices
+from volprep_formats.readers.dicom.header import SliceImage, slice_image
+from volprep_formats.readers.dicom.inflate import inflated_data_set
+from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices
+
+_TAGS: list[BaseTag | int] = [*TAGS.values(), *PRIVATE_TAGS]
+
+
+@contextmanager
+def quiet_pydicom() -> Iterator[None]:
+    """Keep pydicom from judging and printing: what matters is checked here, and said in our own words."""
+    with config.disable_value_validation(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def any_slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ...]:
+    """Slices of a DICOM file; none when it is sound but holds no image.
+
+    Raises VolprepError VP1031 when it ends within its header, and whatever pydicom lets through on damaged bytes.
+    """
+    with quiet_pydicom():
+        return _slices(path, file, deflated=deflated)
+
+
+def _slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ...]:
+    stream: BinaryIO
+    if deflated:
+        meta, implicit, little = read_file_meta_info(path), False, True
+        stream = io.BytesIO(inflated_data_set(path))
+        data: Dataset = read_dataset(stream, implicit, little, stop_when=_at_pixels, specific_tags=_TAGS)
+    else:
+        stream = file
+        whole = pydicom.dcmread(stream, stop_before_pixels=True, force=True, specific_tags=_TAGS)
+        data, meta = whole, whole.file_meta
+        implicit, little = (bool(said) for said in whole.original_encoding)
+    syntax = UID(str(meta.get("TransferSyntaxUID", ""))) or _bare_syntax(implicit, little)
+    encapsulated = syntax.is_transfer_syntax and syntax.is_encapsulated
+    element = pixel_element(stream, implicit, little, encapsulated=encapsulated)
+    elements = elements_of(data)
+    sop_class = UID(str(meta.get("MediaStorageSOPClassUID", "")) or raw_text(elements, "SOPClassUID"))
+    if element is None:
+        if not raw_value(elements, "Rows")[0] and "Image Storage" not in sop_class.name:
+            return ()
+        # Not kept for later as the problem of this image: even the series that it names may be cut off.
+        raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
+    image = slice_image(path, elements, str(syntax), element)
+    frames = frame_count(data)
+    if frames is not None:
+        return frame_slices(image, data, element, frames)
+    return mosaic_slices(image, elements) if is_mosaic(elements) else (image,)
+
+
+def _at_pixels(tag: BaseTag, _vr: str | None, _length: int) -> bool:
+    return tag.group == PIXEL_DATA >> 16
+
+
+def _bare_syntax(implicit: bool, little: bool) -> UID:
+    """Transfer syntax of a file that does not name it."""
+    if implicit:
+        return ImplicitVRLittleEndian
+    return ExplicitVRLittleEndian if little else ExplicitVRBigEndian

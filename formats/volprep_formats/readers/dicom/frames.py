@@ -1,0 +1,157 @@
+"""Enhanced multi-frame images: one file with many slices, each with functional groups that say where it lies.
+
+What all frames have in common stands in the shared groups, what differs in those of each frame. A multi-frame image
+without these groups says nowhere where its frames lie, and is refused. Source: DICOM PS3.3, C.7.6.16; for the frames
+of encapsulated pixel data PS3.5, A.4.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from pydicom.dataelem import RawDataElement
+from pydicom.dataset import Dataset
+from pydicom.uid import UID, ExplicitVRBigEndian
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.element import PixelElement
+from volprep_formats.readers.dicom.fields import (
+    PRIVATE_TAGS,
+    TAGS,
+    VARIANTS,
+    Elements,
+    Fields,
+    raw_text,
+    variant_text,
+)
+from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, pixel_spacing, unit_of
+
+_MOST_FRAMES = 2**20
+_GROUP_OF_VARIANT = {
+    "EchoTime": ("MREchoSequence", "EffectiveEchoTime"),
+    "TriggerTime": ("CardiacSynchronizationSequence", "NominalCardiacTriggerDelayTime"),
+    "TemporalPositionIdentifier": ("FrameContentSequence", "TemporalPositionIndex"),
+    "DiffusionBValue": ("MRDiffusionSequence", "DiffusionBValue"),
+    "AcquisitionNumber": ("FrameContentSequence", "FrameAcquisitionNumber"),
+    "ImageType": ("FrameContentSequence", "StackID"),
+}
+"""Where a frame says what a single image says in one of `VARIANTS`."""
+
+
+def elements_of(data: Dataset) -> Elements:
+    """Values of the wanted elements of a data set as they stand in the file."""
+    found = {}
+    for tag in (*TAGS.values(), *PRIVATE_TAGS):
+        element: object = data.get_item(tag) if tag in data else None
+        if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
+            found[tag] = (element.value, "<" if element.is_little_endian else ">")
+    return found
+
+
+def frame_count(data: Dataset) -> int | None:
+    """Number of frames that a multi-frame image declares, 0 when it is no sound number; None for a single image."""
+    text = raw_text(elements_of(data), "NumberOfFrames")
+    grouped = TAGS["PerFrameFunctionalGroupsSequence"] in data
+    if not text:
+        return 1 if grouped else None
+    try:
+        frames = int(text)
+    except ValueError:
+        return 0
+    if frames == 1 and not grouped:
+        return None
+    return frames if 1 <= frames <= _MOST_FRAMES else 0
+
+
+def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames: int) -> tuple[SliceImage, ...]:
+    """Slices of the multi-frame image that `image` is as a whole; the image itself, with its problem, if it has one."""
+    if image.problem is not None or image.pixels is None:
+        return (replace(image, pixels=None),)
+    groups = _sequence(data, "PerFrameFunctionalGroupsSequence")
+    if frames == 0 or len(groups) != frames:
+        what = f"places for {len(groups)} frames" if groups else "no places for them"
+        shown = str(frames) if frames else "an unsound number of"
+        return (replace(image, problem=VolprepError("VP1041", path=image.path, frames=shown, what=what)),)
+    shared = (_sequence(data, "SharedFunctionalGroupsSequence") or [Dataset()])[0]
+    try:
+        pixels = _frame_pixels(image.pixels, element, frames)
+        parts = zip(groups, pixels, strict=True)
+        return tuple(_slice(image, k + 1, shared, own, part) for k, (own, part) in enumerate(parts))
+    except VolprepError as error:
+        return (replace(image, problem=error),)
+
+
+def _sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
+    element = data.get(TAGS[keyword])
+    return element.value if element is not None and element.VR == "SQ" else []
+
+
+def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels: EncodedPixels) -> SliceImage:
+    """One frame as a slice; what its groups leave out is as in the image."""
+
+    def group(keyword: str) -> Elements:
+        found = _sequence(own, keyword) or _sequence(shared, keyword)
+        return elements_of(found[0]) if found else {}
+
+    measures = Fields(image.path, group("PixelMeasuresSequence"))
+    orientation = Fields(image.path, group("PlaneOrientationSequence"))
+    position = Fields(image.path, group("PlanePositionSequence"))
+    values = Fields(image.path, group("PixelValueTransformationSequence"))
+    slope, intercept = values.number("RescaleSlope"), values.number("RescaleIntercept")
+    if slope == 0.0:
+        values.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
+    found = replace(
+        image,
+        number=number,
+        orientation=orientation.numbers("ImageOrientationPatient", 6) or image.orientation,
+        position_mm_xyz=position.numbers("ImagePositionPatient", 3) or image.position_mm_xyz,
+        pixel_spacing_mm_yx=pixel_spacing(measures) or image.pixel_spacing_mm_yx,
+        slice_thickness_mm=measures.hint("SliceThickness"),
+        spacing_between_slices_mm=measures.hint("SpacingBetweenSlices"),
+        slope=image.slope if slope is None else slope,
+        intercept=image.intercept if intercept is None else intercept,
+        unit=unit_of(values, image.modality, rescaled=intercept is not None) or image.unit,
+        variants=tuple(_variant(image, group, k) for k in range(len(VARIANTS))),
+        pixels=pixels,
+    )
+    problems = [fields.problem for fields in (measures, orientation, position, values) if fields.problem is not None]
+    return replace(found, problem=problems[0]) if problems else found
+
+
+def _variant(image: SliceImage, group: Callable[[str], Elements], k: int) -> str:
+    if VARIANTS[k] not in _GROUP_OF_VARIANT:
+        return image.variants[k]
+    sequence, keyword = _GROUP_OF_VARIANT[VARIANTS[k]]
+    return variant_text(group(sequence), keyword) or image.variants[k]
+
+
+def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> list[EncodedPixels]:
+    """Where each frame lies in the pixel data."""
+    syntax = UID(pixels.transfer_syntax)
+    if syntax.is_transfer_syntax and syntax.is_encapsulated:
+        return [
+            replace(pixels, offset_bytes=start, size_bytes=end - start, is_bare=True)
+            for start, end in _fragments(pixels, element, frames)
+        ]
+    size = pixels.rows * pixels.columns * pixels.bits_allocated // 8
+    if not frames * size <= pixels.size_bytes < (frames + 1) * size + 2:
+        expected, actual = f"{frames * size} bytes", f"{pixels.size_bytes} bytes"
+        raise VolprepError("VP1045", path=pixels.path, frames=frames, expected=expected, actual=actual)
+    if syntax == ExplicitVRBigEndian and pixels.bits_allocated == 8 and pixels.has_words and size % 2:
+        raise VolprepError("VP1041", path=pixels.path, frames=frames, what="frames that begin within a word")
+    return [replace(pixels, offset_bytes=pixels.offset_bytes + k * size, size_bytes=size) for k in range(frames)]
+
+
+def _fragments(pixels: EncodedPixels, element: PixelElement, frames: int) -> list[tuple[int, int]]:
+    """Bytes of the items of each frame, with their headers."""
+    items = [(offset - 8, offset + length) for offset, length in element.items[1:]]
+    if len(items) == frames:
+        return items
+    begins = [items[0][0] + offset for offset in element.table] if items else []
+    places = {start: k for k, (start, _) in enumerate(items)}
+    firsts = [places[begin] for begin in begins if begin in places]
+    if len(begins) != frames or len(firsts) != frames or firsts != sorted(set(firsts)) or firsts[0] != 0:
+        raise VolprepError(
+            "VP1045", path=pixels.path, frames=frames, expected="a table of their places", actual=f"{len(items)} parts"
+        )
+    lasts = [*(first - 1 for first in firsts[1:]), len(items) - 1]
+    return [(items[first][0], items[last][1]) for first, last in zip(firsts, lasts, strict=True)]

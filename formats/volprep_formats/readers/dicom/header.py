@@ -1,0 +1,241 @@
+"""What the header of one DICOM image says of geometry and pixels, checked.
+
+Only what `SliceImage` has fields for is kept, of the few attributes that are read (`dicom_fields.py`). Source: DICOM
+PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.codecs import EXPLICIT, IMPLICIT
+from volprep_formats.readers.dicom.element import PixelElement
+from volprep_formats.readers.dicom.fields import (
+    LARGEST_NUMBER,
+    PRIVATE_TAGS,
+    TAGS,
+    VARIANTS,
+    Elements,
+    Fields,
+    raw_value,
+    variant_text,
+)
+
+MAX_SLICE_PIXELS = 2**28
+"""Larger declared slices (16384²) are refused before anything is allocated."""
+
+_OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], *PRIVATE_TAGS))
+"""What differs from slice to slice, and what is not interpreted here."""
+
+_MODALITIES = frozenset(
+    ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
+)
+_GREY = frozenset(("MONOCHROME1", "MONOCHROME2"))
+_COLOURS = frozenset(("PALETTE COLOR", "RGB", "YBR_FULL", "YBR_FULL_422", "YBR_PARTIAL_420", "YBR_ICT", "YBR_RCT"))
+_UNITS = {"HU": "HU", "BQML": "Bq/ml"}
+
+
+Colours = Literal["", "pixels", "planes"]
+
+
+@dataclass(frozen=True)
+class EncodedPixels:
+    """Where the pixels of one picture lie, and how they are stored. All that a decoder needs."""
+
+    path: Path
+    transfer_syntax: str
+    rows: int
+    columns: int
+    bits_allocated: int
+    bits_stored: int
+    high_bit: int
+    signed: bool
+    is_float: bool
+    inverted: bool
+    """MONOCHROME1: the lowest value was meant to be shown white."""
+    has_words: bool
+    offset_bytes: int
+    size_bytes: int
+    is_bare: bool = False
+    """The items of one frame of an encapsulated value, without its table and delimiter."""
+    colours: Colours = ""
+    """For pictures in colour, which are made grey: whether red, green and blue of a pixel follow each other, or planes
+    of one colour do."""
+    tile: tuple[int, int, int, int] | None = None
+    """First row, first column, rows and columns of the part of the picture that is the slice; None for all of it."""
+
+
+@dataclass(frozen=True)
+class SliceImage:
+    """One slice, alone in its file or one of many. Lengths in millimetres, world space LPS.
+
+    None where the file says nothing.
+    """
+
+    path: Path
+    number: int | None
+    """Its number in the file, from 1; None when it is alone there."""
+    series_uid: str
+    instance_uid: str
+    modality: str
+    is_localiser: bool
+    shape_yx: tuple[int, int]
+    orientation: tuple[float, ...] | None
+    """Unit vectors along a row (index x) and along a column (index y)."""
+    position_mm_xyz: tuple[float, ...] | None
+    """Centre of the first pixel."""
+    pixel_spacing_mm_yx: tuple[float, ...] | None
+    slice_thickness_mm: float | None
+    spacing_between_slices_mm: float | None
+    slope: float
+    intercept: float
+    unit: str
+    has_padding: bool
+    has_burned_in_text: bool
+    variants: tuple[str, ...]
+    """Values of `VARIANTS`. Compared with each other, never shown."""
+    pixels: EncodedPixels | None
+    problem: VolprepError | None
+    """Why this image cannot be part of a volume; raised when its series is wanted."""
+
+
+def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
+    """Interpret a header as that of one slice. What is wrong with it stands in `problem`."""
+    shared = tuple(item for item in data.items() if item[0] not in _OWN)
+    like = _sound_image(shared, transfer_syntax, is_float=element.is_float, has_words=element.has_words)
+    fields = Fields(path, data)
+    position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
+    if like is None or like.pixels is None or fields.problem is not None or element.size_bytes is None:
+        return interpreted(path, data, transfer_syntax, element)
+    pixels = replace(like.pixels, path=path, offset_bytes=element.offset_bytes, size_bytes=element.size_bytes)
+    instance_uid = fields.text("SOPInstanceUID")
+    return replace(like, path=path, instance_uid=instance_uid, position_mm_xyz=position_mm_xyz, pixels=pixels)
+
+
+# The headers of a series say the same of all its slices, but for what is in _OWN.
+@lru_cache(maxsize=64)
+def _sound_image(
+    shared: tuple[tuple[int, tuple[bytes, str]], ...], transfer_syntax: str, *, is_float: bool, has_words: bool
+) -> SliceImage | None:
+    """Interpret what slices share, as if it were a header of its own; None if something is wrong with it."""
+    element = PixelElement(is_float, has_words, offset_bytes=0, size_bytes=0, present_bytes=0, items=(), table=())
+    image = interpreted(Path(), dict(shared), transfer_syntax, element)
+    return image if image.problem is None else None
+
+
+def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
+    """Interpret a header as `slice_image` does, without regard to those before it."""
+    fields = Fields(path, data)
+    pixels = _pixels(fields, transfer_syntax, element)
+    image_type = fields.text("ImageType").upper()
+    modality = fields.text("Modality")
+    slope, intercept = fields.number("RescaleSlope"), fields.number("RescaleIntercept")
+    if slope == 0.0:
+        fields.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
+    orientation = fields.numbers("ImageOrientationPatient", 6)
+    position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
+    pixel_spacing_mm_yx = pixel_spacing(fields)
+    if pixels is not None and pixels.colours:
+        _refuse_colours(fields)  # last: it is no problem where colours are to be made grey
+    return SliceImage(
+        path=path,
+        number=None,
+        series_uid=fields.text("SeriesInstanceUID"),
+        instance_uid=fields.text("SOPInstanceUID"),
+        modality=modality if modality in _MODALITIES else "",
+        is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
+        shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),
+        orientation=orientation,
+        position_mm_xyz=position_mm_xyz,
+        pixel_spacing_mm_yx=pixel_spacing_mm_yx,
+        slice_thickness_mm=fields.hint("SliceThickness"),
+        spacing_between_slices_mm=fields.hint("SpacingBetweenSlices"),
+        slope=1.0 if slope is None else slope,
+        intercept=0.0 if intercept is None else intercept,
+        unit=unit_of(fields, modality, rescaled=intercept is not None),
+        has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
+        has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
+        variants=tuple(variant_text(data, keyword) for keyword in VARIANTS),
+        pixels=pixels,
+        problem=fields.problem,
+    )
+
+
+def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> EncodedPixels | None:
+    """Check how the pixels are stored, in the order in which a person would ask."""
+    rows, columns = fields.count("Rows", 1, 65535), fields.count("Columns", 1, 65535)
+    photometric = fields.text("PhotometricInterpretation").upper()
+    colours: Colours = ""
+    if fields.count("SamplesPerPixel", 1, 4) != 1 or photometric in _COLOURS:
+        colours = _plain_colours(fields, transfer_syntax, is_float=element.is_float)
+        if not colours:
+            _refuse_colours(fields)
+    elif photometric not in _GREY:
+        fields.refuse("VP1037", keyword="PhotometricInterpretation", wanted="MONOCHROME1 or MONOCHROME2")
+    allocated = fields.count("BitsAllocated", 1, 64)
+    if allocated not in ({32, 64} if element.is_float else {8, 16, 32}):
+        fields.refuse("VP1043", bits=f"{allocated}-bit {'floating-point ' if element.is_float else ''}pixels")
+    stored, high_bit, signed = allocated, allocated - 1, True
+    if not element.is_float:
+        stored = fields.count("BitsStored", 1, allocated)
+        high = fields.number("HighBit")
+        high_bit = stored - 1 if high is None else fields.count("HighBit", stored - 1, allocated - 1)
+        signed = fields.count("PixelRepresentation", 0, 1) == 1
+    if rows * columns > MAX_SLICE_PIXELS:
+        fields.refuse("VP1044", rows=rows, columns=columns, limit=MAX_SLICE_PIXELS)
+    if fields.problem is not None:
+        return None
+    if element.size_bytes is None:
+        fields.refuse("VP1031", what=f"only {element.present_bytes} bytes of its pixel data are there")
+        return None
+    return EncodedPixels(
+        path=fields.path,
+        transfer_syntax=transfer_syntax,
+        rows=rows,
+        columns=columns,
+        bits_allocated=allocated,
+        bits_stored=stored,
+        high_bit=high_bit,
+        signed=signed,
+        is_float=element.is_float,
+        inverted=photometric == "MONOCHROME1",
+        colours=colours,
+        has_words=element.has_words,
+        offset_bytes=element.offset_bytes,
+        size_bytes=element.size_bytes,
+    )
+
+
+def _plain_colours(fields: Fields, transfer_syntax: str, *, is_float: bool) -> Colours:
+    """How red, green and blue lie where they can be made grey: whole bytes or words, not compressed; else empty."""
+    bits = fields.number("BitsAllocated")
+    said = (fields.text("PhotometricInterpretation").upper(), fields.number("SamplesPerPixel"), is_float)
+    whole = bits in {8.0, 16.0} and fields.number("BitsStored") == bits and fields.number("PixelRepresentation") == 0
+    order = fields.number("PlanarConfiguration")
+    if said != ("RGB", 3.0, False) or not whole or transfer_syntax not in {IMPLICIT, EXPLICIT} or order not in {0, 1}:
+        return ""
+    return "planes" if order else "pixels"
+
+
+def _refuse_colours(fields: Fields) -> None:
+    photometric = fields.text("PhotometricInterpretation").upper()
+    fields.refuse("VP1035", kind=photometric if photometric in _COLOURS else "several samples per pixel")
+
+
+def pixel_spacing(fields: Fields) -> tuple[float, ...] | None:
+    """Distances between rows and between columns, checked; None when missing or wrong."""
+    spacing = fields.numbers("PixelSpacing", 2)
+    if spacing is not None and not all(1.0 / LARGEST_NUMBER <= s <= LARGEST_NUMBER for s in spacing):
+        fields.refuse("VP1037", keyword="PixelSpacing", wanted="two lengths above 0 mm")
+        return None
+    return spacing
+
+
+def unit_of(fields: Fields, modality: str, *, rescaled: bool) -> str:
+    """Unit of the rescaled values. A CT that is rescaled and says nothing else is in Hounsfield units (C.11.1.1.2)."""
+    said = fields.text("RescaleType") or fields.text("Units")
+    if modality == "CT" and rescaled and not said:
+        return "HU"
+    return _UNITS.get(said.upper(), "")

@@ -1,0 +1,143 @@
+"""Stored values of one DICOM picture: read its bytes, undo the transfer syntax, mask unused bits.
+
+Native pixel data is read here; what is compressed is for dicom_compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
+"""
+
+import os
+import sys
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.codecs import EXPLICIT, IMPLICIT
+from volprep_formats.readers.dicom.header import EncodedPixels
+from volprep_formats.readers.dicom.inflate import DEFLATED
+from volprep_formats.readers.dicom.value import undecodable, value_of
+from volprep_formats.readers.luminance import luminance
+
+_BIG_ENDIAN = "1.2.840.10008.1.2.2"
+_LITTLE_ENDIAN = frozenset((IMPLICIT, EXPLICIT))
+_NATIVE = frozenset((*_LITTLE_ENDIAN, _BIG_ENDIAN, DEFLATED))
+
+
+def check_decodable(pixels: EncodedPixels) -> None:
+    """Raise VolprepError when this picture can never be decoded: no decoder, or sizes that contradict each other."""
+    if pixels.transfer_syntax not in _NATIVE:
+        from volprep_formats.readers.dicom.compressed import check_decoder  # noqa: PLC0415 - heavy
+
+        check_decoder(pixels)
+        return
+    expected = pixels.rows * pixels.columns * (3 if pixels.colours else 1) * pixels.bits_allocated // 8
+    # A pad byte makes lengths even. More than a whole picture too much means that the header is wrong.
+    if not expected <= pixels.size_bytes < 2 * expected + 2:
+        raise VolprepError(
+            "VP1040",
+            path=pixels.path,
+            actual=pixels.size_bytes,
+            expected=expected,
+            rows=pixels.rows,
+            columns=pixels.columns,
+            bits=pixels.bits_allocated,
+        )
+
+
+def stored_range(pixels: EncodedPixels) -> tuple[int, int]:
+    """Lowest and highest value that the stored bits can hold."""
+    if pixels.signed:
+        return -(2 ** (pixels.bits_stored - 1)), 2 ** (pixels.bits_stored - 1) - 1
+    return 0, 2**pixels.bits_stored - 1
+
+
+def slice_of(pixels: EncodedPixels, picture: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Give the part of a decoded picture that is the slice."""
+    if pixels.tile is None:
+        return picture
+    row, column, rows, columns = pixels.tile
+    return picture[row : row + rows, column : column + columns]
+
+
+def is_compressed(pixels: EncodedPixels) -> bool:
+    """Whether a foreign decoder is needed."""
+    return pixels.transfer_syntax not in _NATIVE
+
+
+def decode_native(pixels: EncodedPixels) -> NDArray[np.generic]:
+    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits, unused ones masked, or floats.
+
+    Raises VolprepError VP1003 when the file cannot be read, VP1031 when it has become shorter, VP1039 when the data are
+    damaged.
+    """
+    try:
+        return _native(pixels, value_of(pixels))
+    except OSError as error:
+        raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
+    except (zlib.error, ValueError) as error:
+        raise undecodable(pixels, error) from error
+
+
+def is_as_stored(pixels: EncodedPixels, dtype: np.dtype[np.generic]) -> bool:
+    """Whether the file holds values of `dtype`, besides unused bits, so that `read_native` can read them."""
+    return (
+        pixels.transfer_syntax in _LITTLE_ENDIAN
+        and sys.byteorder == "little"
+        and pixels.bits_allocated == 8 * dtype.itemsize
+        and pixels.is_float == (dtype.kind == "f")
+        and not pixels.colours
+    )
+
+
+def read_native(pixels: EncodedPixels, target: NDArray[np.generic]) -> None:
+    """Read the picture into `target` [y, x], C-contiguous; only where `is_as_stored`. Raises as `decode_native`."""
+    wanted = target.data.cast("B")
+    try:
+        descriptor = os.open(pixels.path, os.O_RDONLY)
+        try:
+            count = 0
+            while more := os.preadv(descriptor, [wanted[count:]], pixels.offset_bytes + count):
+                count += more
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
+    if count < len(wanted):
+        raise VolprepError("VP1031", path=pixels.path, what=f"only {count} bytes of its pixel data are there")
+    if pixels.bits_stored < pixels.bits_allocated:
+        as_stored = target.view(f"{'i' if pixels.signed else 'u'}{target.itemsize}")
+        as_stored[...] = _masked(as_stored, pixels)
+
+
+def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+    order = ">" if pixels.transfer_syntax == _BIG_ENDIAN else "<"
+    kind = "f" if pixels.is_float else "i" if pixels.signed else "u"
+    count = pixels.rows * pixels.columns
+    if pixels.colours:
+        return _grey(pixels, data)
+    if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
+        # Bytes are packed in words, so the second of each pair comes first.
+        words = np.frombuffer(data, dtype=">u2", count=(count + 1) // 2)
+        values = words.astype("<u2").view(kind + "1")[:count]
+    else:
+        values = np.frombuffer(data, dtype=f"{order}{kind}{pixels.bits_allocated // 8}", count=count)
+    native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
+    return _masked(native, pixels)
+
+
+def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+    """Luminance of a picture in colour; dicom_header.py lets through whole little-endian bytes and words only."""
+    count = 3 * pixels.rows * pixels.columns
+    values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
+    if pixels.colours == "planes":
+        return luminance(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1))
+    return luminance(values.reshape(pixels.rows, pixels.columns, 3))
+
+
+def _masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:
+    """Move the stored bits to the bottom, with their sign: the bits above and below them may hold anything."""
+    if pixels.bits_stored == pixels.bits_allocated:
+        return values
+    up = pixels.bits_allocated - 1 - pixels.high_bit
+    down = pixels.bits_allocated - pixels.bits_stored
+    result: NDArray[np.generic] = np.right_shift(np.left_shift(values, up), down)
+    return result

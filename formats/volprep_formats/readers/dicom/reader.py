@@ -1,0 +1,285 @@
+"""DICOM series as one volume: single images, multi-frame images and mosaics.
+
+Stored values are kept where all slices share one rescale; slices with rescales of their own become physical float32.
+MONOCHROME1 says how a picture is shown, not what its values mean: values with a unit are kept, values without one are
+turned round (lowest + highest - v over the stored bits), so that large is bright, as viewers show it.
+"""
+
+import os
+from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom.geometry import Stack, stack_images
+from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage
+from volprep_formats.readers.dicom.pixels import (
+    check_decodable,
+    decode_native,
+    is_as_stored,
+    is_compressed,
+    read_native,
+    slice_of,
+    stored_range,
+)
+from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
+from volprep_formats.readers.luminance import LUMINANCE_REMARK
+from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
+
+if TYPE_CHECKING:
+    from volprep_formats.isolation import Workers
+
+_FLOAT32_BITS = 24
+
+
+@dataclass(frozen=True)
+class _Slice:
+    """How one slice becomes values of the volume: (decoded, or mirror - decoded) · slope + intercept."""
+
+    pixels: EncodedPixels
+    mirror: int | None
+    slope: float
+    intercept: float
+
+    def is_plain(self, dtype: np.dtype[np.generic]) -> bool:
+        """Whether its values are in the file as the volume wants them, which is of type `dtype`."""
+        unchanged = self.mirror is None and (self.slope, self.intercept) == (1.0, 0.0) and self.pixels.tile is None
+        return unchanged and is_as_stored(self.pixels, dtype)
+
+
+class DicomSource:
+    """One series, decoded slab by slab."""
+
+    def __init__(self, info: SourceInfo, slices: Sequence[_Slice]) -> None:
+        self._info = info
+        self._slices = tuple(slices)
+        self._cores = os.cpu_count() or 1
+        self._pool: ThreadPoolExecutor | None = None
+        self._workers: Workers | None = None
+        self._exit = ExitStack()
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry, type and photometry."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores, compressed ones in worker processes.
+
+        Raises VolprepError VP1003, VP1031, VP1039 or VP1046 when a file is damaged, VP1270 to VP1273 when its decoder
+        goes wrong.
+        """
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]
+
+        def read_part(first: int) -> None:
+            for z in plain[first :: self._cores]:
+                read_native(self._slices[z].pixels, slab[z - z0])
+
+        # All slices of one mosaic come from one decoded picture.
+        pictures: dict[EncodedPixels, list[int]] = {}
+        for z in sorted({*range(z0, z1)}.difference(plain)):
+            pictures.setdefault(replace(self._slices[z].pixels, tile=None), []).append(z)
+
+        def place(picture: EncodedPixels, decoded: NDArray[np.generic]) -> None:
+            for z in pictures[picture]:
+                _convert(self._slices[z], decoded, slab[z - z0])
+
+        native = [picture for picture in pictures if not is_compressed(picture)]
+        self._pool = self._pool or self._exit.enter_context(ThreadPoolExecutor(self._cores))
+        # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
+        for _ in self._pool.map(read_part, range(self._cores)):
+            pass
+        for _ in self._pool.map(lambda picture: place(picture, decode_native(picture)), native):
+            pass
+        compressed = [picture for picture in pictures if is_compressed(picture)]
+        if compressed:
+            from volprep_formats.isolation import workers  # noqa: PLC0415 - seldom needed
+            from volprep_formats.readers.dicom.compressed import decode_request  # noqa: PLC0415 - heavy
+
+            self._workers = self._workers or self._exit.enter_context(workers())
+            requests = [decode_request(picture) for picture in compressed]
+            self._workers.run(requests, lambda index, decoded: place(compressed[index], decoded))
+        return slab
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the threads, and the workers if nobody else uses them. Files are not open between slabs."""
+        self._pool = self._workers = None
+        self._exit.close()
+
+
+class UnevenDicomSource:
+    """The slices of one series, which form no grid."""
+
+    def __init__(self, slices: DicomSource, places: SlicePlaces) -> None:
+        self._slices = slices
+        self._places = places
+
+    @property
+    def nominal(self) -> SourceInfo:
+        """Type and photometry; only the first slice lies where this grid says."""
+        return self._slices.info
+
+    @property
+    def places(self) -> SlicePlaces:
+        """Where the slices lie."""
+        return self._places
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], as `DicomSource.read_slab` gives them."""
+        return self._slices.read_slab(z0, z1)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        self._slices.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close the slices."""
+        self._slices.__exit__(*exception)
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:
+    """Open the series that `spec` means in the folder tree, or file, `path`.
+
+    Raises VolprepError VP1003, VP1030 to VP1045 (files and pixels) and VP2001 to VP2015 (geometry).
+    """
+    return _open(spec, path, progress, repair=())[0]
+
+
+def open_slices(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource | UnevenDicomSource:
+    """Open a series as `open_volume` does, or its slices as they lie where they form no grid and `spec.repair` fits."""
+    source, places = _open(spec, path, progress, repair=spec.repair)
+    return source if places is None else UnevenDicomSource(source, places)
+
+
+def _open(
+    spec: SourceSpec, path: Path, progress: Progress, repair: Collection[RepairKind]
+) -> tuple[DicomSource, SlicePlaces | None]:
+    scanned = scan(path, progress)
+    series = choose_series(scanned, spec.series)
+    stack = stack_series(series if spec.rgb is None else _with_colours(series), repair, spec.volume)
+    images = [series.images[i] for i in stack.order]
+    pixels = [image.pixels for image in images if image.pixels is not None]
+    first = images[0]
+    one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
+    info = SourceInfo(
+        format="dicom",
+        grid=stack.grid,
+        stored_type=_stored_type(pixels) if one_rescale else "float32",
+        slope=first.slope if one_rescale else 1.0,
+        intercept=first.intercept if one_rescale else 0.0,
+        unit=first.unit,
+        modality=first.modality,
+        remarks=(*stack.remarks, *_remarks(images, one_rescale=one_rescale), *_left_out(scanned, series)),
+    )
+    slices = [
+        _Slice(
+            pixels=encoded,
+            mirror=sum(stored_range(encoded)) if _is_turned(encoded, first.unit) else None,
+            slope=1.0 if one_rescale else image.slope,
+            intercept=0.0 if one_rescale else image.intercept,
+        )
+        for image, encoded in zip(images, pixels, strict=True)
+    ]
+    return DicomSource(info, slices), stack.places
+
+
+def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: int | None = None) -> Stack:
+    """Order the slices of a series and find their grid. Raises what is wrong with it, before any pixel is decoded."""
+    for image in series.images:
+        if image.problem is not None:
+            raise image.problem
+    stack = stack_images(series.images, repair, volume)
+    for image in series.images:
+        if image.pixels is not None:
+            check_decodable(image.pixels)
+    return stack
+
+
+def _with_colours(series: Series) -> Series:
+    """The same series, in which it is no problem that images are in colour where they can be made grey."""
+    images = []
+    for image in series.images:
+        can_be_grey = image.pixels is not None and image.pixels.colours != ""
+        forgiven = can_be_grey and image.problem is not None and image.problem.code == "VP1035"
+        images.append(replace(image, problem=None) if forgiven else image)
+    return replace(series, images=tuple(images))
+
+
+def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.generic]) -> None:
+    """Put one slice of a decoded picture into its place in a slab."""
+    values = slice_of(source.pixels, picture)
+    if source.mirror is not None:
+        values = source.mirror - values.astype(np.int64)
+    if (source.slope, source.intercept) != (1.0, 0.0):
+        values = values.astype(np.float64) * source.slope + source.intercept
+    with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+        target[...] = values
+
+
+def _stored_type(pixels: Sequence[EncodedPixels]) -> StoredType:
+    """Smallest type that holds the stored bits of all slices."""
+    if any(p.is_float for p in pixels):
+        return "float32"
+    ranges = [stored_range(p) for p in pixels]
+    low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
+    kinds: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
+    for kind in kinds:
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return kind
+    return "float32"
+
+
+def _is_turned(pixels: EncodedPixels, unit: str) -> bool:
+    # Floating-point pixels are measurements (parametric maps), with or without a unit.
+    return pixels.inverted and not unit and not pixels.is_float
+
+
+def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
+    remarks = []
+    if not one_rescale:
+        remarks.append("slope and intercept differ from slice to slice; the values are physical ones, as float32")
+    pixels = [image.pixels for image in images if image.pixels is not None]
+    if any(p.inverted for p in pixels):
+        turned = any(_is_turned(p, images[0].unit) for p in pixels)
+        remarks.append(
+            "MONOCHROME1: the values were turned round, so that large is bright"
+            if turned
+            else "MONOCHROME1: low values are meant to be shown bright; the values are kept, because they are in "
+            + (images[0].unit or "floating point")
+        )
+    if any(p.colours for p in pixels):
+        remarks.append(LUMINANCE_REMARK)
+    if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):
+        remarks.append("integers of more than 24 bits are read as 32-bit floating point; those beyond 2^24 are rounded")
+    if any(p.is_float and p.bits_allocated > 32 for p in pixels):
+        remarks.append("64-bit floating-point pixels are read as 32-bit ones")
+    if len({image.unit for image in images}) > 1 or len({image.modality for image in images}) > 1:
+        remarks.append("unit or modality differ from slice to slice; those of the first slice are used")
+    if any(image.has_padding for image in images):
+        remarks.append("the series has a padding value for pixels outside the scanned field; it is kept as a value")
+    if any(image.has_burned_in_text for image in images):
+        remarks.append("warning: the series says that text is burned into its pixels; it may name the patient")
+    return remarks
+
+
+def _left_out(scanned: Scan, chosen: Series) -> list[str]:
+    remarks = []
+    others = [series for series in scanned.series if series is not chosen]
+    if others:
+        images = sum(len(series.images) for series in others)
+        remarks.append(f"other series in the folder were left out: {len(others)}, with {images} images")
+    if scanned.other_files:
+        remarks.append(f"other files in the folder were left out: {scanned.other_files}")
+    return remarks

@@ -1,0 +1,127 @@
+"""Find the DICOM series in a folder tree that may hold anything else, and choose the one that is meant."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom.file import slices_of
+from volprep_formats.readers.dicom.header import SliceImage
+from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
+from volprep_formats.tree import files_below
+
+_FEWEST_SLICES = 4
+"""Localisers and key images come in ones, twos and threes."""
+_TOGETHER = 256
+"""Files whose headers are in memory at the same time."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """The slices that share one SeriesInstanceUID, in the order of their paths."""
+
+    uid: str
+    images: tuple[SliceImage, ...]
+
+    @property
+    def files(self) -> int:
+        """Number of files that hold them."""
+        return len({image.path for image in self.images})
+
+    @property
+    def is_volume(self) -> bool:
+        """Whether this can be the volume that a user means: grey, no localiser, more than a few slices."""
+        is_colour = any(i.problem is not None and i.problem.code == "VP1035" for i in self.images)
+        is_localiser = any(i.is_localiser for i in self.images)
+        return not is_colour and not is_localiser and len(self.images) >= _FEWEST_SLICES
+
+    def __str__(self) -> str:
+        first = self.images[0]
+        parts = [f"{len(self.images)} images of {first.shape_yx[1]}×{first.shape_yx[0]}"]
+        if first.modality:
+            parts.insert(0, first.modality)
+        if any(i.is_localiser for i in self.images):
+            parts.append("localiser")
+        problems = sorted({i.problem.code for i in self.images if i.problem is not None})
+        if problems:
+            parts.append("not usable: " + " ".join(problems))
+        return f"{self.uid} ({', '.join(parts)})"
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What a folder tree holds."""
+
+    path: Path
+    series: tuple[Series, ...]
+    damaged: tuple[VolprepError, ...]
+    """One for each DICOM file that cannot be parsed. Each may hold a slice of any series."""
+    other_files: int
+    """Files that hold no DICOM image."""
+
+
+def scan(path: Path, progress: Progress) -> Scan:
+    """Read the headers of all files below `path`, or of the one file that it is.
+
+    Links to folders are not followed. Raises VolprepError VP1003 for a folder that cannot be read.
+    """
+    files = [path] if path.is_file() else _files(path)
+    progress.start("reading DICOM headers", len(files))
+    series: dict[str, list[SliceImage]] = {}
+    damaged: list[VolprepError] = []
+    for file, plain in _with_headers(files):
+        try:
+            slices = slices_of(file, plain)
+        except VolprepError as error:
+            damaged.append(error)
+            slices = ()
+        for image in slices:
+            series.setdefault(image.series_uid, []).append(image)
+        progress.advance()
+    found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
+    return Scan(path, found, tuple(damaged), len(files) - len(damaged) - sum(s.files for s in found))
+
+
+def choose_series(scanned: Scan, wanted: str | None) -> Series:
+    """Give the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
+
+    Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
+    VP1034 (`wanted` fits none or several).
+    """
+    if scanned.damaged:
+        raise scanned.damaged[0]
+    if not scanned.series:
+        raise VolprepError("VP1030", path=scanned.path, files=scanned.other_files)
+    if wanted is not None:
+        fitting = [s for s in scanned.series if s.uid.endswith(wanted)]
+        fitting = [s for s in fitting if s.uid == wanted] or fitting
+        if len(fitting) != 1:
+            fits = "no series" if not fitting else f"{len(fitting)} series"
+            raise VolprepError("VP1034", path=scanned.path, wanted=wanted, fits=fits, found=_listed(scanned.series))
+        return fitting[0]
+    volumes = [s for s in scanned.series if s.is_volume]
+    if len(volumes) == 1:
+        return volumes[0]
+    if len(scanned.series) == 1:
+        return scanned.series[0]
+    raise VolprepError("VP1033", path=scanned.path, count=len(scanned.series), found=_listed(scanned.series))
+
+
+def _with_headers(files: Sequence[Path]) -> Iterator[tuple[Path, PlainHeader | None]]:
+    for first in range(0, len(files), _TOGETHER):
+        some = files[first : first + _TOGETHER]
+        yield from zip(some, plain_headers(some), strict=True)
+
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        files = [Path(entry.path) for entry in files_below(folder)]
+    except OSError as error:
+        raise VolprepError("VP1003", path=error.filename, error=error.strerror) from error
+    # The parts as key: paths compare themselves in Python, which took longer for a folder than to read its headers.
+    return sorted(files, key=lambda file: file.parts)
+
+
+def _listed(series: tuple[Series, ...]) -> str:
+    return "".join(f"\n  {s}" for s in series)

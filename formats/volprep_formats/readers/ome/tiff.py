@@ -1,0 +1,219 @@
+"""OME-TIFF: one channel at one time point of one image, its slices being pages of one file or of several.
+
+The axes come from the OME-XML, in any order; samples of a pixel count as channels. Source: "OME-TIFF specification"
+(https://docs.openmicroscopy.org/ome-model/).
+"""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import Workers, workers
+from volprep_formats.progress import Progress
+from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
+from volprep_formats.readers.ome.metadata import (
+    Description,
+    Image,
+    Sizes,
+    parse_description,
+    planes_of,
+    sizes_of,
+)
+from volprep_formats.readers.ome.pages import (
+    Pages,
+    TiffPage,
+    decode_request,
+    description_in,
+    pages_of,
+    pages_request,
+)
+from volprep_formats.readers.pictures.file import pages_at_once
+from volprep_formats.readers.voxel_source import stored_type_of
+from volprep_formats.source import SourceInfo, SourceSpec
+
+_DTYPES = {"float": "float32", "double": "float64"}
+_READ = frozenset(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
+_USUAL_UNIT = "µm"
+_SAMPLE_NAMES = {2: ("1", "2"), 3: ("red", "green", "blue"), 4: ("red", "green", "blue", "alpha")}
+
+
+class OmeTiffSource:
+    """Pages of the same size and type, decoded slab by slab in worker processes."""
+
+    def __init__(self, info: SourceInfo, slices: "_Slices", pool: Workers, leave: ExitStack) -> None:
+        self._info = info
+        self._slices = slices
+        self._workers = pool
+        self._leave = leave
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1165 (damaged) and VP1270 to VP1273."""
+        slab = self._slices.read(self._workers, z0, z1)
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            return slab.astype(self._info.stored_type, copy=False)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the workers if nobody else uses them. Files are not open between slabs."""
+        self._leave.close()
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the slices of a volume lie."""
+
+    files: list[Path]
+    each: NDArray[np.int64]
+    """Index of the file, and page, of each slice, [z, 2]."""
+
+    def parts(self, z0: int, z1: int, at_once: int) -> Iterator[tuple[int, Path, tuple[int, ...]]]:
+        """Slices z0 to z1 - 1 in parts of one file each: number of the first, file, pages."""
+        z = z0
+        while z < z1:
+            file = self.each[z, 0]
+            stop = z + 1
+            while stop < min(z1, z + at_once) and self.each[stop, 0] == file:
+                stop += 1
+            yield z, self.files[file], tuple(self.each[z:stop, 1].tolist())
+            z = stop
+
+
+@dataclass(frozen=True)
+class _Slices:
+    """How to decode each slice."""
+
+    places: _Places
+    sample: int
+    page: TiffPage
+    """What all pages are."""
+
+    def read(self, pool: Workers, z0: int, z1: int) -> NDArray[np.generic]:
+        """Slices in the type of the file."""
+        page = self.page
+        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype)
+        parts = list(self.places.parts(z0, z1, pages_at_once(page.rows, page.columns)))
+
+        def place(index: int, values: NDArray[np.generic]) -> None:
+            start = parts[index][0] - z0
+            slab[start : start + len(values)] = values
+
+        pool.run([decode_request(Pages(file, pages, self.sample, page)) for _, file, pages in parts], place)
+        return slab
+
+
+def channel_names(spec: SourceSpec, path: Path) -> list[str]:
+    """Names of the channels of the image that is chosen, "" where they have none. Raises what `open_volume` raises."""
+    _, image = _chosen_image(spec, path)
+    return _channel_names(image, sizes_of(path, image))
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSource:
+    """Open the channel, time point and image that are chosen, or the only ones.
+
+    Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
+    (name of another file), VP1227 (no distances), VP1165 (damaged) or VP1270 to VP1273.
+    """
+    description, image = _chosen_image(spec, path)
+    sizes = sizes_of(path, image)
+    channel = chosen(path, "channel", "channel", _channel_names(image, sizes), spec.channel)
+    time = chosen(path, "volume", "time point", [""] * sizes.t, spec.volume)
+    planes, names = planes_of(path, description, image, sizes)
+    places = _Places([path.parent / name for name in names], planes[time, channel // sizes.samples])
+    if missing := int((places.each[:, 0] < 0).sum()):
+        raise VolprepError("VP1220", path=path, error=f"{missing} of the {sizes.z} slices are in no page")
+    grid, remarks = grid_of(path, (sizes.z, sizes.y, sizes.x), _spacing_mm_zyx(path, image))
+    with ExitStack() as opened:
+        pool = opened.enter_context(workers())
+        page = _common_page(path, places, _expected(path, image, sizes), pool, progress)
+        slices = _Slices(places, channel % sizes.samples, page)
+        stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
+        info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
+        return OmeTiffSource(info, slices, pool, opened.pop_all())
+
+
+def _chosen_image(spec: SourceSpec, path: Path) -> tuple[Description, Image]:
+    description = parse_description(path, description_in(path))
+    if description.metadata_file is not None:
+        raise VolprepError("VP1224", path=path, what="its description, which lies in another file,")
+    images = description.images
+    if not images:
+        raise VolprepError("VP1220", path=path, error="its OME-XML describes no image")
+    return description, images[chosen(path, "series", "image", [image.name for image in images], spec.series)]
+
+
+def _channel_names(image: Image, sizes: Sizes) -> list[str]:
+    names = [channel.get("Name", "") for channel in image.channels][: sizes.channels]
+    names += [""] * (sizes.channels - len(names))
+    if sizes.samples == 1:
+        return names
+    samples = _SAMPLE_NAMES.get(sizes.samples, tuple(str(n) for n in range(1, sizes.samples + 1)))
+    return [f"{name} {sample}".strip() for name in names for sample in samples]
+
+
+def _spacing_mm_zyx(path: Path, image: Image) -> list[float | None]:
+    spacing: list[float | None] = []
+    for axis in "ZYX":
+        text = image.pixels.get(f"PhysicalSize{axis}")
+        if text is None:
+            spacing.append(None)
+            continue
+        try:
+            length = float(text)
+        except ValueError as error:
+            raise VolprepError("VP1227", path=path, axis=axis, found=repr(text[:20])) from error
+        spacing.append(length * mm_per_unit(path, image.pixels.get(f"PhysicalSize{axis}Unit", _USUAL_UNIT)))
+    return spacing
+
+
+def _expected(path: Path, image: Image, sizes: Sizes) -> tuple[int, int, int, str, int]:
+    """Fields of every page."""
+    kind = image.pixels.get("Type", "")
+    dtype = _DTYPES.get(kind, kind)
+    if dtype not in _READ:
+        raise VolprepError("VP1224", path=path, what=f"pixels of type {kind[:40]!r}")
+    return sizes.y, sizes.x, sizes.samples, dtype, 8 * np.dtype(dtype).itemsize
+
+
+def _common_page(
+    path: Path, places: _Places, expected: tuple[int, int, int, str, int], pool: Workers, progress: Progress
+) -> TiffPage:
+    """What all pages of the volume are. Raises VP1220 if one is missing or not what the OME-XML says."""
+    used = sorted(set(places.each[:, 0].tolist()))
+    for file in (places.files[index] for index in used):
+        if not file.is_file():
+            raise VolprepError("VP1220", path=path, error=f"slices of it are in {file.name}, which is missing")
+    progress.start("reading page headers", len(used))
+    found: dict[int, tuple[TiffPage, ...]] = {}
+    page: TiffPage | None = None
+
+    def take(index: int, answer: NDArray[np.generic]) -> None:
+        found[used[index]] = pages_of(answer)
+        progress.advance()
+
+    pool.run([pages_request(places.files[index]) for index in used], take)
+    for file_index, page_index in places.each.tolist():
+        file, pages = places.files[file_index], found[file_index]
+        if page_index >= len(pages):
+            raise VolprepError("VP1220", path=file, error=f"it has {len(pages)} pages, and no page {page_index}")
+        page = pages[page_index]
+        if (page.rows, page.columns, page.samples, page.dtype, page.bits) != expected:
+            rows, columns, samples, dtype, bits = expected
+            says = f"{columns}×{rows} pixels of {samples} {bits}-bit {dtype}"
+            error = f"page {page_index} has {page}, but the OME-XML says {says}"
+            raise VolprepError("VP1220", path=file, error=error)
+    assert page is not None  # noqa: S101 - a volume has at least one slice
+    return page

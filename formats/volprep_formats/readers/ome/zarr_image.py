@@ -1,0 +1,267 @@
+"""OME-Zarr: one channel at one time point of one level of an image, in a folder or a zip, Zarr 2 or 3.
+
+Metadata and chunks are read by worker processes, which keep within the store; a chunk that is missing holds the fill
+value, as the format says.
+"""
+
+import json
+import math
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import Request, Workers, workers
+from volprep_formats.progress import Progress
+from volprep_formats.readers.ome.channels import chosen, grid_of
+from volprep_formats.readers.ome.ngff import Level, Picture, picture_of, series_of
+from volprep_formats.readers.ome.zarr_array import (
+    ArrayFacts,
+    ArrayRequest,
+    GroupRequest,
+    PartRequest,
+    Range,
+    StoreKey,
+    part_request,
+    read_facts,
+    read_group,
+    text_request,
+)
+from volprep_formats.readers.voxel_source import stored_type_of
+from volprep_formats.source import SourceInfo, SourceSpec
+
+_MOST_SERIES, _MOST_CHANNELS, _MOST_TIMES = 1000, 2**16, 2**20
+_PART_BYTES, _ROW_BYTES = 2**22, 2**25
+_FEW_CHUNKS, _LEAST_CHUNK_VOXELS = 2**12, 2**9
+"""More chunks than so few must have voxels enough: each costs its 0.2 ms, however little is in it."""
+_KEPT_BYTES = 2**28
+"""Rows of chunks up to this size are decoded once, however thin the slabs are that are asked for."""
+
+
+@dataclass(frozen=True)
+class _Volume:
+    """One channel and time point of an array."""
+
+    array: ArrayRequest
+    facts: ArrayFacts
+    axes: tuple[int, ...]
+    """Axis of the array that is z, y and x; without z, y and x alone."""
+    fixed: dict[int, int]
+    """Index along each of the other axes."""
+
+    @property
+    def shape_zyx(self) -> tuple[int, int, int]:
+        """Number of voxels."""
+        z, y, x = (1, *(self.facts.shape[axis] for axis in self.axes))[-3:]
+        return z, y, x
+
+    @property
+    def chunk_zyx(self) -> tuple[int, int, int]:
+        """Voxels that are decoded together."""
+        z, y, x = (1, *(self.facts.chunks[axis] for axis in self.axes))[-3:]
+        return z, y, x
+
+    def part(self, *box_zyx: Range) -> PartRequest:
+        """Ask for a box; z is left out where the array has none."""
+        ranges = {axis: (index, index + 1) for axis, index in self.fixed.items()}
+        ranges |= dict(zip(self.axes, box_zyx[-len(self.axes) :], strict=True))
+        return PartRequest(self.array, self.facts, tuple(ranges[axis] for axis in sorted(ranges)), self.axes)
+
+
+class _Slabs:
+    """Decodes a volume in workers; keeps the last row of chunks."""
+
+    def __init__(self, volume: _Volume, pool: Workers) -> None:
+        self._volume = volume
+        self._workers = pool
+        self._row: tuple[int, NDArray[np.generic]] | None = None
+
+    def read(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Slices in the type of the array."""
+        depth, ny, nx = self._volume.shape_zyx
+        slab = np.empty((z1 - z0, ny, nx), self._volume.facts.dtype)
+        row_bytes = self._volume.chunk_zyx[0] * ny * nx * slab.itemsize
+        thickness = self._volume.chunk_zyx[0] * max(1, _ROW_BYTES // row_bytes)
+        is_kept = min(thickness, depth) * ny * nx * slab.itemsize <= _KEPT_BYTES
+        for first in range(z0 - z0 % thickness, z1, thickness):
+            start, stop = max(z0, first), min(z1, first + thickness)
+            target = slab[start - z0 : stop - z0]
+            if not is_kept:
+                self._decode(start, target)
+                continue
+            if self._row is None or self._row[0] != first:
+                kept = np.empty((min(thickness, depth - first), ny, nx), slab.dtype)
+                self._decode(first, kept)
+                self._row = (first, kept)
+            target[...] = self._row[1][start - first : stop - first]
+        return slab
+
+    def _decode(self, z0: int, target: NDArray[np.generic]) -> None:
+        """Fill `target` from slice z0 on, in parts of whole chunks, enough of them for all cores."""
+        part_bytes = target.itemsize
+        starts: list[list[Range]] = []
+        for length, chunk in reversed(list(zip(target.shape, self._volume.chunk_zyx, strict=True))):
+            step = min(length, chunk)
+            step = min(length, step * max(1, _PART_BYTES // (part_bytes * step)))
+            part_bytes *= step
+            starts.append([(at, min(at + step, length)) for at in range(0, length, step)])
+        boxes = list(product(*reversed(starts)))
+
+        def place(index: int, values: NDArray[np.generic]) -> None:
+            (a, b), (y0, y1), (x0, x1) = boxes[index]
+            target[a:b, y0:y1, x0:x1] = values
+
+        self._workers.run([part_request(self._volume.part((z0 + a, z0 + b), y, x)) for (a, b), y, x in boxes], place)
+
+
+class OmeZarrSource:
+    """Chunks of an array, decoded slab by slab in worker processes."""
+
+    def __init__(self, info: SourceInfo, slabs: _Slabs, leave: ExitStack) -> None:
+        self._info = info
+        self._slabs = slabs
+        self._leave = leave
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1220 (damaged), VP1226 and VP1270 to VP1273."""
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the workers if nobody else uses them."""
+        self._leave.close()
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSource:
+    """Open the channel, time point, level and image that are chosen, or the only ones; the finest level.
+
+    Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
+    (leads out of the store), VP1227 (no distance) or VP1270 to VP1273.
+    """
+    with ExitStack() as opened:
+        pool = opened.enter_context(workers())
+        store = StoreKey.of(path)
+        prefix, picture = _image(path, store, pool, spec.series)
+        level = _level(path, picture, spec.level)
+        array = ArrayRequest(store, f"{prefix}{level.path}")
+        facts = _facts(pool, array)
+        if len(facts.shape) != len(picture.axes):
+            error = f"its array has {len(facts.shape)} axes, its metadata {len(picture.axes)}"
+            raise VolprepError("VP1220", path=path, error=error)
+        volume = _Volume(array, facts, _space_axes(picture), _fixed(path, picture, facts, spec))
+        _check_chunks(path, volume)
+        grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
+        if not picture.has_units:
+            remarks.append("the file does not say its unit of length; millimetres are taken")
+        slabs = _Slabs(volume, pool)
+        depth = volume.shape_zyx[0]
+        stored_type, lost = stored_type_of(facts.dtype, depth, lambda z: slabs.read(z, z + 1), progress)
+        info = SourceInfo(format="ome-zarr", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
+        return OmeZarrSource(info, slabs, opened.pop_all())
+
+
+def channel_names(spec: SourceSpec, path: Path) -> list[str]:
+    """Names of the channels of the image that is chosen, "" where they have none. Raises what `open_volume` raises."""
+    with workers() as pool:
+        store = StoreKey.of(path)
+        prefix, picture = _image(path, store, pool, spec.series)
+        array = ArrayRequest(store, f"{prefix}{picture.levels[0].path}")
+        facts = _facts(pool, array)
+        return _channels(path, picture, facts)
+
+
+def _check_chunks(path: Path, volume: _Volume) -> None:
+    """Raise VP1225 for a volume in crumbs, which would take hours."""
+    count = math.prod(-(-n // m) for n, m in zip(volume.shape_zyx, volume.chunk_zyx, strict=True))
+    voxels = math.prod(volume.chunk_zyx)
+    if count > _FEW_CHUNKS and voxels < _LEAST_CHUNK_VOXELS:
+        limit = f"{_FEW_CHUNKS} chunks of fewer than {_LEAST_CHUNK_VOXELS} voxels"
+        raise VolprepError("VP1225", path=path, size=f"{count} chunks of {voxels} voxels", limit=limit)
+
+
+def _ask(pool: Workers, request: Request) -> Any:
+    answers: list[bytes] = []
+    pool.run([request], lambda _, answer: answers.append(answer.tobytes()))
+    return json.loads(answers[0])
+
+
+def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
+    told = _ask(pool, text_request(read_facts, array))
+    return ArrayFacts(tuple(told["shape"]), tuple(told["chunks"]), told["dtype"])
+
+
+def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tuple[str, Picture]:
+    """Where the group of the image lies, with a slash at its end, and what it says."""
+    attributes = _ask(pool, text_request(read_group, GroupRequest(store, ""))) or {}
+    picture = picture_of(path, attributes)
+    if picture is not None:
+        if wanted is not None:
+            chosen(path, "series", "image", [""], wanted)
+        return "", picture
+    if not series_of(attributes):
+        raise VolprepError("VP1220", path=path, error="it has no multiscales, which make a Zarr store an image")
+    pictures: list[Picture] = []
+    while len(pictures) < _MOST_SERIES:
+        attributes = _ask(pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))
+        found = None if attributes is None else picture_of(path, attributes)
+        if found is None:
+            break
+        pictures.append(found)
+    index = chosen(path, "series", "image", [""] * len(pictures), wanted)
+    return f"{index}/", pictures[index]
+
+
+def _level(path: Path, picture: Picture, wanted: int | None) -> Level:
+    index = 0 if wanted is None else wanted
+    if index >= len(picture.levels):
+        found = f" 0 (the finest) to {len(picture.levels) - 1}"
+        raise VolprepError("VP1222", path=path, kind="level", wanted=index, key="level", found=found)
+    return picture.levels[index]
+
+
+def _space_axes(picture: Picture) -> tuple[int, ...]:
+    return tuple(picture.axes.index(axis) for axis in "zyx" if axis in picture.axes)
+
+
+def _channels(path: Path, picture: Picture, facts: ArrayFacts) -> list[str]:
+    count = facts.shape[picture.axes.index("c")] if "c" in picture.axes else 1
+    if count > _MOST_CHANNELS:
+        raise VolprepError("VP1225", path=path, size=f"{count} channels", limit=str(_MOST_CHANNELS))
+    names = list(picture.channels[:count])
+    return names + [""] * (count - len(names))
+
+
+def _fixed(path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec) -> dict[int, int]:
+    """Index along the axes of channels and time points."""
+    channel = chosen(path, "channel", "channel", _channels(path, picture, facts), spec.channel)
+    times = facts.shape[picture.axes.index("t")] if "t" in picture.axes else 1
+    if times > _MOST_TIMES:
+        raise VolprepError("VP1225", path=path, size=f"{times} time points", limit=str(_MOST_TIMES))
+    time = chosen(path, "volume", "time point", [""] * times, spec.volume)
+    wanted = {"c": channel, "t": time}
+    return {axis: wanted[name] for axis, name in enumerate(picture.axes) if name in wanted}
+
+
+def _lengths_mm_zyx(picture: Picture, level: Level) -> tuple[list[float | None], list[float]]:
+    """Spacing, None where there is no such axis, and position of the first voxel."""
+    spacing: list[float | None] = []
+    origin: list[float] = []
+    for name in "zyx":
+        axis = picture.axes.index(name) if name in picture.axes else None
+        spacing.append(None if axis is None else level.scale[axis] * picture.mm_per_unit[axis])
+        origin.append(0.0 if axis is None else level.translation[axis] * picture.mm_per_unit[axis])
+    return spacing, origin

@@ -1,0 +1,1 @@
+"""Stacks of pictures of any format."""

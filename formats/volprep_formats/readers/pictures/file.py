@@ -1,0 +1,313 @@
+"""Picture files (PNG, TIFF, JPEG, OpenEXR, BMP) as pages of one grey value for each pixel, through OpenImageIO.
+
+Its decoders are foreign code: `header_request` and `decode_request` are for worker processes, which alone import it.
+Values are given as they are stored: no colour space, no premultiplication. Fewer than 8, or 16, bits are spread over
+the whole range of 8, or 16, as OpenImageIO does.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import Request
+from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
+from volprep_formats.readers.ome.tiff_chain import count_pages
+from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.source import StoredType
+
+MAX_PIXELS = 2**28
+"""Most pixels that one page may have."""
+MAX_PAGES = 2**16
+MAX_RATIO = 2**16
+"""No picture unpacks to more times its size. Deflate reaches 1032, LZW 2730, a blank fax page as bytes 40,000."""
+# What stands at the end of a whole file; libjpeg, for one, paints what is missing grey without a word.
+_ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
+_TAIL_BYTES = 4096
+_TYPES: dict[str, StoredType] = {
+    "uint8": "uint8",
+    "int16": "int16",
+    "uint16": "uint16",
+    "half": "float32",
+    "float": "float32",
+}
+_STORED: tuple[StoredType, ...] = ("uint8", "int16", "uint16", "float32")
+_BITS = {"uint8": 8, "int16": 16, "uint16": 16, "float32": 32}
+_PAGES_AT_ONCE, _PIXELS_AT_ONCE = 16, 2**22
+MEMORY_BYTES, MEMORY_BYTES_PER_PIXEL = 2**28, 16
+SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page says about itself: whole numbers all, so that a worker can give them as one row of an array."""
+
+    columns: int
+    rows: int
+    channels: int
+    type_index: int
+    """Index in the types that volprep computes with."""
+    bits: int
+    """Bits of a value in the file."""
+    alpha: int
+    """Index of the alpha channel, or -1."""
+    has_resolution: int
+    """1 if it says how large it is on paper."""
+    orientation: int
+    """Of TIFF and Exif; 1 is upright."""
+
+    @property
+    def stored_type(self) -> StoredType:
+        """Type of its values."""
+        return _STORED[self.type_index]
+
+    @property
+    def kind(self) -> tuple[int, ...]:
+        """What is the same in all pages of one volume."""
+        return self.columns, self.rows, self.channels, self.type_index, self.bits, self.alpha, self.orientation
+
+    @property
+    def spread(self) -> bool:
+        """Whether its values have fewer bits than their type."""
+        return self.bits < _BITS[self.stored_type]
+
+    def __str__(self) -> str:
+        return f"{self.columns}×{self.rows} of {self.channels} channel(s), {self.bits}-bit {self.stored_type}"
+
+
+@dataclass(frozen=True)
+class Part:
+    """Pages of one file to decode, and the rows and leftmost columns of them."""
+
+    path: Path
+    first: int
+    last: int
+    row0: int
+    row1: int
+    columns: int
+    page: Page
+    """What all of them are."""
+    makes_grey: bool = False
+    """Whether colours become luminance; else they are refused."""
+
+
+def header_request(path: Path) -> Request:
+    """Ask for the pages of a picture file in a worker; `pages_of` understands the answer."""
+    return Request(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
+
+
+def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
+    """Pages from the answer to a `header_request`."""
+    return tuple(Page(*row) for row in answer.tolist())
+
+
+def pages_at_once(rows: int, columns: int) -> int:
+    """How many pages of this size a worker decodes for one request: few enough for all cores to have some."""
+    return max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (rows * columns)))
+
+
+def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:
+    """What a user should know about pictures that are as `page`, the first in file `name`."""
+    remarks = []
+    if makes_grey and page.channels - (page.alpha >= 0) == 3:
+        remarks.append(LUMINANCE_REMARK)
+    if page.has_resolution:
+        remarks.append("the resolution in the pictures is meant for paper and not used")
+    if page.spread:
+        remarks.append(f"the {page.bits}-bit values of the pictures are spread over all of {page.stored_type}")
+    if page.orientation != 1:
+        remarks.append(
+            f"the orientation {page.orientation} in the pictures is not applied: rows are as they are stored"
+        )
+    if Path(name).suffix.lower() in {".jpg", ".jpeg"}:
+        remarks.append("JPEG pictures have lost detail when they were written")
+    return remarks
+
+
+def decode_request(part: Part) -> Request:
+    """Ask for values [page, y, x] of type `page.stored_type` in a worker."""
+    page = part.page
+    values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
+    decoded = page.rows * page.columns * page.channels
+    return Request(
+        _decode,
+        part,
+        part.path,
+        values * _BITS[page.stored_type] // 8,
+        MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
+        SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
+    )
+
+
+def _headers(path: Path) -> NDArray[np.generic]:
+    with coded_errors(path):
+        return np.array([astuple(page) for page in _list_pages(path)], dtype=np.int64)
+
+
+def _decode(part: Part) -> NDArray[np.generic]:
+    with coded_errors(part.path):
+        return _decode_pages(part)
+
+
+@contextmanager
+def coded_errors(path: Path) -> Iterator[None]:
+    """Turn whatever a decoder raises on the file `path` into an error with a code."""
+    try:
+        yield
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
+    except (VolprepError, MemoryError):
+        raise
+    except Exception as error:  # on damaged bytes any can come, as for text that is no UTF-8
+        raise unsound(path, f"{type(error).__name__} in its decoder") from error
+
+
+def _list_pages(path: Path) -> list[Page]:
+    _check_ends(path)
+    picture = opened(path)
+    size = path.stat().st_size
+    pages: list[Page] = []
+    total = 0
+    while picture.seek_subimage(len(pages), 0):
+        if len(pages) == MAX_PAGES:
+            raise VolprepError("VP1166", path=path, what=f"more than {MAX_PAGES} pages")
+        page = _page(path, picture.spec())
+        total += page.columns * page.rows * page.channels * _BITS[page.stored_type] // 8
+        if page.columns * page.rows > MAX_PIXELS or total > size * MAX_RATIO:
+            raise VolprepError(
+                "VP1167", path=path, columns=page.columns, rows=page.rows, size=size, limit=MAX_PIXELS, page=len(pages)
+            )
+        pages.append(page)
+    if picture.format_name() == "tiff" and count_pages(path, MAX_PAGES) != len(pages):
+        raise unsound(path, "its chain of pages is broken")
+    if not pages:
+        raise unsound(path, picture.geterror())
+    picture.close()
+    first = opened(path)
+    _check_order(path, _description(first.spec()), len(pages))
+    first.close()
+    return pages
+
+
+def _check_ends(path: Path) -> None:
+    with path.open("rb") as file:
+        kind = kind_of(file.read(8))
+        file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
+        tail = file.read()
+    if kind is None:
+        raise unsound(path, "it begins like none of PNG, TIFF, JPEG, OpenEXR and BMP")
+    if kind in _ENDS and _ENDS[kind] not in tail:
+        raise unsound(path, "its end is missing")
+
+
+def opened(path: Path) -> Any:
+    """Open a picture as OpenImageIO's ImageInput, which has no types. In workers only. Raises VP1165."""
+    import OpenImageIO  # noqa: PLC0415 - in workers only
+
+    OpenImageIO.attribute("threads", 1)
+    as_stored = OpenImageIO.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)
+    with path.open("rb") as file:
+        kind = kind_of(file.read(8))
+    picture = OpenImageIO.ImageInput.open(str(path), as_stored)
+    if picture is None or picture.format_name() != kind:
+        raise unsound(path, OpenImageIO.geterror())
+    return picture
+
+
+def _page(path: Path, spec: Any) -> Page:
+    kind = str(spec.format)
+    if spec.deep or spec.depth > 1 or kind not in _TYPES or spec.channelformats:
+        what = "deep pixels" if spec.deep else f"{spec.depth} layers" if spec.depth > 1 else f"pixels of type {kind}"
+        raise VolprepError("VP1166", path=path, what="channels of several types" if spec.channelformats else what)
+    if min(spec.width, spec.height, spec.nchannels) < 1:
+        raise unsound(path, f"it has {spec.width}×{spec.height} pixels of {spec.nchannels} channels")
+    stored = _TYPES[kind]
+    return Page(
+        spec.width,
+        spec.height,
+        spec.nchannels,
+        _STORED.index(stored),
+        spec.get_int_attribute("oiio:BitsPerSample", 16 if kind == "half" else _BITS[stored]),
+        spec.alpha_channel,
+        int(spec.getattribute("XResolution") is not None),
+        spec.get_int_attribute("Orientation", 1),
+    )
+
+
+def _description(spec: Any) -> str:
+    try:
+        return str(spec.get_string_attribute("ImageDescription"))
+    except UnicodeDecodeError:  # ImageJ and OME write ASCII and UTF-8, others what they like
+        return ""
+
+
+def _check_order(path: Path, description: str, pages: int) -> None:
+    """Refuse pages that are not the slices of one volume, by what ImageJ and OME write into the first."""
+    found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
+    counts = {name: int(count) for name, count in found}
+    if not description.startswith("ImageJ="):
+        counts = {name: int(n) for name, n in re.findall(r"\bSize([CT])=[\"'](\d{1,9})[\"']", description)}
+        if "<OME" not in description:
+            return
+    images = counts.pop("images", pages)
+    several = {name: count for name, count in counts.items() if count > 1}
+    if images != pages or several:
+        says = ", ".join([f"{images} images", *(f"{count} {name}" for name, count in several.items())])
+        raise VolprepError("VP1168", path=path, pages=pages, says=says)
+
+
+def _decode_pages(part: Part) -> NDArray[np.generic]:
+    picture = opened(part.path)
+    page = part.page
+    height = part.row1 - part.row0
+    result = np.empty((part.last - part.first, height, part.columns), page.stored_type)
+    for index in range(part.first, part.last):
+        if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
+            raise unsound(part.path, f"page {index} is not what it was")
+        values = _values(picture, index, part)
+        if values is None or values.size != height * page.columns * page.channels:
+            raise unsound(part.path, picture.geterror())
+        values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
+        result[index - part.first] = _grey(part, values)
+    picture.close()
+    return result
+
+
+def _values(picture: Any, index: int, part: Part) -> NDArray[np.generic] | None:
+    page, spec = part.page, picture.spec()
+    kind = "float" if page.stored_type == "float32" else page.stored_type
+    values: NDArray[np.generic] | None
+    if spec.tile_width or (part.row0, part.row1) == (0, page.rows):
+        values = picture.read_image(index, 0, 0, page.channels, kind)
+        return None if values is None else values[part.row0 : part.row1]
+    values = picture.read_scanlines(index, 0, spec.y + part.row0, spec.y + part.row1, spec.z, 0, page.channels, kind)
+    return values
+
+
+def _grey(part: Part, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """The one value that all colour channels share, or their luminance."""
+    path, page = part.path, part.page
+    colours = [channel for channel in range(page.channels) if channel != page.alpha]
+    first: NDArray[np.generic] = values[..., colours[0] if colours else 0]
+    if part.makes_grey and len(colours) == 3:
+        first = luminance(values[..., colours])
+    elif not all(np.array_equal(values[..., channel], first) for channel in colours[1:]):
+        raise VolprepError("VP1164", path=path, what=f"{len(colours)} colour channels that differ")
+    opaque = 1.0 if page.stored_type == "float32" else np.iinfo(page.stored_type).max
+    if colours and page.alpha >= 0 and not (values[..., page.alpha] == opaque).all():
+        raise VolprepError("VP1164", path=path, what="transparent pixels")
+    return first
+
+
+def unsound(path: Path, error: str) -> VolprepError:
+    """Give VP1165, with the first line of what a decoder says."""
+    # Decoders name the whole path in every line.
+    line = (error.strip().splitlines() or ["its decoder does not say why"])[0].replace(str(path), path.name)
+    return VolprepError("VP1165", path=path, error=line[:200])

@@ -1,0 +1,48 @@
+"""Which files are pictures: by their first bytes, or by their names where a folder is looked through."""
+
+from pathlib import Path
+
+from volprep_formats.readers.dicom import kind as dicom_kind
+from volprep_formats.tree import files_below
+
+SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
+"""File names that are taken as pictures where a folder is looked through, in lower case."""
+
+_MAGIC = {
+    b"\x89PNG": "png",
+    b"II*\0": "tiff",
+    b"MM\0*": "tiff",
+    b"II+\0": "tiff",
+    b"MM\0+": "tiff",
+    b"\xff\xd8\xff": "jpeg",
+    b"\x76\x2f\x31\x01": "openexr",
+    b"BM": "bmp",
+}
+
+
+def kind_of(head: bytes) -> str | None:
+    """Kind of picture that begins so, by the name that OpenImageIO gives it; None for anything else."""
+    return next((kind for magic, kind in _MAGIC.items() if head.startswith(magic)), None)
+
+
+def pictures_in(folder: Path) -> list[str]:
+    """Names of the pictures right in a folder; those that a system hides are left out."""
+    return [
+        entry.name
+        for entry in folder.iterdir()
+        if entry.suffix.lower() in SUFFIXES and not entry.name.startswith(".") and entry.is_file()
+    ]
+
+
+def holds_only_pictures(folder: Path) -> bool:
+    """Whether there are pictures in a folder, and no DICOM files in it or below. Raises OSError."""
+    return bool(pictures_in(folder)) and not any(_is_dicom(Path(entry.path)) for entry in files_below(folder))
+
+
+def _is_dicom(file: Path) -> bool:
+    if file.name == "DICOMDIR" or file.suffix.lower() in dicom_kind.SUFFIXES:
+        return True
+    if file.suffix.lower() in SUFFIXES:
+        return False
+    with file.open("rb") as data:
+        return dicom_kind.has_prefix(data.read(dicom_kind.HEAD_BYTES))

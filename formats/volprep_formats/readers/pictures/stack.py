@@ -1,0 +1,161 @@
+"""Pictures as slices: a folder of them, or the pages of one TIFF file.
+
+Pictures do not say where they lie. What they call resolution is meant for paper, and often left at 72 dpi, so the
+distances come from the scene; rows go along +y and columns along +x of the patient, as in a raw file.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import ExitStack
+from itertools import accumulate
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.isolation import Workers, workers
+from volprep_formats.progress import Progress
+from volprep_formats.readers.pictures.file import (
+    Page,
+    Part,
+    decode_request,
+    header_request,
+    page_remarks,
+    pages_at_once,
+    pages_of,
+)
+from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
+from volprep_formats.readers.pictures.names import in_order
+from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
+
+
+class StackSource:
+    """Pictures of one size and type, decoded slab by slab in worker processes."""
+
+    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, makes_grey: bool) -> None:
+        """Take `files` in their order, each with the number of its pages; all pages are as `page`.
+
+        `makes_grey` says whether colours become luminance.
+        """
+        self._makes_grey = makes_grey
+        self._info = info
+        self._page = page
+        self._files = tuple(files)
+        self._starts = (0, *accumulate(count for _, count in files))
+        self._leave = ExitStack()
+        self._workers = self._leave.enter_context(workers())
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x].
+
+        Raises VolprepError VP1164 (colour), VP1165 (damaged) and VP1270 to VP1273 (its decoder goes wrong).
+        """
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        wanted = list(self._parts(z0, z1))
+
+        def place(index: int, pages: NDArray[np.generic]) -> None:
+            z, _ = wanted[index]
+            slab[z - z0 : z - z0 + len(pages)] = pages
+
+        self._workers.run([decode_request(part) for _, part in wanted], place)
+        return slab
+
+    def __enter__(self) -> Self:
+        """Give the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the workers if nobody else uses them. Files are not open between slabs."""
+        self._leave.close()
+
+    def _parts(self, z0: int, z1: int) -> list[tuple[int, Part]]:
+        """Pages of one file each, few enough for all cores to have some, and where they go."""
+        whole = self._page.rows, self._page.columns
+        at_once = pages_at_once(*whole)
+        parts = []
+        for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
+            for z in range(max(z0, start), min(z1, end), at_once):
+                last = min(z + at_once, z1, end)
+                parts.append((z, Part(path, z - start, last - start, 0, *whole, self._page, self._makes_grey)))
+        return parts
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource:
+    """Open the pictures in folder `path`, or the pages of file `path`.
+
+    Raises VolprepError VP1003, VP1160 (no pictures), VP1161 (order not known), VP1162 (numbers missing), VP1163 (they
+    differ), VP1164 (colour), VP1165 (damaged), VP1166 to VP1168 (cannot be read) or VP1270 to VP1273.
+    """
+    layout = spec.stack or StackLayout()
+    remarks: list[str] = []
+    if spec.stack is None:
+        remarks.append(
+            "pictures do not say how far apart their pixels are; 1 mm is taken: see source.stack in the scene"
+        )
+    names = [path.name]
+    if path.is_dir():
+        names = pictures_in(path)
+        if not names:
+            raise VolprepError("VP1160", path=path, known=", ".join(sorted(SUFFIXES)))
+        others = sum(entry.is_file() for entry in path.iterdir()) - len(names)
+        names, step = in_order(path, names, layout.gaps)
+        remarks += [f"{others} other file(s) in the folder are ignored"] if others else []
+        remarks += [f"the numbers of the pictures go in steps of {step}"] if step > 1 else []
+    files = [(path if path.is_dir() else path.parent) / name for name in names]
+    with workers() as pool:
+        pages = _read_headers(pool, files, progress)
+        _check_alike(path, names, pages)
+        first = pages[0][0]
+        info = SourceInfo(
+            format="stack",
+            grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
+            stored_type=first.stored_type,
+            remarks=(*remarks, *page_remarks(first, names[0], makes_grey=spec.rgb is not None)),
+        )
+        each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
+        source = StackSource(info, first, each, makes_grey=spec.rgb is not None)
+    if first.channels > 1:  # colour shows in the first picture, not after an hour
+        try:
+            source.read_slab(0, 1)
+        except VolprepError:
+            source.__exit__()
+            raise
+    return source
+
+
+def _read_headers(pool: Workers, files: list[Path], progress: Progress) -> list[tuple[Page, ...]]:
+    progress.start("reading picture headers", len(files))
+    pages: list[tuple[Page, ...]] = [()] * len(files)
+
+    def take(index: int, answer: NDArray[np.generic]) -> None:
+        pages[index] = pages_of(answer)
+        progress.advance()
+
+    pool.run([header_request(file) for file in files], take)
+    return pages
+
+
+def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) -> None:
+    if len(names) > 1:
+        for name, of_file in zip(names, pages, strict=True):
+            if len(of_file) > 1:
+                raise VolprepError("VP1166", path=path / name, what="several pages in a folder of several pictures")
+        each = [(name, page) for name, (page,) in zip(names, pages, strict=True)]
+    else:
+        each = [(f"page {z}", page) for z, page in enumerate(pages[0])]
+    kinds = Counter(page.kind for _, page in each)
+    if len(kinds) > 1:
+        usual = kinds.most_common(1)[0][0]
+        likely = next(f"{name} is {page}" for name, page in each if page.kind == usual)
+        other = next(f"{name} is {page}" for name, page in each if page.kind != usual)
+        raise VolprepError(
+            "VP1163", path=path, count=len(each) - kinds[usual], total=len(each), first=likely, other=other
+        )

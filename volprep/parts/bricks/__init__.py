@@ -1,0 +1,1 @@
+"""Levels as bricks with ghost voxels in one 3D texture."""

@@ -1,0 +1,95 @@
+"""Levels as bricks with ghost voxels, for scans of which much is empty, and for filters that reach far."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from volprep.parts.bricks.pool import brick_layout
+from volprep.parts.levels.decision import by
+from volprep.plan.records import BricksPlan, LevelPlan, VolumePlan
+from volprep.plan.room import Beside, Misfit, one_channel
+from volprep.scene.scene import BrickSettings, Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter
+from volprep_formats.textures.gl_formats import size_bytes
+
+ITEM = "bricks"
+
+
+def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3031 for bricks smaller than what the filter reads, VP3032 where they cannot be a 3D texture."""
+    wanted = scene.bricks
+    if wanted is None:
+        return
+    if wanted.size < wanted.reach:
+        texels = wanted.size + 2 * wanted.reach - 1
+        raise VolprepError("VP3031", size=wanted.size, reach=wanted.reach, texels=texels)
+    if not profile.max_3d_texture_size or "RGBA8" not in profile.texture_formats:
+        raise VolprepError("VP3032", profile=profile.name)
+
+
+@dataclass(frozen=True)
+class Bricks:
+    """What bricks are to be like."""
+
+    settings: BrickSettings
+    """What the scene wants."""
+    filter: SampleFilter = "linear"
+    """How they are sampled."""
+    keep_empty: bool = False
+    """Whether those are stored that nobody sees."""
+
+
+def as_bricks(
+    level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, wanted: Bricks
+) -> VolumePlan | Misfit:
+    """Lay a level out as bricks, with room for all of them, or say why it cannot be."""
+    size, reach = wanted.settings.size, wanted.settings.reach
+    texel = one_channel(bits, profile)
+    layout = brick_layout(level.shape_zyx, size, reach, profile.max_3d_texture_size)
+    if texel is None:
+        return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
+    if layout is None or max(layout.bricks_zyx) > profile.max_3d_texture_size:
+        limit = f"{profile.max_3d_texture_size} texels along an axis"
+        return Misfit(f"{by(level.shape_zyx)} voxels in bricks of {size}³ cells have no room within {limit}")
+    needed = size_bytes(texel, layout.texture_zyx) + size_bytes("RGBA8", layout.bricks_zyx)
+    if needed + beside.bytes > profile.max_texture_bytes:
+        limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
+        return Misfit(f"{needed} bytes, if no brick is empty, and {beside.bytes} beside them are more than {limit}")
+    name, index = f"volume-{level.index}", f"bricks-{level.index}"
+    return VolumePlan(
+        level=level.index,
+        names=(name,),
+        files=(f"textures/{name}.ktx2",),
+        format=texel,
+        shape_zyx=layout.texture_zyx,
+        mosaic=None,
+        filter=wanted.filter,
+        bricks=BricksPlan(
+            size=size,
+            reach=reach,
+            keep_empty=wanted.keep_empty,
+            name=index,
+            file=f"textures/{index}.ktx2",
+        ),
+    )
+
+
+def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> Iterator[PlanItem]:
+    """Say whether levels are bricks, where they could be."""
+    if not profile.max_3d_texture_size:
+        return
+    found = [volume.bricks for volume in volumes if volume.bricks is not None]
+    if not found:
+        yield PlanItem(name=ITEM, kept=False, reason="the scene has no table [bricks]")
+        return
+    bricks = found[0]
+    empty = "of one value" if bricks.keep_empty else "of one value or of which nothing is seen"
+    yield PlanItem(
+        name=ITEM,
+        kept=True,
+        reason=f"the scene asks for them: {bricks.size}³ cells each, with voxels for filters that read "
+        f"{bricks.reach} on each side; those {empty} are not stored",
+        files=tuple(each.file for each in found),
+    )

@@ -1,0 +1,88 @@
+"""Levels become bricks in one 3D texture: those of which a transfer function shows something, and where each is."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
+from volprep.parts.skip.occupancy import occupied_blocks
+from volprep.parts.skip.visible import visible_extinction
+from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.texels import texels_of, volume_texture
+from volprep.parts.work import codes_of_level
+from volprep.plan.records import BricksPlan, LevelPlan, Plan, VolumePlan
+from volprep.scan.block_ranges import BlockRanges, block_ranges
+from volprep.scan.slabs import RawVolume, bytes_of
+from volprep_formats.package.parts.bricks.places import constant_entry
+from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    volumes = [volume for volume in plan.volumes if volume.bricks is not None]
+    return (*volumes, *plan.transfer_functions, *plan.tables)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    volumes = [(volume, volume.bricks) for volume in plan.volumes if volume.bricks is not None]
+    progress.start("bricks", len(volumes))
+    textures: list[Texture] = []
+    for volume, bricks in volumes:
+        textures += _bricks(draft, plan, volume, bricks)
+        progress.advance()
+    return {"textures": with_textures(draft.manifest, tuple(textures))}
+
+
+def _bricks(draft: Draft, plan: Plan, volume: VolumePlan, bricks: BricksPlan) -> tuple[Texture, Texture]:
+    codes = codes_of_level(draft, plan, volume.level)
+    ranges = block_ranges(codes.read_slab, codes.shape_zyx, bricks.size)
+    stored = _stored(draft, plan, plan.level(volume.level), bricks, ranges)
+    count = int(np.count_nonzero(stored))
+    layout = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, plan.profile.max_3d_texture_size, count)
+    assert layout is not None  # noqa: S101 - the plan has found room for all of them
+    draft.write(volume.files[0], "texture", _pool(volume, codes, stored, layout))
+    entries = constant_entry(ranges.low.astype(np.float64) / (2**plan.quantize.bits - 1))
+    entries[stored] = places_of(stored, layout)
+    draft.write(bricks.file, "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", layout.bricks_zyx, entries, 3)))
+    pool = volume_texture(volume, 0, plan.profile)
+    return pool.model_copy(update={"shape_zyx": layout.texture_zyx, "bricks": layout}), Texture(
+        name=bricks.name,
+        role="bricks",
+        file=bricks.file,
+        shape_zyx=layout.bricks_zyx,
+        gl=gl_format("RGBA8", "TEXTURE_3D", plan.profile.api),
+        level=volume.level,
+        filter="nearest",
+    )
+
+
+def _stored(draft: Draft, plan: Plan, level: LevelPlan, bricks: BricksPlan, ranges: BlockRanges) -> NDArray[np.bool_]:
+    """Say which bricks are stored: those that are not of one value, and of which something is seen; at least one."""
+    found = with_reach(ranges, bricks.reach)
+    stored: NDArray[np.bool_] = found.low != found.high
+    if not bricks.keep_empty:
+        seen = [
+            occupied_blocks(found, visible_extinction(draft, function.name, level.index))
+            for function in plan.transfer_functions
+        ]
+        stored &= np.any(seen, axis=0)
+    if not stored.any():
+        stored[0, 0, 0] = True
+    return stored
+
+
+def _pool(
+    volume: VolumePlan, codes: RawVolume, stored: NDArray[np.bool_], layout: BrickLayout
+) -> Iterator[bytes | memoryview]:
+    yield ktx2.header(KTX2_FORMAT[volume.format], layout.texture_zyx, 3)
+    for layer in pool_layers(codes, stored, layout):
+        yield bytes_of(texels_of(layer, volume.format))
+
+
+STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)

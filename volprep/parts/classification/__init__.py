@@ -1,0 +1,1 @@
+"""How samples become colours: lookup tables, pre-integrated tables, palettes, classified voxels."""

@@ -1,0 +1,333 @@
+"""How samples become colours: by lookup tables, pre-integrated tables or palettes, and what each is off by.
+
+Pre-integration is measured on the sample of rays, along which the field is linear between voxels: so the truth is
+known exactly, and what is left is what samples miss between them, and what a table of so many entries rounds.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
+from volprep.plan.probe import PictureError, difference_of_views
+from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
+from volprep.scan.statistics import Measured
+from volprep.scene.scene import RenderWishes, Scene
+from volprep.transfer.palette import even_palette
+from volprep.transfer.preclassified import classified_texels, medium_of_texels
+from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
+from volprep.transfer.table import Table
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile, LookupFormat
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
+
+Array = NDArray[np.float64]
+Classify = Callable[[Array, Array], tuple[Array, Array]]
+"""Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
+
+_ENTRIES = (64, 128, 256)
+"""Sizes of a pre-integrated table: the largest has 512 kB as half floats."""
+_RAYS = 256
+_MORE_SAMPLES = 4
+_REFERENCES = 8
+"""Reference lengths of classified voxels that are tried: 1 to 128 steps."""
+CLASSIFIED_BITS = 32
+"""Bits of a classified voxel."""
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What the package classifies with, one of the three for each transfer function, and the reasons."""
+
+    lookups: tuple[LookupPlan, ...] = ()
+    """Lookup tables."""
+    preintegrated: tuple[PreintegratedPlan, ...] = ()
+    """Pre-integrated tables."""
+    palettes: tuple[PalettePlan, ...] = ()
+    """Palettes."""
+    voxels: tuple[str, float] | None = None
+    """Where voxels are classified: by which transfer function, for a path of how many millimetres."""
+    reasons: tuple[str, ...] = ()
+    """What each is off by."""
+
+    def classified(self, volumes: tuple[VolumePlan, ...]) -> tuple[VolumePlan, ...]:
+        """Give the volumes with voxels classified, if they are to be."""
+        if self.voxels is None:
+            return volumes
+        transfer, reference_mm = self.voxels
+        update = {"transfer": transfer, "reference_mm": reference_mm}
+        return tuple(volume.model_copy(update=update) for volume in volumes)
+
+
+def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
+    """Give the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
+    if wishes.classification in {"palette", "preclassified"}:
+        return 0
+    texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
+    return texels * BYTES_PER_TEXEL[_texel_format(profile)]
+
+
+def require_classification(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3040 where the class of devices cannot classify as the scene wants, VP3041 where the scene cannot."""
+    name = scene.render.classification
+    if name in {"palette", "preclassified"} and profile.api == "es2.0":
+        raise VolprepError("VP3040", classification=name, profile=profile.name, api=profile.api[2:])
+    unwanted = {
+        "several transfer functions": len(scene.transfer) == 1,
+        "sub-volumes": scene.grid is None,
+        "proxy geometry": scene.proxy is None,
+        "ranges of blocks": not scene.skip.ranges,
+    }
+    for what, is_unwanted in unwanted.items():
+        if name == "preclassified" and not is_unwanted:
+            raise VolprepError("VP3041", what=what)
+
+
+def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
+    scene: Scene,
+    profile: DeviceProfile,
+    functions: tuple[TransferFunction, ...],
+    values: ValueChoice,
+    measured: Measured,
+    step: "StepLengths",
+) -> Tables:
+    """Choose the tables, as small as their error allows."""
+    wishes = scene.render
+    if wishes.classification == "lookup":
+        reason = f"{values.entries} entries: the sample of rays changes by {values.error.text}"
+        lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
+        return Tables(lookups=lookups, reasons=(reason,) * len(functions))
+    rays = _Rays(values, measured, step)
+    if wishes.classification == "palette":
+        palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
+        reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
+        return Tables(palettes=palettes, reasons=reasons)
+    if wishes.classification == "preclassified":
+        (function,) = functions
+        reference_mm, error = rays.best_reference(function)
+        reason = rays.classified_reason(function, reference_mm, error)
+        return Tables(voxels=(function.name, reference_mm), reasons=(reason,))
+    planned: list[PreintegratedPlan] = []
+    texts: list[str] = []
+    for function in functions:
+        entries, error = rays.smallest_table(function, profile, TABLE_SHARE * scene.tolerance.rmse)
+        planned.append(_preintegrated(function, entries, step.segment_mm, profile))
+        texts.append(rays.preintegration_reason(function, entries, error))
+    return Tables(preintegrated=tuple(planned), reasons=tuple(texts))
+
+
+def describe_tables(plan: Plan, tables: Tables) -> Iterator[PlanItem]:
+    """Say with what samples are classified, and why it has the size that it has."""
+    kinds = ((plan.lookups, "lookup table"), (plan.preintegrated, "pre-integrated table"))
+    reasons = iter(tables.reasons)
+    for planned, kind in kinds:
+        for table in planned:
+            texels = table.entries if isinstance(table, LookupPlan) else table.entries**2
+            yield PlanItem(
+                name=f"{kind} {table.transfer}",
+                kept=True,
+                reason=next(reasons),
+                files=(table.file,),
+                size_bytes=texels * BYTES_PER_TEXEL[table.format],
+            )
+    if tables.voxels is not None:
+        yield PlanItem(name=f"voxels classified by {tables.voxels[0]}", kept=True, reason=next(reasons))
+    for palette in plan.palettes:
+        yield PlanItem(name=f"palette {palette.transfer}", kept=True, reason=next(reasons))
+    if not plan.preintegrated:
+        yield PlanItem(
+            name="pre-integrated tables",
+            kept=False,
+            reason="the scene classifies each sample by itself",
+            size_bytes=len(plan.transfer_functions) * _largest(plan.profile) ** 2 * 8,
+        )
+
+
+@dataclass(frozen=True)
+class StepLengths:
+    """Distances along a ray."""
+
+    segment_mm: float
+    """Nominal step of the package."""
+    voxel_mm_zyx: tuple[float, float, float]
+    """Distance of the voxels along the samples of rays."""
+
+    def along_axes(self, finer: int = 1) -> list[tuple[int, float]]:
+        """For each axis the segments between two voxels that come nearest to the nominal step, and their length.
+
+        `finer` times as many, if given.
+        """
+        pieces = [finer * max(1, round(voxel_mm / self.segment_mm)) for voxel_mm in self.voxel_mm_zyx]
+        return [(count, voxel_mm / count) for count, voxel_mm in zip(pieces, self.voxel_mm_zyx, strict=True)]
+
+
+class _Rays:
+    """The samples of rays as the codes give them."""
+
+    def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
+        few = [rays[:, :: max(1, rays.shape[1] // _RAYS)] for rays in measured.rays_zyx]
+        self._rays_zyx = [values.codes.decoded(values.codes.texels(rays)) for rays in few]
+        self._window = values.quantize.window
+        self._step = step
+
+    def smallest_table(
+        self, function: TransferFunction, profile: DeviceProfile, slack_rmse: float
+    ) -> tuple[int, PictureError]:
+        """Number of entries, and error against exact segments."""
+        sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
+        truth = self._truth(function)
+        errors = [difference_of_views(self._light(self._table(function, n, profile)), truth) for n in sizes]
+        found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
+        return sizes[found], errors[found]
+
+    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureError) -> str:
+        """Compare the table with samples, as many and four times as many."""
+        truth = self._truth(function)
+        samples = _samples(Table.exact(function))
+        few, many = (difference_of_views(self._light(samples, finer), truth) for finer in (1, _MORE_SAMPLES))
+        return (
+            f"{entries}×{entries} entries for segments of {self._step.segment_mm:.3g} mm: "
+            f"off by {error.text} on the sample of rays; "
+            f"single samples would be off by {few.text}, four times as many by {many.text}"
+        )
+
+    def palette_reason(self, function: TransferFunction, entries: int) -> str:
+        """Compare the palette with the function, both by samples."""
+        exact = self._light(_samples(Table.exact(function)))
+        error = difference_of_views(self._light(_nearest(function, self._window, entries)), exact)
+        return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
+
+    def best_reference(self, function: TransferFunction) -> tuple[float, PictureError]:
+        """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""
+        truth = self._truth(function)
+        lengths = [self._step.segment_mm * 2**power for power in range(_REFERENCES)]
+        errors = [difference_of_views(self._classified_light(function, length), truth) for length in lengths]
+        best = min(range(_REFERENCES), key=lambda index: errors[index].rmse)
+        return lengths[best], errors[best]
+
+    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureError) -> str:
+        """Compare classified voxels with samples that are classified after the filter."""
+        samples = difference_of_views(self._light(_samples(Table.exact(function))), self._truth(function))
+        return (
+            f"four channels in place of one; opacity is that of {reference_mm:.3g} mm: the sample of rays "
+            f"is off by {error.text}; samples of the values would be off by {samples.text}"
+        )
+
+    def _classified_light(self, function: TransferFunction, reference_mm: float) -> list[Array]:
+        """Colour and opacity of the rays, where the filter mixes classified voxels."""
+        table = Table.exact(function)
+        return [
+            _light(*_classified(table, rays, reference_mm), pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
+        ]
+
+    def _truth(self, function: TransferFunction) -> list[Array]:
+        table = Table.exact(function)
+
+        def exactly(length_mm: float) -> Classify:
+            return lambda front, back: segment_light(table, front, back, length_mm)
+
+        return [
+            _light(rays, exactly(length_mm), pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
+        ]
+
+    def _table(self, function: TransferFunction, entries: int, profile: DeviceProfile) -> Classify:
+        texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
+        return PreintegratedTable.of_texels(texels, self._window).at
+
+    def _light(self, classify: Classify, finer: int = 1) -> list[Array]:
+        """Colour and opacity of the rays of each axis, with `finer` times the nominal segments."""
+        return [
+            _light(rays, classify, pieces, length_mm)
+            for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(finer), strict=True)
+        ]
+
+
+def _light(rays: Array, classify: Classify, pieces: int, length_mm: float) -> Array:
+    """Colour and opacity of rays [voxel, ray] as [ray, 4], with so many segments between two voxels."""
+    light = np.zeros((rays.shape[1], 4))
+    depth = np.zeros(rays.shape[1])
+    for lower, upper in pairwise(rays):
+        ends = lower + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (upper - lower)
+        colour, extinction = classify(ends[:-1], ends[1:])
+        depths = depth + np.vstack([np.zeros(len(depth)), np.cumsum(extinction * length_mm, axis=0)])
+        weight = np.exp(-depths[:-1]) - np.exp(-depths[1:])
+        light[:, :3] += (weight[..., None] * colour).sum(axis=0)
+        depth = depths[-1]
+    light[:, 3] = -np.expm1(-depth)
+    return light
+
+
+def _classified(table: Table, rays: Array, reference_mm: float) -> tuple[Array, Classify]:
+    """Give the place of each voxel on its ray [voxel, ray], and what the filter makes of classified voxels between."""
+    depth, count = rays.shape
+    texels = classified_texels(table, rays.ravel(), reference_mm).reshape(depth, count, 4) / 255
+
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        at = (front + back) / 2
+        lower = np.clip(at.astype(np.intp), 0, max(depth - 2, 0))
+        share = (at - lower)[..., None]
+        ray = np.arange(count)
+        upper = np.minimum(lower + 1, depth - 1)
+        return medium_of_texels(texels[lower, ray] * (1 - share) + texels[upper, ray] * share, reference_mm)
+
+    return np.broadcast_to(np.arange(depth, dtype=np.float64)[:, None], (depth, count)), classify
+
+
+def _samples(table: Table) -> Classify:
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        colour, extinction = table.at(((front + back) / 2).ravel())
+        return colour.reshape(*front.shape, 3), extinction.reshape(front.shape)
+
+    return classify
+
+
+def _nearest(function: TransferFunction, window: tuple[float, float], entries: int) -> Classify:
+    colour, extinction = even_palette(function, window, entries)
+    low, high = window
+
+    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+        share = ((front + back) / 2 - low) / (high - low)
+        entry = np.clip(np.floor(share * (entries - 1) + 0.5), 0, entries - 1).astype(np.intp)
+        return colour[entry], extinction[entry]
+
+    return classify
+
+
+def _largest(profile: DeviceProfile) -> int:
+    return max(entries for entries in _ENTRIES if entries <= profile.max_texture_size)
+
+
+def _texel_format(profile: DeviceProfile) -> LookupFormat:
+    return "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+
+
+def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
+    name = f"transfer-{function.name}"
+    return LookupPlan(
+        transfer=function.name,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        format=_texel_format(profile),
+        entries=entries,
+    )
+
+
+def _preintegrated(
+    function: TransferFunction, entries: int, segment_mm: float, profile: DeviceProfile
+) -> PreintegratedPlan:
+    name = f"preintegrated-{function.name}"
+    return PreintegratedPlan(
+        transfer=function.name,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        format=_texel_format(profile),
+        entries=entries,
+        segment_mm=segment_mm,
+    )

@@ -1,0 +1,131 @@
+"""Transfer functions become what shaders classify with: lookup tables, pre-integrated tables, or palettes.
+
+All are made over the window of the stored values. A level whose pictures gain by it has a lookup table of its own,
+which was fitted when the level was made; where users may edit transfer functions it has the joint histogram, too, from
+which its tables come.
+"""
+
+from collections.abc import Iterator
+
+from volprep.parts.levels.chosen import lookup_of_level, own_tables
+from volprep.parts.stage import Changes, Stage, present, with_textures
+from volprep.parts.work import codes_of_level, codes_of_source
+from volprep.plan.products import EditingPlan
+from volprep.plan.records import LookupPlan, Plan, PreintegratedPlan
+from volprep.transfer.joint_histogram import joint_shares
+from volprep.transfer.lookup import Array, lookup_table, lookup_texels
+from volprep.transfer.palette import even_palette
+from volprep.transfer.preintegrated import preintegrated_texels
+from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
+from volprep_formats.package.palette import Palette, PaletteEntry
+from volprep_formats.package.parts.editing.record import Editing, JointHistogram, encode_histogram
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import Texture
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+
+
+class _Step(Record):
+    """What lookup tables hold of how pictures are drawn: none is more opaque than one step can be."""
+
+    step_mm: float
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
+    step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
+    return (*common, *present(step, plan.editing))
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    progress.start("transfer", len(plan.transfer_functions))
+    functions = {function.name: function for function in plan.transfer_functions}
+    return {
+        "transfer_functions": plan.transfer_functions,
+        "textures": with_textures(draft.manifest, tuple(_textures(draft, plan, functions, progress))),
+        "palettes": tuple(_palettes(plan, functions, progress)),
+        "editing": None if plan.editing is None else _editing(draft, plan, plan.editing),
+    }
+
+
+def _textures(
+    draft: Draft, plan: Plan, functions: dict[str, TransferFunction], progress: Progress
+) -> Iterator[Texture]:
+    for lookup in plan.lookups:
+        yield from _lookups(draft, plan, lookup, functions[lookup.transfer])
+        progress.advance()
+    for planned in plan.preintegrated:
+        function = functions[planned.transfer]
+        table = preintegrated_texels(
+            function, plan.quantize.window, planned.entries, planned.segment_mm, planned.format
+        )
+        texture = _texture(draft, plan, planned, table)
+        yield texture.model_copy(update={"role": "preintegrated", "segment_mm": planned.segment_mm})
+        progress.advance()
+
+
+def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
+    """Give the tables of levels that have one of their own, and the common one where a level has none."""
+    own = own_tables(draft, plan, lookup.transfer)
+    tables: dict[int | None, Array] = dict(own.items())
+    if own.keys() != {level.index for level in plan.levels}:
+        tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
+    # One shader reads all of them, and holds one scale.
+    headroom_per_mm = plan.editing.headroom_per_mm if plan.editing else 0.0
+    largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
+    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
+    for level, table in tables.items():
+        texels = lookup_texels(table, lookup.format, largest_per_mm)
+        named = lookup if level is None else lookup_of_level(lookup, level)
+        yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
+
+
+def _editing(draft: Draft, plan: Plan, wanted: EditingPlan) -> Editing:
+    codes = codes_of_source(draft, plan)
+    histograms = []
+    for planned in wanted.histograms:
+        level = plan.level(planned.level)
+        shares = joint_shares(codes, codes_of_level(draft, plan, level.index), level.factors_zyx)
+        draft.write(planned.file, "histogram", encode_histogram(shares))
+        histograms.append(
+            JointHistogram(
+                level=level.index, file=planned.file, reference_mm=planned.reference_mm, channel=plan.channel
+            )
+        )
+    return Editing(histograms=tuple(histograms))
+
+
+def _texture(draft: Draft, plan: Plan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
+    depth, height, width, _ = table.texels.shape
+    shape_zyx = (depth, height, width)
+    image = ktx2.Ktx2Image(KTX2_FORMAT[planned.format], shape_zyx, table.texels, 2)
+    draft.write(planned.file, "texture", ktx2.encode(image))
+    return Texture(
+        name=planned.name,
+        role="transfer",
+        file=planned.file,
+        shape_zyx=shape_zyx,
+        gl=gl_format(planned.format, "TEXTURE_2D", plan.profile.api),
+        transfer=planned.transfer,
+        max_extinction_per_mm=table.max_extinction_per_mm,
+    )
+
+
+def _palettes(plan: Plan, functions: dict[str, TransferFunction], progress: Progress) -> Iterator[Palette]:
+    for planned in plan.palettes:
+        colours, extinctions = even_palette(functions[planned.transfer], plan.quantize.window, planned.entries)
+        entries = zip(colours.tolist(), extinctions.tolist(), strict=True)
+        yield Palette(
+            transfer=planned.transfer,
+            entries=tuple(
+                PaletteEntry(colour=(red, green, blue), extinction_per_mm=extinction)
+                for (red, green, blue), extinction in entries
+            ),
+        )
+        progress.advance()
+
+
+STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), settings=_settings, run=_run)

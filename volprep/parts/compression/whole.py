@@ -1,0 +1,220 @@
+"""What compressing a level changes in the pictures that validation judges, on the whole level: nothing is estimated.
+
+The level is encoded as its stage will encode it, decoded as a GPU does, and its standard views are drawn by the oracle
+and compared with those of the source. So the error is that of codes and blocks together, the data error of validation.
+The oracle needs whole volumes: source and decoded level are files that are mapped into memory.
+"""
+
+import hashlib
+import json
+import math
+import tempfile
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep import _native
+from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.values.decision import within_share
+from volprep.parts.work import generator
+from volprep.plan.form_trial import FormTrial
+from volprep.plan.probe import PictureError, difference
+from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
+from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep.scene.scene import RenderWishes
+from volprep.truth.camera import standard_views
+from volprep.truth.oracle import oracle_picture
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo
+from volprep_formats.textures.block_formats import CompressedFormat
+
+_SCALE = 65535
+"""Decoded values are kept in 16 bits; no format has more than 11."""
+Picture = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WholeSource:
+    """A source as the working data of a draft."""
+
+    volume: RawVolume
+    """Stored values."""
+    info: SourceInfo
+    """What they are."""
+    sha256: str
+    """Digest of the source."""
+    progress: Progress
+    """Is told how far the work is."""
+    known: list[FormTrial] = field(default_factory=list)
+    """What was found out before; what is new is added."""
+
+
+@dataclass(frozen=True)
+class LevelData:
+    """What is asked about: a level of a source, and how it is looked at."""
+
+    level: LevelPlan
+    """The level."""
+    crop: CropPlan
+    """Part of the source that becomes level 0."""
+    grid: Grid
+    """Grid of level 0."""
+    quantize: QuantizePlan
+    """Its codes."""
+    functions: tuple[TransferFunction, ...]
+    """Transfer functions."""
+    render: RenderWishes
+    """Projection and size of the pictures."""
+    tolerance: Tolerance
+    """Of which codes and blocks together may take half."""
+
+
+class WholeLevel:
+    """A level with its true pictures, each of which is drawn once for all forms."""
+
+    def __init__(self, source: WholeSource, data: LevelData) -> None:
+        """Take the source, and what is asked about it."""
+        self._source = source
+        self._data = data
+        level = data.level
+        self._grid = data.grid if level.index == 0 else data.grid.coarser(level.factors_zyx)
+        self._truth: dict[tuple[int, str], Picture] = {}
+        self._reduced = None if level.index == 0 else self._box_reduced()
+
+    def try_form(self, volume: VolumePlan, form: CompressedFormat) -> FormTrial:
+        """Encode the level in `form`, as `volume` lays it out; draw views until one is beyond half of the tolerance.
+
+        Encoding and pictures take the time of an encoder and of half a validation; what is known is not done again.
+        """
+        key = self._key(volume, form)
+        for trial in self._source.known:
+            if trial.key == key:
+                return trial
+        with tempfile.TemporaryFile(dir=self._source.volume.path.parent) as file:
+            decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=self._grid.shape_zyx)
+            blocks, seconds = self._encode(volume, form)
+            square = self._decode(blocks, volume, form, decoded)
+            error, pictures = self._compare(decoded, form)
+        trial = FormTrial(
+            format=form,
+            kept=within_share(error, self._data.tolerance),
+            level=volume.level,
+            size_bytes=sum(part.nbytes for part in blocks),
+            basis="level",
+            pictures=pictures,
+            psnr_db=10 * math.log10(255**2 / square) if square else None,
+            rmse=error.rmse,
+            maximum=error.maximum,
+            seconds=seconds,
+            key=key,
+        )
+        self._source.known.append(trial)
+        return trial
+
+    def _key(self, volume: VolumePlan, form: CompressedFormat) -> str:
+        from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - for those who compress
+
+        data = self._data
+        records = (data.level, data.crop, data.quantize, *data.functions, data.render, data.tolerance, volume)
+        listed = [record.model_dump(mode="json") for record in records]
+        text = json.dumps([generator(), encoder_of(form), self._source.sha256, *listed], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def _encode(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[NDArray[np.uint8]], float]:
+        """Blocks of each texture, [row, column, byte], and the seconds that encoding took."""
+        from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - for those who compress
+
+        assert volume.mosaic is not None  # noqa: S101 - what is compressed is a mosaic
+        parts, seconds = [], 0.0
+        for part in range(volume.mosaic.textures):
+            strips = []
+            for strip in pack_mosaic(self._codes, volume.mosaic, part):
+                start = time.perf_counter()
+                strips.append(encode_blocks(np.asarray(strip, np.uint8), form))
+                seconds += time.perf_counter() - start
+            parts.append(np.concatenate(strips))
+        return parts, seconds
+
+    def _decode(
+        self, blocks: list[NDArray[np.uint8]], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
+    ) -> float:
+        """Decode all slices into `decoded`; give the mean square of what is wrong, in codes."""
+        from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
+
+        layout = volume.mosaic
+        assert layout is not None  # noqa: S101 - as above
+        read = decoded_slices(blocks.__getitem__, layout, form)
+        squares = 0.0
+        for z0, z1 in slab_ranges(len(decoded), 4 * decoded[0].size):
+            texels = read(z0, z1)
+            decoded[z0:z1] = np.rint(texels * np.float32(_SCALE))
+            squares += float(np.sum((texels * np.float32(255) - self._codes(z0, z1)) ** 2, dtype=np.float64))
+        return squares / decoded.size
+
+    def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureError, int]:
+        """Largest errors over views and transfer functions, and how many pictures were drawn."""
+        low, high = self._data.quantize.window
+        views = standard_views(self._grid, self._data.render.projection)
+        self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
+        worst = PictureError(0.0, 0.0)
+        drawn = 0
+        for name in views:
+            for index in range(len(self._data.functions)):
+                picture = self._picture(decoded, self._grid, ((high - low) / _SCALE, low), index, name)
+                found = difference(picture, self._true_picture(index, name))
+                worst = PictureError(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
+                drawn += 1
+                self._source.progress.advance()
+                if not within_share(worst, self._data.tolerance):
+                    return worst, drawn
+        return worst, drawn
+
+    def _true_picture(self, function: int, view: str) -> Picture:
+        if (function, view) not in self._truth:
+            info = self._source.info
+            if self._reduced is None:
+                volume = self._source.volume
+                stored: NDArray[np.generic] = np.memmap(volume.path, volume.dtype, "r", shape=volume.shape_zyx)
+                drawn = self._picture(stored, info.grid, (info.slope, info.intercept), function, view)
+            else:
+                drawn = self._picture(self._reduced, self._grid, (1.0, 0.0), function, view)
+            self._truth[function, view] = drawn
+        return self._truth[function, view]
+
+    def _picture(
+        self, stored: NDArray[np.generic], grid: Grid, scale: tuple[float, float], function: int, view: str
+    ) -> Picture:
+        camera = standard_views(self._grid, self._data.render.projection)[view]
+        size = self._data.render.picture_size
+        transfer = self._data.functions[function]
+        return oracle_picture(stored, grid, *scale, transfer, camera.box_from_clip(grid, aspect=1.0), (size, size)).rgba
+
+    def _codes(self, z0: int, z1: int) -> NDArray[np.uint8]:
+        info = self._source.info
+        if self._reduced is None:
+            values, slope, intercept = self._part(z0, z1), info.slope, info.intercept
+        else:
+            values, slope, intercept = self._reduced[z0:z1], 1.0, 0.0
+        codes = np.empty(values.shape, np.uint8)
+        _native.quantize(values, slope, intercept, *self._data.quantize.window, codes, np.zeros(256, np.uint64))
+        return codes
+
+    def _part(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Slices z0 to z1 - 1 of the part that becomes level 0, as they are stored."""
+        (z, y0, x0), (_, y1, x1) = self._data.crop.start_zyx, self._data.crop.stop_zyx
+        return np.ascontiguousarray(self._source.volume.read_slab(z + z0, z + z1)[:, y0:y1, x0:x1])
+
+    def _box_reduced(self) -> NDArray[np.float32]:
+        """Means of the values over the cells of a coarser level: the filter that makes it is not chosen yet."""
+        info, factors = self._source.info, self._data.level.factors_zyx
+        depth = self._data.grid.shape_zyx[0]
+        means = np.empty(self._grid.shape_zyx, np.float32)
+        for z0, z1 in slab_ranges(depth, 4 * math.prod(self._data.grid.shape_zyx[1:]), multiple=factors[0]):
+            values = self._part(z0, z1).astype(np.float32) * np.float32(info.slope) + np.float32(info.intercept)
+            _native.box_reduce(values, means[z0 // factors[0] : -(-z1 // factors[0])], factors)
+        return means

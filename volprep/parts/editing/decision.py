@@ -1,0 +1,74 @@
+"""What a package needs when users of the app edit transfer functions, and what it then cannot have.
+
+Where transfer functions are what they are, the plan leaves out all that they do not show. Where they may change,
+nothing may rest on them but tables that can be made anew: no crop, no values without codes, no filter, mesh or voxel
+that shows one function only.
+"""
+
+from collections.abc import Iterator
+
+from volprep.plan.products import EditingPlan, HistogramPlan
+from volprep.plan.records import LevelPlan
+from volprep.scene.scene import Scene
+from volprep.transfer.joint_histogram import reference_mm
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.editing.record import BINS
+from volprep_formats.package.profile import DeviceProfile
+
+_HEADROOM = 4.0
+"""Optical depth of a voxel, 98 % opacity, that tables of 8 bits leave room for: their scale is constant in shaders."""
+
+
+def for_edits(scene: Scene, profile: DeviceProfile) -> Scene:
+    """Give the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
+    if not scene.editable:
+        return scene
+    frozen = {
+        f"profile {profile.name}, which has no shaders": not profile.has_shaders,
+        f"classification {scene.render.classification}": scene.render.classification != "lookup",
+        "pyramid.filter appearance": scene.pyramid.filter == "appearance",
+        "[proxy]": scene.proxy is not None,
+    }
+    for what, wanted in frozen.items():
+        if wanted:
+            raise VolprepError("VP3080", what=what)
+    skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
+    return scene.model_copy(update={"crop": "none", "skip": skip})
+
+
+def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> EditingPlan | None:
+    """Decide which levels have a joint histogram: all coarser ones, unless they hold labels, which nothing mixes."""
+    if not scene.editable:
+        return None
+    coarser = [level for level in levels if level.index > 0 and not scene.source.labels]
+    return EditingPlan(
+        histograms=tuple(
+            HistogramPlan(
+                level=level.index,
+                file=f"histograms/level-{level.index}.bin",
+                reference_mm=reference_mm(grid.coarser(level.factors_zyx).spacing_mm_zyx),
+            )
+            for level in coarser
+        ),
+        headroom_per_mm=_HEADROOM / min(grid.spacing_mm_zyx),
+    )
+
+
+def describe_editing(plan: EditingPlan | None) -> Iterator[PlanItem]:
+    """Say what there is for edits of transfer functions, where users make them."""
+    if plan is None:
+        return
+    if plan.histograms:
+        yield PlanItem(
+            name="joint histograms",
+            kept=True,
+            reason="users edit transfer functions: one matrix-vector product gives a level's table of any function; "
+            "filters of levels and their tables depend on none",
+            files=tuple(histogram.file for histogram in plan.histograms),
+            size_bytes=len(plan.histograms) * 2 * BINS * (BINS + 2),
+        )
+    else:
+        reason = "no level needs one: each is shown with the table of the transfer function itself"
+        yield PlanItem(name="joint histograms", kept=False, reason=reason)

@@ -1,0 +1,91 @@
+"""What an app does when its user has edited a transfer function: tables made anew from what the package holds.
+
+SPEC.md, section 22, as code, and the proof of it: what is drawn with the new tables is what a package would show that
+was built with the edited function.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
+from volprep.parts.skip.tables import skip_table
+from volprep.parts.skip.visible import entry_extinctions
+from volprep.render.inputs import Edit, Inputs
+from volprep.scan.block_ranges import BlockRanges
+from volprep.transfer.joint_histogram import level_table
+from volprep.transfer.lookup import lookup_table, lookup_texels
+from volprep.transfer.texel_forms import opaque_per_mm
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.editing.record import decode_histogram
+from volprep_formats.package.parts.skip.record import Skipping
+from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.mosaic import slices_of_mosaic
+
+Texels = NDArray[np.generic]
+
+
+def edit_with(function: TransferFunction) -> Edit:
+    """Give the edit that draws `function` in place of the one of the program."""
+    return lambda package, inputs: edited_inputs(package, inputs, function)
+
+
+def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) -> Inputs:
+    """Give what a program reads after an edit: `function` in place of the one that it draws.
+
+    Raises VP5023 for a package whose transfer functions are not editable.
+    """
+    if package.manifest.editing is None:
+        raise VolprepError("VP5023", path=package.path)
+    table = next(texture for texture in inputs.textures if texture.role == "transfer")
+    texels = {table.name: _table_texels(package, table, inputs.level.index, function)}
+    for texture in inputs.textures:
+        if texture.role == "skip":
+            texels[texture.name] = _skip_texels(package, texture, entry_extinctions(table, texels[table.name][0]))
+    return replace(inputs, texels={**inputs.texels, **texels})
+
+
+def _table_texels(package: Package, texture: Texture, level: int, function: TransferFunction) -> Texels:
+    manifest = package.manifest
+    if manifest.quantization is None or manifest.editing is None or manifest.render is None:
+        raise VolprepError("VP5023", path=package.path)
+    table = lookup_table(function, manifest.quantization.window, texture.shape_zyx[2])
+    for histogram in manifest.editing.histograms:
+        if histogram.level == level:
+            shares = decode_histogram(package.read_bytes(histogram.file), histogram.file)
+            table = level_table(shares, table, histogram.reference_mm)
+    if texture.max_extinction_per_mm is None:
+        return lookup_texels(table, "RGBA16F", opaque_per_mm(manifest.render.step_mm)).texels
+    return lookup_texels(table, "RGBA8", texture.max_extinction_per_mm).texels
+
+
+def _skip_texels(package: Package, texture: Texture, extinction_per_mm: NDArray[np.float64]) -> Texels:
+    skipping, grid = package.manifest.skipping or Skipping(), package.manifest.grid
+    record = next(each for each in skipping.tables if each.texture == texture.name)
+    found = next((each for each in skipping.ranges if (each.level, each.block) == (record.level, record.block)), None)
+    if found is None or grid is None:
+        raise VolprepError("VP5023", path=package.path)
+    ends = _slices(package, next(each for each in package.manifest.textures if each.name == found.texture))
+    low, high = np.split(ends.astype(np.float32) if ends.dtype == np.float16 else ends, 2)
+    occupied = occupied_blocks(BlockRanges(low, high, found.block), extinction_per_mm, _threshold(skipping, grid))
+    entries = skip_table(occupied, record.kind)
+    if texture.mosaic is None:
+        return entries
+    strips = list(pack_mosaic(lambda z0, z1: entries[z0:z1], texture.mosaic))
+    return np.concatenate(strips).reshape(texture.shape_zyx)
+
+
+def _threshold(skipping: Skipping, grid: Grid) -> float:
+    return threshold_per_mm(skipping.epsilon, math.hypot(*grid.extent_mm_zyx))
+
+
+def _slices(package: Package, texture: Texture) -> Texels:
+    texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+    return texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic)

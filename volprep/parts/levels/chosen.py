@@ -1,0 +1,98 @@
+"""What was decided about levels when they were made, for the stages after that: filters, tables, and the reasons."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.levels.records import LevelChoice, Trial
+from volprep.parts.work import choice_name
+from volprep.plan.records import LookupPlan, Plan
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.storage.draft import Draft
+
+Array = NDArray[np.float64]
+
+
+def choices_of(draft: Draft, plan: Plan) -> tuple[LevelChoice, ...]:
+    """Give what was decided about the levels of a plan that are coarser than level 0."""
+    named = {record.path for record in draft.manifest.files}
+    names = [choice_name(level.index, plan.channel) for level in plan.levels]
+    return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
+
+
+def own_tables(draft: Draft, plan: Plan, transfer: str) -> dict[int, Array]:
+    """Give the tables of levels that have one of their own for a transfer function, by level."""
+    return {
+        choice.level: np.array(table.entries)
+        for choice in choices_of(draft, plan)
+        for table in choice.tables
+        if table.transfer == transfer
+    }
+
+
+def lookup_of_level(lookup: LookupPlan, level: int) -> LookupPlan:
+    """Give the names of the table that a level has of its own."""
+    name = f"{lookup.name}-level{level}"
+    return lookup.model_copy(update={"name": name, "file": f"textures/{name}.ktx2"})
+
+
+def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
+    """Complete the plan's items by what only the data could decide: how levels are made, and with which tables."""
+    textures = {texture.name: texture for texture in draft.manifest.textures}
+    settled = {item.name: item for each in plan.every for item in _decided(draft, each)}
+    common = {
+        lookup.file: f"{_prefix(each)}lookup table {lookup.transfer}"
+        for each in plan.every
+        for lookup in each.lookups
+        if lookup.name not in textures
+    }
+    unused = {
+        name: {"kept": False, "files": (), "reason": "every level has a table of its own"} for name in common.values()
+    }
+    planned = [settled.pop(item.name, item) for item in items]
+    return tuple(item.model_copy(update=unused.get(item.name, {})) for item in (*planned, *settled.values()))
+
+
+def _decided(draft: Draft, plan: Plan) -> Iterator[PlanItem]:
+    lookups = {lookup.transfer: lookup for lookup in plan.lookups}
+    made = "fitted to the level" if plan.editing is None else "of its joint histogram"
+    for choice in choices_of(draft, plan):
+        if len({trial.filter for trial in choice.trials}) > 1:
+            yield PlanItem(
+                name=f"{_prefix(plan)}filter of level {choice.level}",
+                kept=True,
+                reason=f"{choice.filter}: its light along random rays is nearest to that of level 0; {_listed(choice)}",
+            )
+        own = {table.transfer for table in choice.tables}
+        for common, adapted in _pairs(choice):
+            file = lookup_of_level(lookups[adapted.transfer], choice.level).file
+            kept = adapted.transfer in own
+            yield PlanItem(
+                name=f"{_prefix(plan)}lookup table {adapted.transfer} of level {choice.level}",
+                kept=kept,
+                reason=f"along random rays light is {adapted.rmse:.2g} from that of level 0 with a table {made}, "
+                f"{common.rmse:.2g} with the common one",
+                files=(file,) if kept else (),
+            )
+
+
+def _pairs(choice: LevelChoice) -> Iterator[tuple[Trial, Trial]]:
+    """Common and adapted table of the chosen filter, for each transfer function."""
+    tried = {(trial.transfer, trial.table): trial for trial in choice.trials if trial.filter == choice.filter}
+    for (transfer, table), trial in tried.items():
+        if table == "adapted":
+            yield tried[transfer, "common"], trial
+
+
+def _listed(choice: LevelChoice) -> str:
+    """Write the errors of all filters: for each the better of its tables, the mean over transfer functions."""
+    errors: dict[str, dict[str, float]] = {}
+    for trial in choice.trials:
+        found = errors.setdefault(trial.filter, {})
+        found[trial.transfer] = min(trial.rmse, found.get(trial.transfer, trial.rmse))
+    return ", ".join(f"{name} {np.mean(list(each.values())):.2g}" for name, each in errors.items())
+
+
+def _prefix(plan: Plan) -> str:
+    return "" if plan.channel is None else f"{plan.channel}: "

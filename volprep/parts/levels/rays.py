@@ -1,0 +1,115 @@
+"""Rays at random through a volume, and what lies along them: pictures of a level without a picture's cost.
+
+A ray is a line that meets the volume's sphere with even chance from every side, as the lines of sight of all viewers
+together do. Samples are taken slab by slab and kept, so that light can be computed again for any lookup table without
+the volume: memory depends on the number of samples, not on the depth of the volume. Nothing here knows the standard
+views; those stay a test.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep import _native
+from volprep.parts.levels.look import largest_code
+from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep_formats.grid import Grid
+
+Array = NDArray[np.float64]
+
+_MOST_SAMPLES = 8_000_000
+"""Along all rays together, in level 0: 32 MB."""
+_FEWEST_RAYS = 500
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Rays in box space."""
+
+    starts_mm_xyz: Array
+    """[n, 3]: where each ray enters the box."""
+    directions_xyz: Array
+    """[n, 3], of length 1."""
+    lengths_mm: Array
+    """[n]: length inside the box."""
+
+
+@dataclass(frozen=True)
+class RaySamples:
+    """Codes along rays, in the middles of equal segments."""
+
+    values: NDArray[np.float32]
+    """Codes, trilinear between voxels."""
+    offsets: NDArray[np.int64]
+    """[n + 1]: the samples of ray r are offsets[r] to offsets[r + 1] - 1."""
+    lengths_mm: Array
+    """[n]."""
+    scale: float
+    """A code times this is the normalised stored value."""
+
+    def light(self, table: Array) -> Array:
+        """Premultiplied linear colour and opacity [n, 4] for a lookup table [entries, RGB and extinction per mm]."""
+        result = np.empty((len(self.lengths_mm), 4))
+        _native.ray_light(self.values, self.offsets, self.lengths_mm, self.scale, table, result)
+        return result
+
+
+def random_lines(grid: Grid, wanted: int, seed: int) -> Lines:
+    """Give rays that cross the box of `grid`; fewer than `wanted` where they would be long in voxels."""
+    extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
+    radius_mm = float(np.linalg.norm(extent_mm_xyz)) / 2
+    samples = 2 * radius_mm / min(grid.spacing_mm_zyx)
+    count = int(np.clip(_MOST_SAMPLES / samples, min(_FEWEST_RAYS, wanted), wanted))
+    generator = np.random.default_rng(seed)
+    parts: list[Lines] = []
+    found = 0
+    while found < count:
+        normals = generator.normal(size=(2, count, 3))
+        directions = _unit(normals[0])
+        across = _unit(normals[1] - (normals[1] * directions).sum(axis=1)[:, None] * directions)
+        aside_mm = radius_mm * np.sqrt(generator.random(count))
+        middles_mm = extent_mm_xyz / 2 + across * aside_mm[:, None]
+        lines = _inside(middles_mm, directions, extent_mm_xyz, min(grid.spacing_mm_zyx))
+        parts.append(lines)
+        found += len(lines.lengths_mm)
+    joined = [np.concatenate(each)[:count] for each in zip(*map(_arrays, parts), strict=True)]
+    return Lines(*joined)
+
+
+def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: Lines) -> RaySamples:
+    """Sample the codes of a level twice a voxel along rays through its box; one pass over the file."""
+    spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
+    counts = np.maximum(1, np.ceil(2 * lines.lengths_mm / spacing_mm_xyz.min())).astype(np.int64)
+    offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+    origins = np.ascontiguousarray(lines.starts_mm_xyz / spacing_mm_xyz - 0.5)
+    directions = np.ascontiguousarray(lines.directions_xyz / spacing_mm_xyz)
+    values = np.zeros(int(offsets[-1]), np.float32)
+    depth = volume.shape_zyx[0]
+    for z0, z1 in slab_ranges(max(depth - 1, 1), volume.slice_bytes):
+        # One slice more: the upper one of the last cell.
+        slab = volume.read_slab(z0, min(z1 + 1, depth))
+        _native.sample_rays(slab, z0, depth, origins, directions, lines.lengths_mm, offsets, values)
+    scale = 1.0 / largest_code(volume.dtype)
+    return RaySamples(values, offsets, np.ascontiguousarray(lines.lengths_mm), scale)
+
+
+def _inside(points_mm: Array, directions: Array, extent_mm_xyz: Array, shortest_mm: float) -> Lines:
+    """Cut lines through points to the box from 0 to `extent_mm_xyz`; those that hardly touch it are dropped."""
+    # A direction along an axis has no crossing with the planes across it: far away on both sides.
+    safe = np.where(np.abs(directions) < 1e-12, 1e-12, directions)
+    crossings = np.stack([-points_mm / safe, (extent_mm_xyz - points_mm) / safe])
+    enter = crossings.min(axis=0).max(axis=1)
+    leave = crossings.max(axis=0).min(axis=1)
+    kept = leave - enter > shortest_mm
+    starts = points_mm[kept] + enter[kept, None] * directions[kept]
+    return Lines(starts, directions[kept], (leave - enter)[kept])
+
+
+def _arrays(lines: Lines) -> tuple[Array, Array, Array]:
+    return lines.starts_mm_xyz, lines.directions_xyz, lines.lengths_mm
+
+
+def _unit(vectors: Array) -> Array:
+    result: Array = vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
+    return result

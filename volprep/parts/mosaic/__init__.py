@@ -1,0 +1,1 @@
+"""Levels as 2D mosaics, for devices without 3D textures."""

@@ -1,0 +1,168 @@
+"""How a level becomes a mosaic: the channels, the order of the slices and the textures that a class of devices has."""
+
+from collections.abc import Iterator
+
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, most_slices, room_of
+from volprep.plan.records import LevelPlan, VolumePlan
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
+from volprep.scene.scene import MosaicSettings
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
+from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
+
+MOST_TEXTURES = 8
+"""Textures that one mosaic may take: the units that OpenGL ES 2.0 guarantees."""
+
+
+def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wanted
+    level: LevelPlan,
+    bits: int,
+    profile: DeviceProfile,
+    beside: Beside,
+    wanted: MosaicSettings,
+    between: SampleFilter = "linear",
+) -> VolumePlan | Misfit:
+    """Lay a level out as a mosaic, or say why it cannot be one.
+
+    One texture of one channel is the smallest. Where it does not hold the slices, or the scene names an order, texels
+    of four channels do, in as many textures as it takes, and as the units and the memory of the device class allow.
+    """
+    units = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
+    if wanted.order == "auto":
+        single = _fitted(level, bits, profile, beside, Packing(gutter=wanted.gutter), 1, between)
+        if isinstance(single, VolumePlan):
+            return single
+    orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)
+    packings = [Packing(4, order, wanted.gutter) for order in orders]
+    found = [_fitted(level, bits, profile, beside, packing, units, between) for packing in packings]
+    fitting = [volume for volume in found if isinstance(volume, VolumePlan)]
+    if fitting:
+        return min(fitting, key=lambda volume: (fetches(volume), texture_bytes(volume)))
+    misfit = found[-1]
+    assert isinstance(misfit, Misfit)  # noqa: S101 - what is not a VolumePlan
+    return misfit
+
+
+def as_compressed_mosaic(
+    level: LevelPlan, texel: CompressedFormat, profile: DeviceProfile, beside: Beside, gutter: int
+) -> VolumePlan | Misfit:
+    """Lay a level out as a compressed mosaic, whose tiles begin with blocks of their own, or say why it cannot be."""
+    block = BLOCKS[texel]
+    textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
+    packing = Packing(4 if block.channels == 4 else 1, "interleaved", gutter, block.size)
+    layout = mosaic_of(level, packing, textures, profile)
+    if isinstance(layout, Misfit):
+        return layout
+    volume = _plan(level, texel, layout)
+    return too_large(volume, profile, beside) or volume
+
+
+def fetches(volume: VolumePlan) -> float:
+    """Texture fetches of a sample, on average, times the textures among which each has to choose.
+
+    That is what drawing costs: 84 slices of 127×128 took 41, 57 and 65 ms in one texture, overlapping, interleaved and
+    planar; 69, 87 and 111 ms in two; 154, 196 and 189 ms in six or seven (tests/benchmarks/bench_mosaics.py, llvmpipe,
+    which fetches from all of them). A voxel alone is one fetch.
+    """
+    layout = volume.mosaic
+    if layout is None:
+        return 1.0
+    each = 2.0 if layout.channels == 1 else {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}[layout.order]
+    if volume.filter == "nearest":
+        each = 1.0
+    return each * layout.textures
+
+
+def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
+    level: LevelPlan,
+    bits: int,
+    profile: DeviceProfile,
+    beside: Beside,
+    packing: Packing,
+    textures: int,
+    between: SampleFilter,
+) -> VolumePlan | Misfit:
+    texel = one_channel(bits, profile) if packing.channels == 1 else first_of(FOUR_CHANNELS[bits], profile)
+    if texel is None:
+        return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
+    layout = mosaic_of(level, packing, textures, profile)
+    if isinstance(layout, Misfit):
+        return layout
+    volume = _plan(level, texel, layout, between)
+    return too_large(volume, profile, beside) or volume
+
+
+def mosaic_text(layout: MosaicLayout) -> str:
+    """Say in a few words what a mosaic looks like."""
+    textures = "" if layout.textures == 1 else f" in each of {layout.textures} textures"
+    gutter = f" with gutters of {layout.gutter}" if layout.gutter else ""
+    return f"mosaic of {layout.tiles_x}×{layout.tiles_y} tiles{gutter}{textures}"
+
+
+def describe_mosaic(
+    layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings, between: SampleFilter
+) -> Iterator[PlanItem]:
+    """Say which parts of the layout are there, and why."""
+    room = room_of(profile)
+    tile = layout.tile_shape_yx
+    single = most_slices(tile, Packing(gutter=layout.gutter), room)
+    reason = f"in one channel {single} slices have room, there are {layout.slices}"
+    four = layout.channels == 4
+    if four and wanted.order != "auto":
+        reason = f"the scene asks for {layout.order} slices"
+    yield PlanItem(name="four channels", kept=four, reason=reason)
+    if not four:
+        return
+    one = most_slices(tile, Packing(4, layout.order, layout.gutter), room)
+    reason = f"in one texture of four channels {one} slices have room, there are {layout.slices}"
+    yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
+    if wanted.order == "auto" and between == "linear":
+        overlaps = layout.order == "overlapping"
+        reason = (
+            "one fetch serves each sample, not 1.25, for a third more memory"
+            if overlaps
+            else (
+                "a third more memory would take more textures or more than there is, and each fetch chooses among them"
+            )
+        )
+        yield PlanItem(name="overlapping slices", kept=overlaps, reason=reason)
+
+
+def part_names(name: str, textures: int) -> tuple[str, ...]:
+    """Name the textures of a mosaic: the name itself if there is one."""
+    return (name,) if textures == 1 else tuple(f"{name}-{part}" for part in range(textures))
+
+
+def mosaic_of(level: LevelPlan, packing: Packing, textures: int, profile: DeviceProfile) -> MosaicLayout | Misfit:
+    """Find the mosaic of a level in at most so many textures, or say why there is none."""
+    room = room_of(profile, textures)
+    return fit_mosaic(level.shape_zyx, packing, room) or _no_room(level, packing, room, profile)
+
+
+def _no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProfile) -> Misfit:
+    depth, height, width = level.shape_zyx
+    most = most_slices((height, width), packing, room)
+    where = "a mosaic" if room.textures == 1 else f"a mosaic in {room.textures} textures"
+    units = profile.texture_units - room.textures
+    beside = (
+        f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for what else is sampled"
+    )
+    return Misfit(
+        f"{depth} slices of {width}×{height} voxels, but {where} of {room.size}×{room.size} texels and "
+        f"{'one channel' if packing.channels == 1 else 'four channels'} has room for {most}"
+        f"{beside if 1 < room.textures < MOST_TEXTURES else ''}"
+    )
+
+
+def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout, between: SampleFilter = "linear") -> VolumePlan:
+    names = part_names(f"mosaic-{level.index}", layout.textures)
+    return VolumePlan(
+        level=level.index,
+        names=names,
+        files=tuple(f"textures/{each}.ktx2" for each in names),
+        format=texel,
+        shape_zyx=(1, *layout.texture_shape_yx),
+        mosaic=layout,
+        filter=between,
+    )

@@ -1,0 +1,41 @@
+"""Levels become mosaics, for devices without 3D textures."""
+
+from collections.abc import Iterator
+
+from volprep.parts.mosaic.packing import Texels, pack_mosaic
+from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.texels import encode_strip, volume_reader, volume_texture
+from volprep.plan.records import Plan, VolumePlan
+from volprep.scan.slabs import bytes_of
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return tuple(volume for volume in plan.volumes if volume.mosaic is not None)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    mosaics = [(volume, volume.mosaic) for volume in plan.own_volumes if volume.mosaic is not None]
+    progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
+    textures = []
+    for volume, layout in mosaics:
+        read = volume_reader(draft, plan, volume)
+        for part, path in enumerate(volume.files):
+            draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
+            textures.append(volume_texture(volume, part, plan.profile))
+    return {"textures": with_textures(draft.manifest, tuple(textures))}
+
+
+def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> Iterator[bytes | memoryview]:
+    file_format = KTX2_FORMAT[volume.format]
+    yield ktx2.header(file_format, volume.shape_zyx, 2)
+    for strip in strips:
+        yield bytes_of(encode_strip(strip, file_format))
+        progress.advance()
+
+
+STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), settings=_settings, run=_run)

@@ -1,0 +1,1 @@
+"""Normals: directions of gradients, for light."""

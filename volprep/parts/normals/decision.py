@@ -1,0 +1,154 @@
+"""Normals: which textures hold them, in which format, and how much room they take beside the volume.
+
+Without 3D textures they are mosaics of one slice in a texel, with the components side by side: what was filtered across
+an edge of a tile would be a wrong normal, so that positions are clamped as in mosaics of values, without gutters.
+"""
+
+import math
+from collections.abc import Iterator
+
+from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
+from volprep.parts.mosaic.packing import Packing
+from volprep.plan.products import NormalsPlan, NormalTexturePlan
+from volprep.plan.records import LevelPlan
+from volprep.plan.room import Beside, Misfit, first_of
+from volprep.scene.scene import NormalSettings, Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES, NormalCode
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout
+from volprep_formats.textures.gl_formats import size_bytes
+
+# Formats of the code alone, and with the length of the gradient in one channel more.
+_FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat, ...]]] = {
+    "biased8": (("RGB8",), ("RGBA8",)),
+    "snorm8": (("RGB8_SNORM",), ("RGBA8_SNORM",)),
+    "oct8": (("RG8", "LUMINANCE_ALPHA8"), ("RGB8",)),
+    "oct12": (("RGB8",), ("RGBA8",)),
+}
+_WHY = {
+    "forward": "the cheapest, half a voxel off",
+    "central": "the sharpest, and the noisiest",
+    "thesis": "on noise as good as Sobel's, and truer on clean data",
+    "sobel": "the best on noise",
+    "isotropic": "the truest on clean data",
+}
+
+
+def wanted_normals(scene: Scene) -> NormalSettings | None:
+    """Give what the scene wants of normals: what it says, or the default where its lighting needs them."""
+    return scene.normals or (NormalSettings() if scene.render.lighting != "none" else None)
+
+
+def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
+    """Format of a texel. Raises VP3050 where the profile has none."""
+    formats = _FORMATS[settings.code][settings.magnitude]
+    texel = first_of(formats, profile)
+    if texel is None:
+        raise VolprepError(
+            "VP3050",
+            profile=profile.name,
+            coded=settings.code,
+            needed=" or ".join(formats),
+            known=", ".join(profile.texture_formats),
+        )
+    return texel
+
+
+def beside_level(
+    beside: Beside, level: LevelPlan, settings: NormalSettings | None, profile: DeviceProfile
+) -> Beside | Misfit:
+    """Add the normals of a level to what is sampled beside its volume, or say why they do not fit."""
+    if settings is None:
+        return beside
+    fit = _fitted(level, settings, profile, beside)
+    if isinstance(fit, Misfit):
+        return Misfit(f"its normals: {fit.reason}")
+    size = _size_bytes(fit, normal_format(settings, profile))
+    return Beside(units=beside.units + len(fit.files), bytes=beside.bytes + size)
+
+
+def _fitted(
+    level: LevelPlan, settings: NormalSettings, profile: DeviceProfile, beside: Beside
+) -> NormalTexturePlan | Misfit:
+    """Lay out the normals of a level as a 3D texture, or as a mosaic that leaves the volume a texture unit."""
+    name = f"normals-{level.index}"
+    if profile.max_3d_texture_size:
+        return _texture(level, (name,), None)
+    units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
+    if units < 1:
+        return Misfit(f"the volume and its table take the {profile.texture_units} texture units")
+    packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
+    layout = mosaic_of(level, packing, units, profile)
+    if isinstance(layout, Misfit):
+        return layout
+    return _texture(level, part_names(name, layout.textures), layout)
+
+
+def _texture(level: LevelPlan, names: tuple[str, ...], layout: MosaicLayout | None) -> NormalTexturePlan:
+    return NormalTexturePlan(
+        level=level.index,
+        names=names,
+        files=tuple(f"textures/{name}.ktx2" for name in names),
+        shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
+        mosaic=layout,
+    )
+
+
+def _size_bytes(texture: NormalTexturePlan, texel: TextureFormat) -> int:
+    return size_bytes(texel, texture.shape_zyx) * len(texture.files)
+
+
+def plan_normals(
+    settings: NormalSettings | None, profile: DeviceProfile, levels: tuple[LevelPlan, ...], beside: Beside
+) -> NormalsPlan | None:
+    """Decide the textures of each level that the package holds, of which `beside_level` has found that they fit."""
+    if settings is None:
+        return None
+    texel = normal_format(settings, profile)
+    fits = [_fitted(level, settings, profile, beside) for level in levels]
+    return NormalsPlan(
+        kernel=settings.kernel,
+        code=settings.code,
+        space=settings.space,
+        magnitude=settings.magnitude,
+        format=texel,
+        filter="linear" if settings.code in FILTERED_CODES else "nearest",
+        textures=tuple(fit for fit in fits if isinstance(fit, NormalTexturePlan)),
+    )
+
+
+def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelPlan, ...]) -> Iterator[PlanItem]:
+    """List what was decided about normals."""
+    voxels = sum(math.prod(level.shape_zyx) for level in levels)
+    if normals is None:
+        yield PlanItem(
+            name="normals",
+            kept=False,
+            reason="no lighting in the scene: no shader reads a normal",
+            size_bytes=3 * voxels,
+        )
+        return
+    use = "no shader reads them: the scene wants them as data"
+    if scene.render.lighting != "none":
+        use = f"for lighting by a {scene.render.lighting}"
+    layout = normals.textures[0].mosaic
+    form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"
+    axes = "the volume's axes, as shaders have positions" if normals.space == "box" else "the patient's axes"
+    yield PlanItem(
+        name="normals",
+        kept=True,
+        reason=f"{use}; {normals.kernel} differences ({_WHY[normals.kernel]}), code {normals.code} as "
+        f"{normals.format}{form}, along {axes}",
+        files=tuple(file for texture in normals.textures for file in texture.files),
+        size_bytes=sum(_size_bytes(texture, normals.format) for texture in normals.textures),
+    )
+    yield PlanItem(
+        name="lengths of gradients",
+        kept=normals.magnitude,
+        reason="in the last channel of the normals, as the scene wants"
+        if normals.magnitude
+        else "the scene does not want them: normals.magnitude is false",
+        size_bytes=0 if normals.magnitude else voxels,
+    )

@@ -1,0 +1,137 @@
+"""Normals of every level that the package holds, measured at level 0 and encoded in one pass, slab by slab.
+
+Coarse normals are made from the fine gradients, not from coarse values: their mean over a voxel's block.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep import _native
+from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.normals.gradient import direction_matrix, length_scale
+from volprep.parts.stage import Changes, Stage, present, required, with_textures
+from volprep.parts.work import codes_of_source
+from volprep.plan.products import NormalsPlan, NormalTexturePlan
+from volprep.plan.records import LevelPlan, Plan
+from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.truth.normal_codes import LARGEST_LENGTH
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normals
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (plan.grid, plan.quantize, *plan.levels, *present(plan.normals))
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    normals = required(plan.normals)
+    source = codes_of_source(draft, plan)
+    progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
+    encoder = _Encoder(plan, normals, source, progress)
+    for texture in normals.textures:
+        for part, path in enumerate(texture.files):
+            draft.write(path, "texture", encoder.file(texture, part))
+    meaning = Normals(
+        kernel=normals.kernel,
+        code=normals.code,
+        space=normals.space,
+        largest_gradient=encoder.largest_gradient if normals.magnitude else None,
+    )
+    textures = tuple(
+        Texture(
+            name=name,
+            role="normals",
+            file=path,
+            part=part,
+            shape_zyx=texture.shape_zyx,
+            gl=gl_format(normals.format, "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D", plan.profile.api),
+            level=texture.level,
+            mosaic=texture.mosaic,
+            filter=normals.filter,
+            normals=meaning,
+        )
+        for texture in normals.textures
+        for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True))
+    )
+    return {"textures": with_textures(draft.manifest, textures)}
+
+
+class _Encoder:
+    """Encodes the gradients of level 0, for one level after the other."""
+
+    def __init__(self, plan: Plan, normals: NormalsPlan, source: RawVolume, progress: Progress) -> None:
+        self._plan = plan
+        self._normals = normals
+        self._source = source
+        self._progress = progress
+        self._matrix = direction_matrix(plan.grid, normals.space)
+        self._longest = self._longest_vector() if normals.magnitude else 0.0
+        low, high = plan.quantize.window
+        physical_per_code = (high - low) / (2**plan.quantize.bits - 1)
+        self.largest_gradient = self._longest * length_scale(plan.grid, normals.kernel, physical_per_code)
+        """Longest gradient of level 0, in physical units per millimetre: none of a coarser level is longer."""
+
+    def file(self, texture: NormalTexturePlan, part: int) -> Iterator[bytes | memoryview]:
+        """Give a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
+        level = self._plan.level(texture.level)
+        if texture.mosaic is None:
+            yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 3)
+            factor = level.factors_zyx[0]
+            depth, slice_bytes = self._source.shape_zyx[0], self._source.slice_bytes
+            for z0, z1 in slab_ranges(depth, slice_bytes, multiple=factor):
+                yield bytes_of(self._codes(level, z0 // factor, -(-z1 // factor)))
+            return
+        yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 2)
+        for strip in pack_mosaic(partial(self._codes, level), texture.mosaic, part):
+            yield bytes_of(strip)
+
+    def _codes(self, level: LevelPlan, z0: int, z1: int) -> NDArray[np.uint8]:
+        """Encode slices z0 to z1 - 1 of a level as [z, y, x, byte]."""
+        _, height, width = level.shape_zyx
+        channels = DIRECTION_BYTES[self._normals.code] + self._normals.magnitude
+        codes = np.empty((z1 - z0, height, width, channels), np.uint8)
+        factor = level.factors_zyx[0]
+        begin, end = z0 * factor, min(z1 * factor, self._source.shape_zyx[0])
+        for first, last in slab_ranges(end - begin, self._source.slice_bytes, multiple=factor):
+            slab, halo = self._slab(begin + first, begin + last)
+            self._encode(slab, halo, level.factors_zyx, codes[first // factor : -(-last // factor)])
+        return codes
+
+    def _encode(
+        self,
+        slab: NDArray[Any],
+        halo: tuple[bool, bool],
+        factors: tuple[int, int, int],
+        codes: NDArray[np.uint8],
+    ) -> None:
+        normals = self._normals
+        # A volume of one value has no length to scale by, and every code of a length is 0.
+        per_length = LARGEST_LENGTH[normals.code] / (self._longest or 1.0) if normals.magnitude else 0.0
+        if factors == (1, 1, 1):
+            _native.normals(slab, normals.kernel, halo, self._matrix, normals.code, per_length, codes)
+        else:
+            _native.coarse_normals(slab, normals.kernel, halo, factors, self._matrix, normals.code, per_length, codes)
+
+    def _longest_vector(self) -> float:
+        ranges = slab_ranges(self._source.shape_zyx[0], self._source.slice_bytes)
+        slabs = (self._slab(z0, z1) for z0, z1 in ranges)
+        return max(_native.largest_gradient(slab, self._normals.kernel, halo, self._matrix) for slab, halo in slabs)
+
+    def _slab(self, z0: int, z1: int) -> tuple[NDArray[Any], tuple[bool, bool]]:
+        """Slices of level 0 with their neighbours' next slices, and which of these there are."""
+        halo = (z0 > 0, z1 < self._source.shape_zyx[0])
+        slab = self._source.read_slab(z0 - halo[0], z1 + halo[1])
+        self._progress.advance(z1 - z0)
+        return slab, halo
+
+
+STAGE = Stage(name="normals", reads=("quantize",), settings=_settings, run=_run)

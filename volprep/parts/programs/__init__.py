@@ -1,0 +1,1 @@
+"""Shader programs: which there are, and the stage that writes their text."""

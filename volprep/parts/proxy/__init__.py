@@ -1,0 +1,1 @@
+"""Proxy geometry: closed meshes around what is visible, at which rays begin."""

@@ -1,0 +1,149 @@
+"""Proxy geometry: for which transfer functions rays begin at a mesh, from the blocks that import measured.
+
+Beginning later saves the samples in front of what is seen, whether or not the ray ends in it, and all of rays that see
+nothing. Hollows behind the first face are for skip tables, with which it combines.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from volprep.parts.skip.decision import Found, measured_occupied
+from volprep.parts.skip.occupancy import Occupied
+from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan
+from volprep.scan.statistics import MEASURED_BLOCK
+from volprep.scene.scene import ProxySettings
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.proxy.record import ProxyForm
+from volprep_formats.package.transfer_function import TransferFunction
+
+LEAST_SHARE = 0.1
+"""Part of the samples that it must save. The two passes over a mesh of thousands of triangles cost a GPU little, but
+the software driver as much as half of the samples of a small picture (bench_proxy.py: 48 % saved, 2.2 times slower with
+9878 triangles; 75 % saved, 1.2 times faster with 1478)."""
+VERTEX = "shaders/proxy.vert"
+"""Vertex shader of both passes."""
+DEPTH = "shaders/proxy-depth.frag"
+"""Fragment shader of the first pass."""
+
+
+def plan_proxy(
+    wanted: ProxySettings, functions: tuple[TransferFunction, ...], programs: tuple[ProgramPlan, ...], found: Found
+) -> ProxyPlan:
+    """Decide which transfer functions get meshes on which levels."""
+    shares = tuple(
+        saved_share(measured_occupied(function, wanted.epsilon, found), wanted.form) for function in functions
+    )
+    shown = {
+        function.name: share
+        for function, share in zip(functions, shares, strict=True)
+        if _why_not(wanted, function.name, share) is None
+    }
+    levels = [level.index for level in found.levels if not wanted.levels or level.index in wanted.levels]
+    meshes = tuple(
+        ProxyMeshPlan(transfer=transfer, level=level, file=f"meshes/proxy-{transfer}-{level}.glb")
+        for transfer in shown
+        for level in levels
+    )
+    return ProxyPlan(
+        form=wanted.form,
+        block=wanted.block,
+        epsilon=wanted.epsilon,
+        draco=wanted.draco,
+        shares=shares,
+        meshes=meshes,
+        programs=tuple(
+            proxy_program(program, levels)
+            for program in programs
+            if program.transfer in shown and set(levels) & set(program.levels)
+        ),
+    )
+
+
+def saved_share(occupied: Occupied, form: ProxyForm) -> float:
+    """Part of the samples in front of what a mesh of this form encloses, over rays along the six directions of axes."""
+    enclosed = occupied
+    if form in {"convex", "box"} and occupied.any():
+        # What lies between occupied blocks along an axis lies in their convex hull.
+        for axis in (0, 1, 2):
+            forth, back = (np.logical_or.accumulate(each, axis) for each in (enclosed, np.flip(enclosed, axis)))
+            enclosed = forth & np.flip(back, axis)
+    if form == "box" and occupied.any():
+        ends = [np.nonzero(occupied.any(axis=tuple({0, 1, 2} - {axis})))[0] for axis in range(3)]
+        enclosed = np.zeros_like(occupied)
+        enclosed[tuple(slice(end[0], end[-1] + 1) for end in ends)] = True
+    shares = []
+    for axis in range(3):
+        for forth in (enclosed, np.flip(enclosed, axis)):
+            first = np.where(forth.any(axis=axis), forth.argmax(axis=axis), forth.shape[axis])
+            shares.append(float(first.mean()) / forth.shape[axis])
+    return math.fsum(shares) / len(shares)
+
+
+def describe_proxy(
+    plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], wanted: ProxySettings, found: Found
+) -> Iterator[PlanItem]:
+    """Give an item for each transfer function. Seal adds the meshes, of which some may be empty."""
+    if plan is None:
+        return
+    common: tuple[str, ...] = (VERTEX, DEPTH)
+    for function, share in zip(functions, plan.shares, strict=True):
+        files = tuple(program.fragment for program in plan.programs if program.transfer == function.name)
+        reason = _why_not(wanted, function.name, share)
+        kept = reason is None
+        if share == 1.0 and kept:
+            reason = "the transfer function shows nothing: meshes and pictures are empty"
+        elif kept:
+            reason = f"{_saved(share)}; form {plan.form}, blocks of {plan.block}³ cells"
+        yield PlanItem(
+            name=item_name(function.name),
+            kept=kept and bool(files),
+            reason=reason if files or not kept else "the package has none of the levels that the scene names",
+            files=(*common, *files) if files else (),
+            size_bytes=_likely_bytes(measured_occupied(function, plan.epsilon, found), plan.block),
+        )
+        if files:
+            common = ()
+
+
+def item_name(transfer: str) -> str:
+    """Name of the item of a transfer function."""
+    return f"proxy geometry {transfer}"
+
+
+def item_of_proxy(transfer: str, item: str) -> bool:
+    """Say whether an item is the one of a transfer function; of several channels, each has its name in front."""
+    return item == item_name(transfer) or item.endswith(f": {item_name(transfer)}")
+
+
+def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:
+    if wanted.transfers and transfer not in wanted.transfers:
+        return "the scene does not want it"
+    if share < LEAST_SHARE:
+        return f"{_saved(share)}; below {LEAST_SHARE:.0%} it may cost more time than it saves"
+    return None
+
+
+def _saved(share: float) -> str:
+    return f"{share:.1%} of the samples lie in front of it, in blocks of {MEASURED_BLOCK}³ voxels"
+
+
+def _likely_bytes(occupied: Occupied, block: int) -> int:
+    """Size of a mesh of blocks: 2 triangles of 12 bytes and about a vertex of 12 for each outer face."""
+    solid = np.pad(occupied, 1)
+    faces = sum(int(np.diff(solid.view(np.int8), axis=axis).astype(np.bool_).sum()) for axis in range(3))
+    return math.ceil(faces * (MEASURED_BLOCK / block) ** 2 * 24)
+
+
+def proxy_program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
+    """Give the plan of the program that begins at meshes on these levels."""
+    name = f"proxy-{program.name}"
+    return program.model_copy(
+        update={
+            "name": name,
+            "vertex": VERTEX,
+            "fragment": f"shaders/{name}.frag",
+            "levels": tuple(level for level in program.levels if level in levels),
+        }
+    )

@@ -1,0 +1,284 @@
+"""Whether empty space is skipped, for each transfer function: where enough blocks are empty, and not otherwise.
+
+What is empty follows from ranges of blocks of 16³ voxels, which the pass over the source measures. What skipping costs
+where nothing is empty was measured too: `make bench` draws scans with every table and without.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep.parts.levels.decision import by
+from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
+from volprep.parts.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
+from volprep.parts.texture.mipmaps import chain_bytes
+from volprep.plan.products import BlockRangesPlan, NormalsPlan, SkipPlan, SkipTablePlan
+from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
+from volprep.plan.room import one_channel
+from volprep.scan.block_ranges import BlockRanges, Triple
+from volprep.scan.statistics import MEASURED_BLOCK, Measured
+from volprep.scene.scene import SkipSettings
+from volprep.transfer.table import Table
+from volprep_formats.grid import Grid, blocks_along
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.skip.record import SkipKind
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import MosaicLayout
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, size_bytes
+
+BEST_BLOCK = 4
+"""Cells of a block: a table of 1/64 of the volume. 8 saves a tenth less time with 1/512; smaller ones save no more."""
+BEST_KIND: SkipKind = "distance"
+"""Kind of table: a byte a block, as plain blocks have, and never slower than these; octants take eight times the bytes
+for less than 5 % of the time."""
+LEAST_SHARE = 0.25
+"""Part of the samples that must lie in empty blocks. Tables that saved none cost 5 to 25 % of the time, those that
+saved 15 % cost 7 to 10 %, those that saved 33 % gained 12 to 18 %; blocks finer than the measured ones save more."""
+_TABLE16 = 16
+_LARGEST_LOOKUP_BYTES = 4096 * 8
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the decision rests on, beside the scene."""
+
+    profile: DeviceProfile
+    """Class of devices."""
+    crop: CropPlan
+    """Part of the source that becomes level 0."""
+    grid: Grid
+    """Grid of level 0."""
+    quantize: QuantizePlan
+    """Codes."""
+    entries: int
+    """Length of lookup tables."""
+    levels: tuple[LevelPlan, ...]
+    """Levels that the package holds."""
+    volumes: tuple[VolumePlan, ...]
+    """Their textures."""
+    measured: Measured
+    """What was measured."""
+    normals: NormalsPlan | None = None
+    """Their normals."""
+    editable: bool = False
+    """Whether users may edit transfer functions: what is empty now says little then."""
+
+
+def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
+    """Decide for which transfer functions empty space is skipped, and how."""
+    ranges = tuple(_ranges(level, wanted, found) for level in found.levels) if wanted.ranges else ()
+    shares = tuple(empty_share(function, wanted.epsilon, found) for function in functions)
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    tables = tuple(
+        skip_table_plan(function.name, level, kind, block, found.profile)
+        for function, share in zip(functions, shares, strict=True)
+        if why_not(wanted, share, found) is None
+        for level in found.levels
+    )
+    return SkipPlan(epsilon=wanted.epsilon, shares=shares, tables=tables, ranges=ranges)
+
+
+def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
+    """Part of the samples that lie in measured blocks, within the crop, of which a transfer function shows nothing.
+
+    The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
+    in it, for rays that end there, over the six directions of the axes.
+    """
+    return _share(measured_occupied(function, epsilon, found))
+
+
+def _share(occupied: Occupied) -> float:
+    return min(1.0 - float(occupied.mean()), _share_in_front(occupied))
+
+
+def skip_together(
+    wanted: SkipSettings, name: str, media: Sequence[tuple[TransferFunction, Found]], levels: Sequence[LevelPlan]
+) -> tuple[tuple[SkipTablePlan, ...], str, int]:
+    """Decide whether the picture `name` of several channels skips what all of them leave empty.
+
+    Gives a table for each level or none, the reason, and the bytes of the tables.
+    """
+    found = media[0][1]
+    # What each may lose adds up.
+    epsilon = wanted.epsilon / len(media)
+    share = _share(np.any([measured_occupied(function, epsilon, each) for function, each in media], axis=0))
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    size = sum(math.prod(_table_shape(level, kind, block)) for level in levels)
+    reason = next((why for _, each in media if (why := why_not(wanted, share, each)) is not None), None)
+    if reason is not None:
+        return (), reason, size
+    tables = tuple(skip_table_plan(name, level, kind, block, found.profile) for level in levels)
+    return tables, f"{_part(share)} of all channels; kind {kind}, blocks of {block}³ cells", size
+
+
+def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:
+    """Say of which measured blocks within the crop a transfer function shows something."""
+    low, high = found.quantize.window
+    blocks = found.measured.blocks
+    # The last voxel opens no block of its own.
+    inside = tuple(
+        slice(min(start // MEASURED_BLOCK, last := blocks_along(stop, MEASURED_BLOCK) - 1), last + 1)
+        for start, stop in zip(found.crop.start_zyx, found.crop.stop_zyx, strict=True)
+    )
+    least, most = (
+        np.clip((values[inside].astype(np.float64) - low) / (high - low), 0, 1).astype(np.float32)
+        for values in (blocks.low, blocks.high)
+    )
+    table = Table.exact(function).resampled((low, high), found.entries).extinction_per_mm
+    threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
+    return occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
+
+
+def _share_in_front(occupied: Occupied) -> float:
+    """Part of the blocks up to the first occupied one, that one included, that are empty, over six directions."""
+    empty = seen = 0
+    for axis in range(3):
+        for forth in (occupied, np.flip(occupied, axis)):
+            hit = forth.any(axis=axis)
+            empty += int(np.where(hit, forth.argmax(axis=axis), occupied.shape[axis]).sum())
+            seen += int(hit.sum())
+    return empty / (empty + seen)
+
+
+def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
+    """Why a transfer function gets no table, or None if it gets one."""
+    if wanted.kind == "none":
+        return "the scene does not want it"
+    if found.editable:
+        return _no_room(wanted, found)
+    if share == 0.0:
+        return f"no block of {MEASURED_BLOCK}³ voxels is empty"
+    if wanted.kind == "auto" and share < LEAST_SHARE:
+        return f"{_part(share)}; below {LEAST_SHARE:.0%} looking may cost more time than it saves"
+    return _no_room(wanted, found)
+
+
+def _part(share: float) -> str:
+    return f"{share:.1%} of the samples of a ray lie in empty blocks of {MEASURED_BLOCK}³ voxels"
+
+
+def _no_room(wanted: SkipSettings, found: Found) -> str | None:
+    profile = found.profile
+    if one_channel(8, profile) is None:
+        return f"profile {profile.name} has no format of one channel and 8 bits"
+    kind, block = _kind_and_block(wanted, found.levels[0])
+    for level, volume in zip(found.levels, found.volumes, strict=True):
+        shape = _table_shape(level, kind, block)
+        size = math.prod(shape)
+        if _layout(shape, profile) is None:
+            return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
+        units, beside_bytes = _normals_of(level, found.normals)
+        # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
+        if chain_bytes(found.volumes, volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
+            return f"beside level {level.index} there is no room for a table of {size} bytes"
+        if len(volume.files) + units + 2 > profile.texture_units:
+            return f"{len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
+    return None
+
+
+def _normals_of(level: LevelPlan, normals: NormalsPlan | None) -> tuple[int, int]:
+    """Texture units and bytes that the normals of a level take."""
+    if normals is None:
+        return 0, 0
+    texture = next(each for each in normals.textures if each.level == level.index)
+    return len(texture.files), len(texture.files) * size_bytes(normals.format, texture.shape_zyx)
+
+
+def describe_skip(
+    plan: SkipPlan, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
+) -> Iterator[PlanItem]:
+    """Give an item for each transfer function, and one for the ranges of blocks."""
+    for function, share in zip(functions, plan.shares, strict=True):
+        tables = [table for table in plan.tables if table.transfer == function.name]
+        reason = why_not(wanted, share, found)
+        size = sum(math.prod(table.shape_zyx) for table in tables)
+        if reason is None:
+            kind, block = _kind_and_block(wanted, found.levels[0])
+            reason = f"{_part(share)}; kind {kind}, blocks of {block}³ cells"
+            if share == 1.0:
+                reason = "the transfer function shows nothing: pictures are empty, and rays take no sample"
+        else:
+            kind, block = _kind_and_block(wanted, found.levels[0])
+            size = math.prod(_table_shape(found.levels[0], kind, block))
+        yield PlanItem(
+            name=f"skip table {function.name}",
+            kept=bool(tables),
+            reason=reason,
+            files=tuple(table.file for table in tables),
+            size_bytes=size,
+        )
+    if plan.ranges:
+        yield PlanItem(
+            name="ranges of blocks",
+            kept=True,
+            reason="an app makes new skip tables from them when its users change a transfer function",
+            files=tuple(ranges.file for ranges in plan.ranges),
+            size_bytes=sum(math.prod(ranges.shape_zyx) * BYTES_PER_TEXEL[ranges.format] for ranges in plan.ranges),
+        )
+
+
+def _kind_and_block(wanted: SkipSettings, finest: LevelPlan) -> tuple[SkipKind, int]:
+    kind: SkipKind = BEST_KIND if wanted.kind == "auto" or wanted.kind == "none" else wanted.kind  # noqa: PLR1714 - mypy
+    if kind == "table16":
+        return kind, max(1, -(-(max(finest.shape_zyx) - 1) // _TABLE16))
+    return kind, BEST_BLOCK if wanted.block == "auto" else wanted.block
+
+
+def skip_table_plan(
+    transfer: str, level: LevelPlan, kind: SkipKind, block: int, profile: DeviceProfile
+) -> SkipTablePlan:
+    """Lay out a table that fits the profile."""
+    texel, layout = one_channel(8, profile), _layout(_table_shape(level, kind, block), profile)
+    assert texel is not None  # noqa: S101 - why_not has found room
+    assert layout is not None  # noqa: S101 - as above
+    name = f"skip-{transfer}-{level.index}"
+    return SkipTablePlan(
+        transfer=transfer,
+        level=level.index,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        kind=kind,
+        block=block,
+        format=texel,
+        shape_zyx=layout[0],
+        mosaic=layout[1],
+    )
+
+
+def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRangesPlan:
+    _, block = _kind_and_block(wanted, found.levels[0])
+    z, y, x = _blocks(level, block)
+    texel, layout = one_channel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)
+    assert texel is not None  # noqa: S101 - the level itself has this format
+    assert layout is not None  # noqa: S101 - and is larger
+    name = f"ranges-{level.index}"
+    return BlockRangesPlan(
+        level=level.index,
+        name=name,
+        file=f"textures/{name}.ktx2",
+        block=block,
+        format=texel,
+        shape_zyx=layout[0],
+        mosaic=layout[1],
+    )
+
+
+def _blocks(level: LevelPlan, block: int) -> Triple:
+    z, y, x = (blocks_along(voxels, block) for voxels in level.shape_zyx)
+    return z, y, x
+
+
+def _table_shape(level: LevelPlan, kind: SkipKind, block: int) -> Triple:
+    z, y, x = _blocks(level, block)
+    return (8 * z if kind == "octants" else z), y, x
+
+
+def _layout(shape_zyx: Triple, profile: DeviceProfile) -> tuple[Triple, MosaicLayout | None] | None:
+    """Shape of the texture for a table, and its layout where there are no 3D textures; None if there is no room."""
+    if profile.max_3d_texture_size:
+        return (shape_zyx, None) if max(shape_zyx) <= profile.max_3d_texture_size else None
+    mosaic = fit_mosaic(shape_zyx, Packing(), room_of(profile))
+    return None if mosaic is None else ((1, *mosaic.texture_shape_yx), mosaic)

@@ -1,0 +1,163 @@
+"""Empty-space skipping: each level and transfer function gets the table by which rays jump.
+
+What a block holds is measured on the texels of the package as the GPU reads them, and what a transfer function shows
+on the table that the shader reads: nothing that a sample could see is left out because of rounding.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.skip.occupancy import Occupied, occupied_blocks, opaque_blocks, threshold_per_mm
+from volprep.parts.skip.on_gpu import ranges_on_gpu
+from volprep.parts.skip.tables import skip_table
+from volprep.parts.skip.visible import visible_extinction
+from volprep.parts.stage import Changes, Stage, present, required, with_textures
+from volprep.parts.texels import texels_of, voxels_of
+from volprep.plan.products import BlockRangesPlan, SkipTablePlan
+from volprep.plan.records import LevelPlan, Plan
+from volprep.scan.block_ranges import BlockRanges, Triple
+from volprep.scan.slabs import bytes_of
+from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (
+        *present(plan.skip),
+        *_tables_together(plan),
+        plan.grid,
+        *plan.levels,
+        *plan.volumes,
+        *plan.tables,
+    )
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    skip = required(plan.skip)
+    progress.start("skip", len(plan.levels))
+    textures: list[Texture] = []
+    tables: list[SkipTable] = []
+    records: list[BlockRangesRecord] = []
+    for level in plan.levels:
+        measured: dict[int, BlockRanges] = {}
+        for wanted in (table for table in skip.tables if table.level == level.index):
+            ranges = _measured(draft, plan, level, wanted.block, measured)
+            texture, table = _table(draft, plan, level, wanted, _occupied(draft, plan, level, wanted.transfer, ranges))
+            textures.append(texture)
+            tables.append(table)
+        for wanted in (table for table in _tables_together(plan) if table.level == level.index):
+            texture, table = _table(draft, plan, level, wanted, _occupied_together(draft, plan, level, wanted.block))
+            textures.append(texture)
+            tables.append(table)
+        for shipped in (ranges for ranges in skip.ranges if ranges.level == level.index):
+            ranges = _measured(draft, plan, level, shipped.block, measured)
+            textures.append(_write_ranges(draft, plan, shipped, ranges))
+            records.append(
+                BlockRangesRecord(
+                    texture=shipped.name, level=level.index, block=shipped.block, blocks_zyx=ranges.shape_zyx
+                )
+            )
+        progress.advance()
+    return {
+        "textures": with_textures(draft.manifest, tuple(textures)),
+        "skipping": Skipping(epsilon=skip.epsilon, tables=tuple(tables), ranges=tuple(records)),
+    }
+
+
+def _measured(draft: Draft, plan: Plan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]) -> BlockRanges:
+    """Ranges of the blocks of a level; transfer functions share them."""
+    if block not in measured:
+        measured[block] = ranges_on_gpu(draft, plan, level, block)
+    return measured[block]
+
+
+def _tables_together(plan: Plan) -> tuple[SkipTablePlan, ...]:
+    return () if plan.together is None else plan.together.skip_tables
+
+
+def _occupied(
+    draft: Draft, plan: Plan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
+) -> Occupied:
+    """Say which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
+    epsilon = required(plan.skip).epsilon / channels
+    threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
+    if plan.is_classified:
+        return opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
+    return occupied_blocks(ranges, visible_extinction(draft, transfer, level.index), threshold)
+
+
+def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
+    """Say which blocks any of the channels shows that are drawn together."""
+    transfers = plan.together.transfers if plan.together else ()
+    each = [
+        _occupied(draft, part, level, function.name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
+        for part in plan.every
+        for function in part.transfer_functions
+        if function.name in transfers
+    ]
+    found: Occupied = np.any(each, axis=0)
+    return found
+
+
+def _table(
+    draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, occupied: Occupied
+) -> tuple[Texture, SkipTable]:
+    entries = skip_table(occupied, wanted.kind)
+    texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
+    z, y, x = (1 / (wanted.block * spacing) for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
+    return texture, SkipTable(
+        texture=wanted.name,
+        level=level.index,
+        transfer=wanted.transfer,
+        kind=wanted.kind,
+        block=wanted.block,
+        blocks_zyx=_shape_zyx(occupied),
+        blocks_from_box_per_mm_xyz=(x, y, z),
+        empty_share=1.0 - float(occupied.mean()),
+    )
+
+
+def _shape_zyx(occupied: Occupied) -> Triple:
+    z, y, x = occupied.shape
+    return z, y, x
+
+
+def _write_ranges(draft: Draft, plan: Plan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:
+    both = np.concatenate([ranges.low, ranges.high])
+    texels = both.astype(np.float16) if both.dtype == np.float32 else texels_of(both, wanted.format)
+    return _write(draft, plan, wanted, texels)
+
+
+def _write(draft: Draft, plan: Plan, wanted: SkipTablePlan | BlockRangesPlan, texels: NDArray[np.generic]) -> Texture:
+    dimensions: ktx2.Dimensions = 3 if wanted.mosaic is None else 2
+
+    def file() -> Iterator[bytes | memoryview]:
+        yield ktx2.header(KTX2_FORMAT[wanted.format], wanted.shape_zyx, dimensions)
+        if wanted.mosaic is None:
+            yield bytes_of(texels)
+            return
+        for rows in pack_mosaic(lambda z0, z1: texels[z0:z1], wanted.mosaic):
+            yield bytes_of(rows)
+
+    draft.write(wanted.file, "texture", file())
+    return Texture(
+        name=wanted.name,
+        role="ranges",
+        file=wanted.file,
+        shape_zyx=wanted.shape_zyx,
+        gl=gl_format(wanted.format, "TEXTURE_2D" if wanted.mosaic else "TEXTURE_3D", plan.profile.api),
+        level=wanted.level,
+        mosaic=wanted.mosaic,
+    )
+
+
+STAGE = Stage(name="skip", reads=("quantize", "pyramid", "transfer", "mosaic"), settings=_settings, run=_run)

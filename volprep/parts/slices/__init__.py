@@ -1,0 +1,1 @@
+"""Stacks of slices, for devices without shaders."""

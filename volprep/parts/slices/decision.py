@@ -1,0 +1,225 @@
+"""Stacks of slices: the plan of a package for devices that draw textured polygons and have no shaders."""
+
+import math
+from collections.abc import Iterator
+
+from volprep.parts.classification.decision import Tables
+from volprep.parts.levels.decision import by, candidate_levels, filter_of
+from volprep.parts.slices.atlases import code_colours, fit_atlases, layouts, slice_shape_yx
+from volprep.parts.values.decision import choose_values
+from volprep.parts.values.items import Grounds, describe_border, describe_codes
+from volprep.plan.crop import choose_crop
+from volprep.plan.functions import describe_functions, resolved_functions
+from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
+from volprep.plan.records import PREVIEW, LevelPlan, Plan
+from volprep.plan.room import Misfit
+from volprep.scan.statistics import Measured
+from volprep.scene.scene import RenderWishes, Scene, SliceSettings
+from volprep.transfer.palette import best_palette
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import PlanItem, RenderSettings
+from volprep_formats.package.parts.slices.record import AXES
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
+from volprep_formats.textures.paletted import PALETTE_BYTES
+
+
+def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3060 where a scene asks for slices, and its profile has shaders."""
+    if scene.slices is not None:
+        raise VolprepError("VP3060", problem=f"profile {profile.name} has shaders, which draw a whole volume")
+
+
+def plan_of_slices(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
+    """Decide everything for a device class without shaders.
+
+    Raises VP3060 for what needs shaders and for a form that the profile does not have, VP3022 when no level fits, and
+    VP3020 to VP3025 as `make_plan` does.
+    """
+    settings = scene.slices or SliceSettings()
+    texel = _texel(scene, settings, profile)
+    functions = resolved_functions(scene, info, measured)
+    values = choose_values(scene, profile, info, measured, functions)
+    crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
+    grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
+    made_by = filter_of(scene)
+    if made_by == "auto":
+        # Voxels are classified before anything is between them. What is fitted to values between voxels shows worse:
+        # engine and shell at half resolution, views along the axes: 1.1 to 1.9 times the error of box.
+        made_by = "box"
+    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, made_by)
+    fits = [_fitted(level, grid, settings, texel, profile, functions) for level in candidates]
+    found = next((pair for pair in zip(candidates, fits, strict=True) if isinstance(pair[1], SlicesPlan)), None)
+    if found is None:
+        reason = fits[-1].reason if isinstance(fits[-1], Misfit) else ""
+        raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=reason)
+    level, slices = found
+    assert isinstance(slices, SlicesPlan)  # noqa: S101 - what `found` was chosen by
+    plan = Plan(
+        profile=profile,
+        crop=crop,
+        grid=grid,
+        transfer_functions=functions,
+        quantize=values.quantize,
+        levels=(level,),
+        volumes=(),
+        lookups=(),
+        slices=slices,
+        programs=(),
+        render=RenderSettings(
+            step_mm=min(stack.distance_mm for stack in slices.stacks),
+            projection=scene.render.projection,
+            tolerance=scene.tolerance,
+        ),
+        stages=("import", "quantize", *(("pyramid",) if level.index else ()), "transfer", "slices", "seal"),
+        items=(),
+    )
+    misfits: list[Misfit] = [fit for fit in fits if isinstance(fit, Misfit)]
+    grounds = Grounds(scene, info, values, candidates, list(misfits), 0.0, Tables())
+    return plan.model_copy(update={"items": tuple(_items(plan, slices, grounds, settings))})
+
+
+def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> TextureFormat:
+    needs = {
+        "render.lighting": scene.render.lighting != "none",
+        "[normals]": scene.normals is not None,
+        "[proxy]": scene.proxy is not None,
+        "[grid]": scene.grid is not None,
+        "[bricks]": scene.bricks is not None,
+        "textures.mipmaps": scene.textures.mipmaps,
+        "skip.ranges": scene.skip.ranges,
+        f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},
+        f"classification {scene.render.classification}": scene.render.classification != RenderWishes().classification,
+    }
+    for what, wanted in needs.items():
+        if wanted:
+            raise VolprepError("VP3060", problem=f"profile {profile.name} has no shaders, and {what} needs them")
+    if len(set(settings.stacks)) < len(settings.stacks):
+        raise VolprepError("VP3060", problem="slices.stacks names an axis twice")
+    texel: TextureFormat = "RGBA8" if settings.form == "rgba" else "PALETTE8_RGBA8"
+    if texel not in profile.texture_formats:
+        raise VolprepError("VP3060", problem=f"profile {profile.name} has no textures of the format {texel}")
+    return texel
+
+
+def _fitted(  # noqa: PLR0917 - the level, the device class, and what is wanted of it
+    level: LevelPlan,
+    grid: Grid,
+    settings: SliceSettings,
+    texel: TextureFormat,
+    profile: DeviceProfile,
+    functions: tuple[TransferFunction, ...],
+) -> SlicesPlan | Misfit:
+    spacing_mm = grid.coarser(level.factors_zyx).spacing_mm_zyx if level.index else grid.spacing_mm_zyx
+    stacks: list[SliceStackPlan] = []
+    for function in functions:
+        for axis in sorted(settings.stacks):
+            shape = slice_shape_yx(level.shape_zyx, axis)
+            slices = level.shape_zyx[AXES[axis]]
+            atlases = fit_atlases(shape, slices, profile.max_texture_size, square=profile.square)
+            if atlases is None:
+                largest = profile.max_texture_size
+                return Misfit(f"slices of {shape[1]}×{shape[0]} voxels, but textures have {largest}×{largest} texels")
+            textures = tuple(
+                SliceTexturePlan(
+                    name=(name := f"slices-{function.name}-{axis}-{part}"),
+                    file=f"slices/{name}.{'ktx2' if texel == 'RGBA8' else 'pal8'}",
+                    shape_yx=atlas.shape_yx,
+                    layout=layout,
+                )
+                for part, (atlas, layout) in enumerate(layouts(atlases, axis, level.shape_zyx))
+            )
+            stacks.append(SliceStackPlan(transfer=function.name, distance_mm=spacing_mm[AXES[axis]], textures=textures))
+    plan = SlicesPlan(level=level.index, format=texel, palette_entries=settings.palette_entries, stacks=tuple(stacks))
+    size = sum(stack_bytes(stack, texel) for stack in stacks[: len(settings.stacks)])
+    if size > profile.max_texture_bytes:
+        return Misfit(
+            f"{len(settings.stacks)} stacks of slices take {size} bytes, more than the {profile.max_texture_bytes} "
+            f"that profile {profile.name} has for textures"
+        )
+    return plan
+
+
+def stack_bytes(stack: SliceStackPlan, texel: TextureFormat) -> int:
+    """Size of the textures of a stack."""
+    palettes = PALETTE_BYTES * len(stack.textures) if texel == "PALETTE8_RGBA8" else 0
+    return _texels(stack) * BYTES_PER_TEXEL[texel] + palettes
+
+
+def _texels(stack: SliceStackPlan) -> int:
+    return sum(math.prod(texture.shape_yx) for texture in stack.textures)
+
+
+def _items(plan: Plan, slices: SlicesPlan, grounds: Grounds, settings: SliceSettings) -> Iterator[PlanItem]:
+    yield from describe_border(plan, grounds)
+    yield from describe_codes(plan, grounds)
+    for level, misfit in zip(grounds.candidates, grounds.fits, strict=False):
+        if isinstance(misfit, Misfit):
+            size = math.prod(level.shape_zyx) * len(settings.stacks) * BYTES_PER_TEXEL[slices.format]
+            yield PlanItem(name=f"level {level.index}", kept=False, reason=misfit.reason, size_bytes=size)
+    (held,) = plan.levels
+    yield PlanItem(
+        name=f"level {held.index}",
+        kept=True,
+        reason=f"{by(held.shape_zyx)} voxels, the finest whose stacks of slices fit",
+    )
+    functions = {function.name: function for function in plan.transfer_functions}
+    for stack in slices.stacks:
+        yield _stack_item(plan, slices, stack, functions[stack.transfer])
+    for axis in sorted(AXES.keys() - set(settings.stacks)):
+        size = math.prod(held.shape_zyx) * BYTES_PER_TEXEL[slices.format]
+        reason = "the scene has no use for them: who looks along them sees other slices from the side"
+        yield PlanItem(name=f"slices across {axis}", kept=False, reason=reason, size_bytes=size)
+    yield PlanItem(
+        name="shaders", kept=False, reason=f"profile {plan.profile.name} has none: it blends textured polygons"
+    )
+    yield from describe_functions(grounds.scene, plan.transfer_functions)
+    yield PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,))
+
+
+def _stack_item(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> PlanItem:
+    layout = stack.textures[0].layout
+    count = sum(texture.layout.slices for texture in stack.textures)
+    rows, columns = layout.slice_shape_yx
+    wasted = 1 - count * rows * columns / _texels(stack)
+    sizes = ", ".join(f"{texture.shape_yx[1]}×{texture.shape_yx[0]}" for texture in stack.textures)
+    return PlanItem(
+        name=f"slices of {stack.transfer} across {layout.axis}",
+        kept=True,
+        reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
+        f"{wasted:.1%} of the texels stay empty, of single textures with sizes of powers of two "
+        f"{1 - rows * columns / (_rounded(rows) * _rounded(columns)):.1%}; {_colours(plan, slices, stack, function)}; "
+        f"{_oblique(plan, stack, function)}",
+        files=tuple(texture.file for texture in stack.textures),
+        size_bytes=stack_bytes(stack, slices.format),
+    )
+
+
+def _rounded(voxels: int) -> int:
+    return 1 << (voxels - 1).bit_length()
+
+
+def _colours(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
+    if slices.format == "RGBA8":
+        return "four bytes a voxel"
+    colours = code_colours(function, plan.quantize.window, stack.distance_mm)
+    palette = best_palette(colours, slices.palette_entries)
+    if palette.maximum == 0.0:
+        return f"a palette of {len(palette.colours)} colours holds the colour of every code"
+    return f"a palette of {len(palette.colours)} colours is {palette.maximum * 255:.3g}/255 off at worst over all codes"
+
+
+def _oblique(plan: Plan, stack: SliceStackPlan, function: TransferFunction) -> str:
+    """Say what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
+    texels = code_colours(function, plan.quantize.window, stack.distance_mm)
+    opacity = float(texels[:, 3].max()) / 255
+    longer = 1 - (1 - opacity) ** math.sqrt(2)
+    # Polygons at an angle are drawn brighter, as far as no texel passes 1.
+    drawn = min(opacity * math.sqrt(2), 1.0)
+    return (
+        f"opacities are right for rays along {stack.textures[0].layout.axis}; at 45° the densest texel should have "
+        f"{longer:.3g} and is drawn with {drawn:.3g}"
+    )

@@ -1,0 +1,84 @@
+"""A level becomes stacks of slices, classified, for devices that draw textured polygons and have no shaders."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.slices.atlases import atlas_codes, code_colours
+from volprep.parts.stage import Changes, Stage, required, with_textures
+from volprep.parts.work import codes_of_level
+from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
+from volprep.plan.records import Plan
+from volprep.scan.slabs import RawVolume, bytes_of
+from volprep.transfer.palette import best_palette
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2, paletted
+from volprep_formats.textures.gl_formats import gl_format
+
+Bytes = NDArray[np.uint8]
+_CODES = 256
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (required(plan.slices), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    slices = required(plan.slices)
+    codes = codes_of_level(draft, plan, slices.level)
+    functions = {function.name: function for function in plan.transfer_functions}
+    progress.start("slices", sum(len(stack.textures) for stack in slices.stacks))
+    weights = _histogram(codes) if slices.palette_entries < _CODES else None
+    textures = []
+    for stack in slices.stacks:
+        colours = code_colours(functions[stack.transfer], plan.quantize.window, stack.distance_mm)
+        for part, texture in enumerate(stack.textures):
+            atlas = atlas_codes(codes, texture.layout, texture.shape_yx)
+            if slices.format == "RGBA8":
+                draft.write(texture.file, "texture", _rgba(colours, atlas))
+            else:
+                palette = best_palette(colours, slices.palette_entries, weights)
+                draft.write(texture.file, "texture", paletted.encode(palette.colours, palette.indices[atlas]))
+            # Where nothing can be seen, any bound will do.
+            largest = float(colours[:, 3].max()) / 255 or 1.0
+            layout = texture.layout.model_copy(update={"largest_opacity": largest})
+            textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
+            progress.advance()
+    return {"textures": with_textures(draft.manifest, tuple(textures))}
+
+
+def _histogram(codes: RawVolume) -> NDArray[np.float64]:
+    counts = np.zeros(_CODES)
+    for z in range(codes.shape_zyx[0]):
+        counts += np.bincount(codes.read_slab(z, z + 1).ravel(), minlength=_CODES)
+    return counts
+
+
+def _rgba(colours: Bytes, atlas: Bytes) -> Iterator[bytes | memoryview]:
+    yield ktx2.header("RGBA8", (1, *atlas.shape), 2)
+    for row in atlas:
+        yield bytes_of(colours[row])
+
+
+def _record(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int) -> Texture:
+    return Texture(
+        name=texture.name,
+        role="slices",
+        file=texture.file,
+        shape_zyx=(1, *texture.shape_yx),
+        gl=gl_format(slices.format, "TEXTURE_2D", plan.profile.api),
+        level=slices.level,
+        part=part,
+        transfer=stack.transfer,
+        reference_mm=stack.distance_mm,
+        filter=plan.quantize.filter,
+        slices=texture.layout,
+    )
+
+
+STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
+"""Reads transfer, because that stage drops the textures of transfer functions that it does not know."""

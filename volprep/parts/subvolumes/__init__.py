@@ -1,0 +1,1 @@
+"""Level 0 in sub-volumes that share voxels, and boxes cut from a package."""

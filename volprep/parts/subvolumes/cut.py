@@ -1,0 +1,193 @@
+"""A box of level 0 around a place that the user chose, at full resolution, out of a package that has sub-volumes.
+
+The custom sub-volume of the Big Volume Renderer (Schultz and Bailey, 7.4). Only the voxels of the box are read, from
+the file of the whole level or from the pieces that the box meets.
+"""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid, Vector
+from volprep_formats.package.manifest import Level
+from volprep_formats.package.parts.subvolumes.record import (
+    Cuts,
+    SubvolumeGrid,
+    constant_piece,
+    decode_grid,
+)
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.contents import open_contents
+from volprep_formats.record import Record
+from volprep_formats.textures.ktx2_box import Box, Ktx2Box
+
+
+class LevelMark(Record):
+    """Where the box lies in a level, for an app that highlights it."""
+
+    level: int
+    """Level."""
+    low_str: Vector
+    """Texture coordinates of the box's lower corner."""
+    high_str: Vector
+    """Texture coordinates of the box's upper corner."""
+
+
+class CutRecord(Record):
+    """A cut: what was taken from where."""
+
+    package: str
+    """Name of the scene."""
+    start_zyx: tuple[int, int, int]
+    """First voxel of level 0 along each axis."""
+    stop_zyx: tuple[int, int, int]
+    """Voxel after the last one along each axis."""
+    grid: Grid
+    """Positions of the voxels."""
+    slope: float
+    """physical = slope · code + intercept. Texels hold code / largest code."""
+    intercept: float
+    """physical = slope · code + intercept."""
+    marks: tuple[LevelMark, ...]
+    """Where the box lies in each level that the package holds."""
+    files_read: int
+    """Texture files that were opened."""
+    reads: int
+    """Calls of the system that read something from them."""
+    texel_bytes_read: int
+    """Bytes of texels that were read."""
+    empty_pieces: int
+    """Pieces that the box meets and the package does not hold, since nothing of them is seen: filled with their
+    smallest code."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A box of level 0."""
+
+    texels: NDArray[np.generic]
+    """[z, y, x], uint8, uint16 or float16, as the textures of the package hold them."""
+    record: CutRecord
+    """What it is."""
+
+
+def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> Cut:
+    """Cut a box of at most `size` voxels along each axis around the voxel `center_xyz` of level 0.
+
+    A box that would reach beyond the volume is moved inside; an axis shorter than `size` is taken whole. Raises
+    VP4050 for a package without sub-volumes, VP4051 for a center outside the volume, VP4007 and VP4030 for files
+    that are damaged. Checksums are not compared: that would read every file whole.
+    """
+    manifest = package.manifest
+    files, level_grid, quantization = manifest.subvolumes, manifest.grid, manifest.quantization
+    if files is None or level_grid is None or quantization is None:
+        raise VolprepError("VP4050", path=package.path)
+    shape_zyx = level_grid.shape_zyx
+    box = _box(package, center_xyz, size, shape_zyx)
+    start_zyx, stop_zyx = _corners(box)
+    with ExitStack() as stack:
+        grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
+        found = _Reading(package, stack)
+        texels = found.pieces(grid, box) if grid.whole is None else found.whole(grid.whole, box)
+    return Cut(
+        texels,
+        CutRecord(
+            package=manifest.name,
+            start_zyx=start_zyx,
+            stop_zyx=stop_zyx,
+            grid=level_grid.part(start_zyx, stop_zyx),
+            slope=quantization.slope,
+            intercept=quantization.intercept,
+            marks=tuple(_mark(level, level_grid, start_zyx, stop_zyx) for level in manifest.levels),
+            files_read=len(found.opened),
+            reads=sum(each.reads for each in found.opened),
+            texel_bytes_read=sum(each.texel_bytes_read for each in found.opened),
+            empty_pieces=found.empty,
+        ),
+    )
+
+
+class _Reading:
+    """Reads a box, and keeps the files that were opened, for their counts."""
+
+    def __init__(self, package: Package, stack: ExitStack) -> None:
+        self._package = package
+        self._stack = stack
+        self.opened: list[Ktx2Box] = []
+        self.empty = 0
+
+    def whole(self, path: str, box: Box) -> NDArray[np.generic]:
+        file = self._open(path)
+        texels = np.empty(_shape(box), file.head.dtype)
+        file.read(box, texels)
+        return texels
+
+    def pieces(self, grid: SubvolumeGrid, box: Box) -> NDArray[np.generic]:
+        texels: NDArray[np.generic] = constant_piece(0, grid.gl, _shape(box))
+        spans = [_met(cuts, along) for cuts, along in zip(grid.cuts_zyx, box, strict=True)]
+        _, ny, nx = grid.counts_zyx
+        for k, z in spans[0]:
+            for j, y in spans[1]:
+                for i, x in spans[2]:
+                    piece = grid.subvolumes[i + nx * (j + ny * k)]
+                    part = texels[_moved((z, y, x), _corners(box)[0])]
+                    if piece.file is None:
+                        self.empty += 1
+                        part[...] = constant_piece(piece.minimum, grid.gl, (1, 1, 1))
+                        continue
+                    corner = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
+                    self._open(piece.file).read(_moved((z, y, x), corner), part)
+        return texels
+
+    def _open(self, path: str) -> Ktx2Box:
+        held = self._stack.enter_context(open_contents(self._package.path, path))
+        name = f"{self._package.path}: {path}"
+        self.opened.append(Ktx2Box(held.file.fileno(), held.start_bytes, held.size_bytes, name))
+        return self.opened[-1]
+
+
+def _box(package: Package, center_xyz: tuple[float, float, float], size: int, shape_zyx: tuple[int, int, int]) -> Box:
+    center_zyx = center_xyz[::-1]
+    if not all(-0.5 <= at <= n - 0.5 for at, n in zip(center_zyx, shape_zyx, strict=True)):
+        shown = " × ".join(str(n) for n in shape_zyx[::-1])
+        raise VolprepError("VP4051", path=package.path, center=",".join(f"{at:g}" for at in center_xyz), shape=shown)
+    z, y, x = (_span(at, min(size, n), n) for at, n in zip(center_zyx, shape_zyx, strict=True))
+    return z, y, x
+
+
+def _span(center: float, size: int, voxels: int) -> slice:
+    # Half the voxels before the center: the place itself is in the middle as nearly as it can be.
+    start = min(max(int(np.rint(center - (size - 1) / 2)), 0), voxels - size)
+    return slice(start, start + size)
+
+
+def _met(cuts: Cuts, along: slice) -> list[tuple[int, slice]]:
+    """Pieces that a span of voxels meets, each with the voxels that are read from it: shared ones once."""
+    owned = [(low, high if piece < len(cuts) - 2 else high + 1) for piece, (low, high) in enumerate(pairwise(cuts))]
+    spans = [(piece, slice(max(low, along.start), min(high, along.stop))) for piece, (low, high) in enumerate(owned)]
+    return [(piece, span) for piece, span in spans if span.start < span.stop]
+
+
+def _moved(box: Box, corner_zyx: tuple[int, int, int]) -> Box:
+    z, y, x = (slice(each.start - at, each.stop - at) for each, at in zip(box, corner_zyx, strict=True))
+    return z, y, x
+
+
+def _shape(box: Box) -> tuple[int, int, int]:
+    z, y, x = (each.stop - each.start for each in box)
+    return z, y, x
+
+
+def _corners(box: Box) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+    z, y, x = box
+    return (z.start, y.start, x.start), (z.stop, y.stop, x.stop)
+
+
+def _mark(level: Level, grid: Grid, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]) -> LevelMark:
+    spacing, scale = np.array(grid.spacing_mm_zyx[::-1]), np.array(level.texture_from_box_per_mm_xyz)
+    low, high = (tuple((np.array(corner[::-1]) * spacing * scale).tolist()) for corner in (start_zyx, stop_zyx))
+    return LevelMark(level=level.index, low_str=low, high_str=high)

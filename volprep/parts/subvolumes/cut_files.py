@@ -1,0 +1,92 @@
+"""The files of a cut: the box as a texture, where it lies, and a picture of the coarsest level with its mark."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.subvolumes.cut import Cut, CutRecord, cut
+from volprep.truth.decoded import level_volume
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.files import output_errors, replace_file
+from volprep_formats.png import write_png
+from volprep_formats.textures import ktx2
+
+_FORMATS: dict[str, ktx2.Ktx2Format] = {"uint8": "R8", "uint16": "R16", "float16": "R16F"}
+_MARK = (255, 96, 32)
+_GAP = 2
+"""Pixels between the three sections."""
+_LONGEST = 384
+"""Pixels of the longest side of a section, at least half of it."""
+
+
+def write_cut(
+    package: Package,
+    center_xyz: tuple[float, float, float],
+    size: int,
+    folder: Path,
+    *,
+    world: bool = False,
+    force: bool = False,
+) -> CutRecord:
+    """Cut a box and write cut.ktx2, cut.png and cut.json, in this order, into `folder`.
+
+    `center_xyz` is a voxel of level 0, or with `world` a place in the patient in millimetres. Raises what `cut`
+    raises, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
+    """
+    names = [folder / name for name in ("cut.ktx2", "cut.png", "cut.json")]
+    for path in names:
+        if path.exists() and not force:
+            raise VolprepError("VP1251", path=path)
+    grid = package.manifest.grid
+    if world and grid is not None:
+        x, y, z, _ = np.linalg.inv(grid.world_from_index) @ [*center_xyz, 1.0]
+        center_xyz = x, y, z
+    found = cut(package, center_xyz, size)
+    image = ktx2.Ktx2Image(_FORMATS[found.texels.dtype.name], found.record.grid.shape_zyx, found.texels, 3)
+    text = json.dumps(found.record.model_dump(mode="json"), indent=2, sort_keys=True)
+    texture, picture, record = names
+    with output_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_file(texture, b"".join(ktx2.encode(image)))
+        write_png(picture, marked_sections(package, found))
+        replace_file(record, (text + "\n").encode())
+    return found.record
+
+
+def marked_sections(package: Package, found: Cut) -> NDArray[np.uint8]:
+    """Sections through the middle of the box, in the coarsest level, with the box drawn in: across z, y and x."""
+    coarsest = max(package.manifest.levels, key=lambda level: level.index)
+    mark = next(mark for mark in found.record.marks if mark.level == coarsest.index)
+    codes = level_volume(package, coarsest.index).stored.astype(np.float64)
+    grey = np.rint(codes * (255 / max(codes.max(), 1e-9))).astype(np.uint8)
+    low, high = (np.array(corner[::-1]) * grey.shape for corner in (mark.low_str, mark.high_str))
+    middle = np.clip((low + high) / 2, 0, np.array(grey.shape) - 1).astype(int)
+    sections = []
+    for axis in range(3):
+        rows, columns = (each for each in range(3) if each != axis)
+        section = np.take(grey, middle[axis], axis)
+        spacing = np.array(coarsest.grid.spacing_mm_zyx)[[rows, columns]]
+        picture = _framed(section, spacing, low[[rows, columns]], high[[rows, columns]])
+        # People expect the head above: rows along an axis that leads there run from the bottom up.
+        sections.append(picture[::-1] if rows == 0 and coarsest.grid.direction[2][2] > 0.0 else picture)
+    height = max(len(section) for section in sections)
+    padded = [np.pad(section, ((0, height - len(section)), (0, _GAP), (0, 0))) for section in sections]
+    return np.concatenate(padded, axis=1)[:, :-_GAP]
+
+
+def _framed(
+    section: NDArray[np.uint8], spacing_mm: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.uint8]:
+    """Draw a section with square pixels, and the frame from `low` to `high`, in voxels."""
+    size_mm = np.array(section.shape) * spacing_mm
+    pixels_per_voxel = np.maximum(np.rint(spacing_mm * (_LONGEST / size_mm.max())), 1).astype(int)
+    large = np.repeat(np.repeat(section, pixels_per_voxel[0], axis=0), pixels_per_voxel[1], axis=1)
+    picture = np.repeat(large[..., None], 3, axis=2)
+    top, left = np.clip(np.rint(low * pixels_per_voxel).astype(int), 0, np.array(large.shape) - 1)
+    bottom, right = np.clip(np.rint(high * pixels_per_voxel).astype(int) - 1, 0, np.array(large.shape) - 1)
+    picture[[top, bottom], left : right + 1] = _MARK
+    picture[top : bottom + 1, [left, right]] = _MARK
+    return picture

@@ -1,0 +1,98 @@
+"""The grid of sub-volumes: where level 0 is cut, what meets at each point, and which way leads on.
+
+From the Big Volume Renderer (Schultz and Bailey, 7.3.4 to 7.3.7), with three differences. Neighbours share a layer of
+voxels. A remainder makes a smaller last piece, so that no voxel is lost. And the angle from which x and y count is
+22.5° at both ends of theta: printed is 27.5° at one end, and a mirrored view would not give the mirrored move.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, product
+
+from volprep_formats.package.parts.subvolumes.record import (
+    Cuts,
+    GridPoint,
+    Move,
+    PointKind,
+    SubvolumeGrid,
+    ViewThresholds,
+)
+
+
+def cuts_along(voxels: int, size: int) -> Cuts:
+    """Cut an axis into pieces of at most `size` voxels, of which neighbours share one."""
+    if voxels == 1:
+        return (0, 0)
+    return (*range(0, voxels - 1, size - 1), voxels - 1)
+
+
+def boxes_zyx(cuts_zyx: tuple[Cuts, Cuts, Cuts]) -> Iterator[tuple[slice, slice, slice]]:
+    """Give the voxels of each piece, in the order of their numbers."""
+    spans = [[slice(low, high + 1) for low, high in pairwise(cuts)] for cuts in cuts_zyx]
+    yield from product(*spans)
+
+
+def grid_points(cuts_zyx: tuple[Cuts, Cuts, Cuts]) -> tuple[GridPoint, ...]:
+    """List the points in the order of their numbers: x first."""
+    counts = tuple(len(cuts) - 1 for cuts in cuts_zyx)
+    places = product(*(range(count + 1) for count in counts))
+    return tuple(
+        GridPoint(kind=_kind(place, counts), subvolumes=_touching(place, counts), moves=_moves(place, counts))
+        for place in places
+    )
+
+
+def moves_for_view(direction_xyz: Sequence[float], view: ViewThresholds) -> tuple[Move, ...]:
+    """Moves that lead forward for someone who looks along `direction_xyz`, of any length but 0."""
+    x, y, z = direction_xyz
+    theta = math.degrees(math.acos(z / math.hypot(x, y, z)))
+    phi = math.degrees(math.atan2(y, x))
+    moves: list[Move] = []
+    low, high = view.sideways_between_theta
+    if low < theta < high:
+        if abs(phi) < view.plus_x_below_phi:
+            moves.append("+x")
+        elif abs(phi) > view.minus_x_above_phi:
+            moves.append("-x")
+        if view.y_between_phi[0] < abs(phi) < view.y_between_phi[1]:
+            moves.append("+y" if phi > 0 else "-y")
+    if theta < view.plus_z_below_theta:
+        moves.append("+z")
+    elif theta > view.minus_z_above_theta:
+        moves.append("-z")
+    return tuple(moves)
+
+
+def step_from(grid: SubvolumeGrid, point: int, moves: Sequence[Move]) -> int:
+    """Number of the point to which the legal ones of `moves` lead from `point`."""
+    nz, ny, nx = (count + 1 for count in grid.counts_zyx)
+    strides = {"x": 1, "y": nx, "z": nx * ny}
+    legal = [move for move in moves if move in grid.points[point].moves]
+    target = point + sum(strides[move[1]] * (1 if move[0] == "+" else -1) for move in legal)
+    assert 0 <= target < nx * ny * nz  # noqa: S101 - legal moves never lead out
+    return target
+
+
+def _kind(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> PointKind:
+    outermost = [at in (0, count) for at, count in zip(place_zyx, counts_zyx, strict=True)]
+    if sum(outermost) == 2:
+        # What varies is the axis on which the point is not outermost.
+        return "column edge" if not outermost[1] else "edge"
+    kinds: dict[int, PointKind] = {3: "corner", 1: "plane", 0: "interior"}
+    return kinds[sum(outermost)]
+
+
+def _touching(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> tuple[int, ...]:
+    _, ny, nx = counts_zyx
+    beside = [
+        [each for each in (at - 1, at) if 0 <= each < count] for at, count in zip(place_zyx, counts_zyx, strict=True)
+    ]
+    return tuple(i + nx * (j + ny * k) for k, j, i in product(*beside))
+
+
+def _moves(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> tuple[Move, ...]:
+    legal: list[Move] = []
+    ways: tuple[tuple[Move, Move], ...] = (("-z", "+z"), ("-y", "+y"), ("-x", "+x"))
+    for (back, forth), at, count in reversed(list(zip(ways, place_zyx, counts_zyx, strict=True))):
+        legal += [back] * (at > 0) + [forth] * (at < count)
+    return tuple(legal)

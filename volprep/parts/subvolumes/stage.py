@@ -1,0 +1,108 @@
+"""Level 0 becomes sub-volumes with shared voxels, and a grid of points to walk on.
+
+The stage reads a row of pieces along x at a time, so that neither depth nor height of the volume counts for memory.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.stage import Changes, Stage, present, required
+from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
+from volprep.parts.subvolumes.decision import GRID
+from volprep.parts.texels import texel_reader, texels_of
+from volprep.parts.work import codes_of_source
+from volprep.plan.products import SubvolumesPlan
+from volprep.plan.records import Plan
+from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.transfer.table import Table
+from volprep_formats.package.manifest import SubvolumeFiles
+from volprep_formats.package.parts.subvolumes.record import (
+    Cuts,
+    Subvolume,
+    SubvolumeGrid,
+    ViewThresholds,
+    encode_grid,
+)
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return (*present(plan.subvolumes), plan.quantize, *plan.transfer_functions, *plan.tables)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    wanted = required(plan.subvolumes)
+    codes = codes_of_source(draft, plan)
+    z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
+    progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
+    subvolumes = tuple(_pieces(draft, plan, codes, (z, y, x), progress))
+    if wanted.whole is not None and all(wanted.whole not in volume.files for volume in plan.volumes):
+        draft.write(wanted.whole, "subvolume", _whole(wanted, codes))
+    grid = SubvolumeGrid(
+        shape_zyx=codes.shape_zyx,
+        size=wanted.size,
+        cuts_zyx=(z, y, x),
+        gl=gl_format(wanted.format, "TEXTURE_3D", plan.profile.api),
+        filter=plan.quantize.filter,
+        whole=wanted.whole,
+        subvolumes=subvolumes,
+        points=grid_points((z, y, x)),
+        view=ViewThresholds(),
+    )
+    draft.write(GRID, "grid", encode_grid(grid))
+    files = tuple(piece.file for piece in subvolumes if piece.file is not None)
+    return {"subvolumes": SubvolumeFiles(grid=GRID, pieces=files, whole=wanted.whole)}
+
+
+def _pieces(
+    draft: Draft, plan: Plan, codes: RawVolume, cuts_zyx: tuple[Cuts, Cuts, Cuts], progress: Progress
+) -> Iterator[Subvolume]:
+    counts = [len(cuts) - 1 for cuts in cuts_zyx]
+    row: NDArray[Any] = np.empty((0, 0, 0), codes.dtype)
+    for number, (z, y, x) in enumerate(boxes_zyx(cuts_zyx)):
+        k, j, i = np.unravel_index(number, counts)
+        if i == 0:
+            row = codes.read_rows(z, y)
+        yield _piece(draft, plan, row[:, :, x], f"subvolumes/{i}-{j}-{k}.ktx2")
+        progress.advance()
+
+
+def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolume:
+    wanted = required(plan.subvolumes)
+    low, high = int(codes.min()), int(codes.max())
+    if not wanted.pieces or _is_empty(plan, wanted, low, high):
+        return Subvolume(minimum=low, maximum=high)
+    z, y, x = codes.shape
+    image = ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels_of(codes, wanted.format), 3)
+    draft.write(file, "subvolume", ktx2.encode(image))
+    return Subvolume(minimum=low, maximum=high, file=file)
+
+
+def _is_empty(plan: Plan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
+    """Say whether a piece of codes from `low` to `high` shows nothing that a constant piece of `low` does not."""
+    if low == high:
+        return True
+    if wanted.keep_empty:
+        return False
+    first, last = plan.quantize.window
+    width = (last - first) / (2**plan.quantize.bits - 1)
+    # The filter of a table reaches to the next entry.
+    ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
+    return all(Table.exact(function).largest_extinction(*ends) == 0.0 for function in plan.transfer_functions)
+
+
+def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
+    yield ktx2.header(KTX2_FORMAT[wanted.format], codes.shape_zyx, 3)
+    read = texel_reader(codes, wanted.format)
+    for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
+        yield bytes_of(read(z0, z1))
+
+
+STAGE = Stage(name="grid", reads=("quantize",), settings=_settings, run=_run)

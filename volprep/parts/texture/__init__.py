@@ -1,0 +1,1 @@
+"""Levels as 3D textures, and as mipmaps of one."""

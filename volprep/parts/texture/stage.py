@@ -1,0 +1,48 @@
+"""Levels become 3D textures: one file each, or the mipmaps of one."""
+
+from collections.abc import Iterator
+from itertools import groupby
+
+import numpy as np
+
+from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.texels import volume_reader, volume_texture
+from volprep.plan.records import Plan, VolumePlan
+from volprep.scan.slabs import bytes_of, slab_ranges
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
+    return (*(volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None), *classified)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
+    progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
+    for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
+        chain = [*levels]
+        texels = [_texels(draft, plan, volume, progress) for volume in chain]
+        draft.write(file, "texture", ktx2.encode_levels(KTX2_FORMAT[chain[0].format], chain[0].shape_zyx, 3, texels))
+    textures = tuple(volume_texture(volume, 0, plan.profile) for volume in volumes)
+    return {"textures": with_textures(draft.manifest, textures)}
+
+
+def _texels(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
+    read = volume_reader(draft, plan, volume)
+    shape_zyx = plan.level(volume.level).shape_zyx
+    depth, height, width = shape_zyx
+    below, *beside = (texels - n for texels, n in zip(volume.shape_zyx, shape_zyx, strict=True))
+    for z0, z1 in slab_ranges(depth, height * width * BYTES_PER_TEXEL[volume.format]):
+        slab = read(z0, z1)
+        # Beyond the voxels of a mipmap the last ones are repeated.
+        after = (below if z1 == depth else 0, *beside)
+        yield bytes_of(np.pad(slab, [(0, n) for n in (*after, *[0] * (slab.ndim - 3))], "edge") if any(after) else slab)
+        progress.advance(z1 - z0)
+
+
+STAGE = Stage(name="texture", reads=("quantize", "pyramid"), settings=_settings, run=_run)

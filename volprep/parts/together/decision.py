@@ -1,0 +1,174 @@
+"""Which channels are drawn into one picture, from which textures; which are left out of it, for they show nothing.
+
+The light of several media in one place is the sum of what each emits, behind the sum of what all absorb (Max 1995): the
+integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in front of another, and their order is
+nothing.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from volprep.parts.programs.decision import ray_casters
+from volprep.parts.skip.decision import Found, skip_together
+from volprep.parts.texture.mipmaps import chain_bytes
+from volprep.plan.products import SkipTablePlan, TogetherPlan
+from volprep.plan.records import LevelPlan, Plan
+from volprep.scan.statistics import Measured
+from volprep.scene.scene import Scene
+from volprep.transfer.table import Table
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures.gl_formats import size_bytes
+
+
+@dataclass(frozen=True)
+class DrawnTogether:
+    """The channels of a picture that show something."""
+
+    transfers: dict[str, str]
+    """Name of the transfer function of each channel, in the order of the scene."""
+    items: tuple[PlanItem, ...]
+    """What was left out."""
+
+
+def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: Scene) -> DrawnTogether:
+    """Choose the channels of the picture that the scene wants; none where fewer than two show something.
+
+    Raises VP1245 for what cannot be drawn together.
+    """
+    if scene.together is None:
+        return DrawnTogether({}, ())
+    names = scene.together.transfers or tuple(plan.transfer_functions[0].name for plan in plans)
+    seen: dict[str, str] = {}
+    items: list[PlanItem] = []
+    for name in names:
+        plan, found = next(
+            (plan, each)
+            for plan, each in zip(plans, measured, strict=True)
+            if name in {function.name for function in plan.transfer_functions}
+        )
+        if plan.channel in seen:
+            _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
+        function = _function(plan, name)
+        low, high = found.statistics.minimum, found.statistics.maximum
+        if Table.exact(function).largest_extinction(low, high) > 0:
+            seen[plan.channel or ""] = name
+            continue
+        reason = f"{name} shows none of its values, {low:g} to {high:g}"
+        items.append(PlanItem(name=f"{scene.together.name}: channel {plan.channel}", kept=False, reason=reason))
+    if len(seen) < 2:
+        shown = ", ".join(seen.values()) or "none"
+        reason = f"fewer than two channels show something: {shown}"
+        return DrawnTogether({}, (*items, PlanItem(name=scene.together.name, kept=False, reason=reason)))
+    obstacle = next(_obstacles([plan for plan in plans if plan.channel in seen], scene), None)
+    if obstacle is not None:
+        _refuse(scene, obstacle)
+    return DrawnTogether(seen, tuple(items))
+
+
+def plan_together(
+    plans: Sequence[Plan], measured: Sequence[Measured], drawn: DrawnTogether, packing: PlanItem, scene: Scene
+) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
+    """Give the programs of the picture, where there is one, and what was decided.
+
+    `packing` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
+    """
+    if not drawn.transfers or scene.together is None:
+        return None, drawn.items
+    name = scene.together.name
+    group = [plan for plan in plans if plan.channel in drawn.transfers]
+    packed = bool(group[0].volumes[0].channels)
+    if not packed and group[0].volumes[0].mosaic is not None:
+        _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packing.reason}")
+    common = set.intersection(*({volume.level for volume in plan.volumes} for plan in group))
+    levels = [volume for volume in group[0].volumes if volume.level in common and _fits(group, volume.level)]
+    if not levels:
+        profile = group[0].profile
+        limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
+        _refuse(scene, f"at no level are there {limit} of profile {profile.name} enough for all channels")
+    programs = tuple(ray_casters(name, levels, scene.render))
+    item = PlanItem(
+        name=name,
+        kept=True,
+        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
+        f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
+        files=tuple(program.fragment for program in programs),
+    )
+    drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
+    founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
+    tables, skipping = _skipping(group, founds, drawn, drawable, scene)
+    together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs, skip_tables=tables)
+    return together, (*drawn.items, item, skipping)
+
+
+def _skipping(
+    group: Sequence[Plan],
+    founds: Mapping[str | None, Found],
+    drawn: DrawnTogether,
+    levels: Sequence[LevelPlan],
+    scene: Scene,
+) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
+    """Decide whether rays skip what all channels leave empty."""
+    name = scene.together.name if scene.together else ""
+    media = [(_function(plan, drawn.transfers[plan.channel or ""]), founds[plan.channel]) for plan in group]
+    tables, reason, size = skip_together(scene.skip, name, media, levels)
+    if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
+        tables, reason = (), "beside all channels there is no room for it"
+    files = tuple(table.file for table in tables)
+    item = PlanItem(name=f"skip table {name}", kept=bool(tables), reason=reason, files=files, size_bytes=size)
+    return tables, item
+
+
+def _function(plan: Plan, name: str) -> TransferFunction:
+    return next(function for function in plan.transfer_functions if function.name == name)
+
+
+def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
+    """What a decision about empty space rests on, of one channel."""
+    return Found(
+        profile=plan.profile,
+        crop=plan.crop,
+        grid=plan.grid,
+        quantize=plan.quantize,
+        entries=max(table.entries for table in plan.tables),
+        levels=plan.levels,
+        volumes=plan.volumes,
+        measured=measured,
+        editable=scene.editable,
+    )
+
+
+def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
+    if scene.render.lighting != "none":
+        yield "channels are lit by normals of their own, and where they overlap there is no common one"
+    if scene.render.classification not in {"lookup", "palette"}:
+        yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
+    labels = [str(plan.channel) for plan in group if plan.quantize.labels]
+    if labels:
+        yield f"{', '.join(labels)} holds labels, which are no densities"
+    if any(volume.bricks is not None for plan in group for volume in plan.volumes):
+        yield "levels are bricks, which are read for one channel"
+
+
+def _refuse(scene: Scene, reason: str) -> NoReturn:
+    name = scene.together.name if scene.together else ""
+    raise VolprepError("VP1245", path=scene.name, name=name, reason=reason)
+
+
+def _fits(group: Sequence[Plan], level: int, skip_bytes: int = 0) -> bool:
+    """Say whether a device holds a level of all channels, and their tables, at one time; with a skip table if any."""
+    profile = group[0].profile
+    # Channels that share texels have the same files.
+    sizes = {
+        volume.files: chain_bytes(plan.volumes, volume)
+        for plan in group
+        for volume in plan.volumes
+        if volume.level == level
+    }
+    each = [[size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups] for plan in group]
+    tables = [*(max(of_channel, default=0) for of_channel in each), skip_bytes]
+    units = sum(len(files) for files in sizes) + sum(1 for size in tables if size)
+    return units <= profile.texture_units and sum(sizes.values()) + sum(tables) <= profile.max_texture_bytes

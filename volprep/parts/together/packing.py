@@ -1,0 +1,144 @@
+"""Which channels share the texels of one texture, so that one fetch gives the values of all of them.
+
+They are separate data, side by side in a texel, not slices of one volume as in a mosaic of four channels. OpenGL ES 2.0
+has no texels of red and green alone: two channels are luminance and alpha there, which take half of the memory that
+RGBA would, and lose nothing, because both are fetched as they are.
+
+A software driver draws two channels together 1.3 times faster when they share texels, and four 1.6 to 1.9 times, but
+one of four alone in 1.1 to 1.4 times the time (tests/benchmarks/bench_channels.py): so channels share texels where they
+are drawn together.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from volprep.parts.levels.decision import by
+from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
+from volprep.parts.mosaic.packing import Packing
+from volprep.parts.texture.mipmaps import in_one_texture
+from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import TextureFormat
+from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.gl_formats import size_bytes
+
+_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
+_COMPONENTS = ("first", "second", "third", "fourth")
+_OF_ONE_CHANNEL = frozenset(("four channels", "several textures", "overlapping slices"))
+"""What is said of mosaics that hold one channel."""
+
+
+def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) -> tuple[list[Plan], PlanItem]:
+    """Put channels into common texels where that is wanted and possible; give the plans, and what was decided.
+
+    `together` names the channels that are drawn into one picture.
+    """
+    wanted = scene.textures.channels
+    group = [plan for plan in plans if wanted != "auto" or plan.channel in together]
+    names = tuple(plan.channel or "" for plan in group)
+    apart = sum(texture_bytes(volume) for plan in (group or plans) for volume in plan.volumes)
+    reason = "the scene keeps them apart" if wanted == "apart" else next(_obstacles(group), None)
+    volumes = [] if reason else [_packed(group, level, names, scene.mosaic.gutter) for level in group[0].levels]
+    if volumes and scene.textures.mipmaps:
+        levels, profile = group[0].levels, group[0].profile
+        volumes = in_one_texture(volumes, levels, profile, _beside(group, levels[0].index))
+    misfit = next((volume for volume in volumes if isinstance(volume, Misfit)), None)
+    if reason or misfit is not None:
+        reason = reason or f"packed they do not fit: {misfit.reason if misfit else ''}"
+        return list(plans), PlanItem(name="packed channels", kept=False, reason=reason, size_bytes=apart)
+    made = tuple(volume for volume in volumes if isinstance(volume, VolumePlan))
+    layout = "3D texture" if made[0].mosaic is None else mosaic_text(made[0].mosaic)
+    reason = f"one fetch from a {made[0].format} {layout} gives {', '.join(names)}; apart they take {apart} bytes"
+    item = PlanItem(
+        name="packed channels",
+        kept=True,
+        reason=reason,
+        files=tuple(dict.fromkeys(file for volume in made for file in volume.files)),
+        size_bytes=sum(texture_bytes(volume) for volume in made),
+    )
+    return [_with_volumes(plan, made) if plan in group else plan for plan in plans], item
+
+
+def _obstacles(group: Sequence[Plan]) -> Iterator[str]:
+    """Give what keeps channels from sharing texels, what matters most first; what follows rests on what went before."""
+    if len(group) < 2:
+        yield "each program draws one channel, and would fetch the others in vain"
+    if len(group) > len(_COMPONENTS):
+        yield f"a texel has {len(_COMPONENTS)} components, and there are {len(group)} channels"
+    if any(volume.format in BLOCKS for plan in group for volume in plan.volumes):
+        yield "compressed texels hold one channel"
+    differences = {
+        "bits": {str(plan.quantize.bits) for plan in group},
+        "levels": {", ".join(str(level.index) for level in plan.levels) for plan in group},
+    }
+    for what, found in differences.items():
+        if len(found) > 1:
+            yield f"their {what} differ: {' and '.join(sorted(found))}"
+    if any(volume.bricks is not None for plan in group for volume in plan.volumes):
+        yield "bricks hold one channel"
+    bits, profile = group[0].quantize.bits, group[0].profile
+    if bits > 8:
+        yield f"no profile has texels of {len(group)} components of {bits} bits"
+    if any(plan.quantize.labels for plan in group):
+        yield "labels are not filtered as values are"
+    if first_of(_FORMATS[len(group)], profile) is None:
+        yield f"profile {profile.name} has no texture format of {len(group)} components"
+
+
+def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gutter: int) -> VolumePlan | Misfit:
+    """Lay out a level of several channels, or say why it does not fit."""
+    profile, name = group[0].profile, f"packed-{level.index}"
+    texel = first_of(_FORMATS[len(names)], profile)
+    assert texel is not None  # noqa: S101 - that is no obstacle
+    beside = _beside(group, level.index)
+    layout = None
+    if group[0].volumes[0].mosaic is not None:
+        textures = max(1, min(profile.texture_units - beside.units, MOST_TEXTURES))
+        fit = mosaic_of(level, Packing(gutter=gutter, components=len(names)), textures, profile)
+        if isinstance(fit, Misfit):
+            return fit
+        layout = fit
+    textures_of = part_names(name, 1 if layout is None else layout.textures)
+    volume = VolumePlan(
+        level=level.index,
+        names=textures_of,
+        files=tuple(f"textures/{each}.ktx2" for each in textures_of),
+        format=texel,
+        shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
+        mosaic=layout,
+        channels=names,
+    )
+    return too_large(volume, profile, beside) or volume
+
+
+def _beside(group: Sequence[Plan], level: int) -> Beside:
+    """Give what a program that draws all channels samples beside their level: a table and the normals of each."""
+    units = size = 0
+    for plan in group:
+        tables = [size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups]
+        tables += [size_bytes(table.format, (1, table.entries, table.entries)) for table in plan.preintegrated]
+        normals = [] if plan.normals is None else [each for each in plan.normals.textures if each.level == level]
+        units += (1 if tables else 0) + sum(len(each.files) for each in normals)
+        size += max(tables, default=0)
+        if plan.normals is not None:
+            size += sum(size_bytes(plan.normals.format, each.shape_zyx) * len(each.files) for each in normals)
+    return Beside(units=units, bytes=size)
+
+
+def _with_volumes(plan: Plan, volumes: tuple[VolumePlan, ...]) -> Plan:
+    """Give the plan of a channel whose levels are in common textures."""
+    held = {f"level {volume.level}": volume for volume in volumes}
+    items = tuple(
+        _shared(plan, item, held[item.name]) if item.name in held else item
+        for item in plan.items
+        if item.name not in _OF_ONE_CHANNEL
+    )
+    return plan.model_copy(update={"volumes": volumes, "items": items})
+
+
+def _shared(plan: Plan, item: PlanItem, volume: VolumePlan) -> PlanItem:
+    place = _COMPONENTS[volume.channels.index(plan.channel or "")]
+    shape = by(plan.level(volume.level).shape_zyx)
+    reason = f"{shape} voxels in the {place} component of {', '.join(volume.names)}"
+    return item.model_copy(update={"reason": reason, "files": (), "size_bytes": 0})

@@ -1,0 +1,189 @@
+"""Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from volprep.parts.values.labels import LARGEST_LABEL
+from volprep.parts.values.window import Window, is_exact, windows
+from volprep.plan.probe import Array, Codes, PictureError, difference_of_views, picture, worst
+from volprep.plan.records import QuantizePlan
+from volprep.plan.room import has_exact_16_bits
+from volprep.scan.statistics import Measured
+from volprep.scene.scene import QuantizeSettings, Scene
+from volprep.transfer.table import Table
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+
+SHARE = 0.5
+"""Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
+TABLE_SHARE = 0.05
+"""Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
+_ENTRIES = (256, 512, 1024, 2048, 4096)
+"""Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
+_EDITABLE_ENTRIES = {8: 256, 16: 2048}
+"""Where functions may be edited, tables are as fine as texels: codes of 8 bits, and half floats, which have 11."""
+
+
+@dataclass(frozen=True)
+class ValueChoice:
+    """Codes and tables, and what they cost."""
+
+    quantize: QuantizePlan
+    """Bits and window."""
+    codes: Codes
+    """The same, with what texels make of them."""
+    entries: int
+    """Length of each lookup table."""
+    error: PictureError
+    """What codes and tables together change in the sample of rays, at worst over the transfer functions."""
+    narrow_error: PictureError | None
+    """What 8 bits would have changed, where 16 were chosen because of it."""
+    exact: bool
+    """Whether every stored value of the source has a code of its own."""
+
+
+class _Bench:
+    """The sample of rays with their true pictures, one for each transfer function."""
+
+    def __init__(
+        self,
+        measured: Measured,
+        spacing_mm_zyx: tuple[float, float, float],
+        functions: tuple[TransferFunction, ...],
+        between: SampleFilter,
+    ) -> None:
+        self._rays_zyx = measured.rays_zyx
+        self._spacing_mm_zyx = spacing_mm_zyx
+        self._between: SampleFilter = between
+        self._tables = [Table.exact(function) for function in functions]
+        self._truth = [self._pictures(self._rays_zyx, table) for table in self._tables]
+
+    def error(self, codes: Codes, entries: int) -> PictureError:
+        """Largest errors over the transfer functions."""
+        values = [codes.decoded(codes.texels(rays)) for rays in self._rays_zyx]
+        errors = [
+            difference_of_views(self._pictures(values, table.resampled(codes.window, entries)), truth)
+            for table, truth in zip(self._tables, self._truth, strict=True)
+        ]
+        return worst(errors)
+
+    def _pictures(self, rays_zyx: Sequence[Array], table: Table) -> list[Array]:
+        pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
+        return [picture(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
+
+
+def choose_values(
+    scene: Scene,
+    profile: DeviceProfile,
+    info: SourceInfo,
+    measured: Measured,
+    functions: tuple[TransferFunction, ...],
+) -> ValueChoice:
+    """Choose bits, window and length of the lookup tables.
+
+    Labels keep their value: 8 bits and a window from 0 to 255. Else 8 bits if, with the best window, they change the
+    pictures of the sample of rays by at most half of the scene's tolerance, or if the profile has no wider format; else
+    16. Where users may edit transfer functions, all values have codes, and 8 bits are enough only if they give every
+    stored value a code of its own. Raises VP3020 when the scene asks for bits that the profile does not have, VP3021
+    for a window without width, VP3025 for labels that are none.
+    """
+    settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
+    between: SampleFilter = "nearest" if scene.source.labels else "linear"
+    bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between)
+    half_floats = not has_exact_16_bits(profile)
+    lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
+
+    # An edited function may show any value.
+    shown = () if scene.editable else functions
+
+    def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
+        tried = [Codes(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]
+        # min keeps the first of equal ones: the widest.
+        return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
+
+    def enough(error: PictureError, codes: Codes) -> bool:
+        if scene.editable:
+            return is_exact(codes.bits, codes.window, info, measured.statistics)
+        return within_share(error, scene.tolerance)
+
+    trials: list[tuple[PictureError, Codes]] = []
+    for bits in _possible_bits(settings, profile):
+        trials.append(best_window(bits))
+        if enough(*trials[-1]):
+            break
+    error, codes = trials[-1]
+    narrow_error = trials[0][0] if codes is not trials[0][1] else None
+    if scene.editable:
+        entries = min(_EDITABLE_ENTRIES[codes.bits], lengths[-1])
+        error = bench.error(codes, entries)
+    else:
+        entries, error = _shortest_table(bench, codes, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
+    return ValueChoice(
+        quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
+        codes=codes,
+        entries=entries,
+        error=error,
+        narrow_error=narrow_error,
+        exact=scene.source.labels or is_exact(codes.bits, codes.window, info, measured.statistics),
+    )
+
+
+def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeSettings:
+    """Settings under which the code of a label is the label. Half floats have only 11 bits."""
+    low, high = measured.statistics.minimum, measured.statistics.maximum
+    if low < 0 or high > LARGEST_LABEL:
+        raise VolprepError("VP3025", problem=f"the values of the source reach from {low:g} to {high:g}")
+    if settings != QuantizeSettings():
+        raise VolprepError("VP3025", problem="the scene asks for other codes in quantize")
+    return QuantizeSettings(bits=8, window=(0.0, float(LARGEST_LABEL)))
+
+
+def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:
+    """Say whether the profile has a texture format for stored values of so many bits."""
+    if bits == 16 and has_exact_16_bits(profile):
+        return True
+    formats = {"LUMINANCE8", "RGBA8", "R8"} if bits == 8 else {"R16F"}
+    return not formats.isdisjoint(profile.texture_formats)
+
+
+def _possible_bits(settings: QuantizeSettings, profile: DeviceProfile) -> list[Literal[8, 16]]:
+    """Narrowest first."""
+    wanted: list[Literal[8, 16]] = [8, 16] if settings.bits == "auto" else [settings.bits]
+    possible = [bits for bits in wanted if has_bits(profile, bits)]
+    if not possible:
+        raise VolprepError(
+            "VP3020",
+            profile=profile.name,
+            bits=" or ".join(str(bits) for bits in wanted),
+            formats=", ".join(profile.texture_formats),
+        )
+    return possible
+
+
+def _windows(
+    settings: QuantizeSettings, bits: int, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
+) -> list[Window]:
+    if settings.window == "auto":
+        return windows(bits, info, measured.statistics, functions)
+    low, high = settings.window
+    if not low < high:
+        raise VolprepError("VP3021", low=low, high=high)
+    return [settings.window]
+
+
+def within_share(error: PictureError, tolerance: Tolerance) -> bool:
+    """Say whether an error is within the part of the tolerance that one decision may take."""
+    return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
+
+
+def _shortest_table(bench: _Bench, codes: Codes, lengths: list[int], largest_rmse: float) -> tuple[int, PictureError]:
+    for entries in lengths[:-1]:
+        error = bench.error(codes, entries)
+        if error.rmse <= largest_rmse:
+            return entries, error
+    return lengths[-1], bench.error(codes, lengths[-1])

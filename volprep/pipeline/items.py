@@ -1,0 +1,123 @@
+"""The plan as a list for people: what is kept or left out, why, what it costs, and the files it stands for."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from volprep.parts.bricks.decision import describe_bricks
+from volprep.parts.classification.decision import describe_tables
+from volprep.parts.levels.decision import by
+from volprep.parts.mosaic.decision import describe_mosaic, mosaic_text
+from volprep.parts.subvolumes.decision import describe_subvolumes
+from volprep.parts.texture.mipmaps import chain_bytes, describe_mipmaps
+from volprep.parts.values.items import Grounds, describe_border, describe_codes
+from volprep.plan.functions import describe_functions
+from volprep.plan.records import PREVIEW, Plan
+from volprep.plan.room import Misfit, texture_bytes
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.textures.block_formats import BLOCKS
+
+
+def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
+    """List every decision. Each file of the package is named by exactly one item that is kept."""
+    return (
+        *describe_border(plan, grounds),
+        *describe_codes(plan, grounds),
+        *_levels(plan, grounds),
+        *_layout(plan, grounds.scene),
+        *describe_mipmaps(plan.levels, plan.volumes),
+        *describe_bricks(plan.volumes, plan.profile),
+        *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
+        *describe_functions(grounds.scene, plan.transfer_functions),
+        *describe_tables(plan, grounds.tables),
+        _shaders(plan),
+        _ray_termination(plan, grounds),
+        PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,)),
+    )
+
+
+def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+    kept = {volume.level: volume for volume in plan.volumes}
+    for level, fit in zip(grounds.candidates, grounds.fits, strict=True):
+        shape = by(level.shape_zyx)
+        name = f"level {level.index}"
+        if level.index in kept:
+            volume = kept[level.index]
+            layout = "3D texture"
+            if volume.mosaic is not None:
+                layout = mosaic_text(volume.mosaic)
+            if volume.bricks is not None:
+                layout = f"3D texture of bricks, at most {by(volume.shape_zyx)} texels"
+            if volume.mipmap:
+                layout = f"mipmap of level {plan.volumes[0].level}"
+            yield PlanItem(
+                name=name,
+                kept=True,
+                reason=f"{shape} voxels as a {volume.format} {layout}",
+                files=() if volume.mipmap else volume.files,
+                size_bytes=0 if volume.mipmap else chain_bytes(plan.volumes, volume),
+            )
+            continue
+        texel_bytes = plan.quantize.bits // 8
+        reason = (
+            fit.reason
+            if isinstance(fit, Misfit)
+            else f"level {max(k for k in kept if k < level.index)} fits and is finer"
+        )
+        yield PlanItem(name=name, kept=False, reason=reason, size_bytes=math.prod(level.shape_zyx) * texel_bytes)
+    stored_bytes = np.dtype(grounds.info.stored_type).itemsize
+    yield PlanItem(
+        name="values of the source",
+        kept=False,
+        reason="shaders read the codes; validation reads the source itself",
+        size_bytes=math.prod(plan.grid.shape_zyx) * stored_bytes,
+    )
+
+
+def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
+    finest = plan.volumes[0]
+    size = texture_bytes(finest)
+    if finest.mosaic is None:
+        yield PlanItem(
+            name="mosaic", kept=False, reason=f"profile {plan.profile.name} has 3D textures", size_bytes=size
+        )
+    else:
+        yield PlanItem(
+            name="3D texture",
+            kept=False,
+            reason=_why_flat(plan),
+            size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
+        )
+        if finest.format in BLOCKS:
+            return
+        yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic, finest.filter)
+
+
+def _why_flat(plan: Plan) -> str:
+    if plan.profile.max_3d_texture_size:
+        return "levels are compressed, and most devices have no compressed 3D textures"
+    return f"profile {plan.profile.name} has none"
+
+
+def _shaders(plan: Plan) -> PlanItem:
+    files = {path for program in plan.programs for path in (program.vertex, program.fragment)}
+    technique = "3D texture" if plan.volumes[0].mosaic is None else "mosaic"
+    technique = technique if plan.volumes[0].bricks is None else "bricks"
+    return PlanItem(
+        name="shaders",
+        kept=True,
+        reason=f"ray casting through the {technique}, one program for each transfer function",
+        files=tuple(sorted(files)),
+    )
+
+
+def _ray_termination(plan: Plan, grounds: Grounds) -> PlanItem:
+    wanted = grounds.scene.render.opacity_cutoff
+    return PlanItem(
+        name="early ray termination",
+        kept=plan.render.opacity_cutoff is not None,
+        reason=f"the most opaque values, along the whole diagonal, give opacity {grounds.opacity:.6g}; "
+        f"the scene stops rays at {wanted:g}",
+    )

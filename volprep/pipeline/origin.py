@@ -1,0 +1,55 @@
+"""Where a package came from: a small file beside it, so that validation finds the source again.
+
+It stands beside the package and not in it, because a path may name a patient.
+"""
+
+import json
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from volprep.parts.levels.records import LevelChoice
+from volprep.plan.form_trial import FormTrial
+from volprep.scene.scene import Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.storage.files import output_errors, replace_file
+from volprep_formats.record import Record, problems
+
+
+class Origin(Record):
+    """What a package was built from."""
+
+    scene_path: str | None
+    """The scene file, absolute; none where the source was imported without a scene."""
+    scene: Scene
+    """The scene as it was then; the path of its source is absolute."""
+    levels: tuple[LevelChoice, ...] = ()
+    """How each level was made, what else was tried, and how long that took; without the tables."""
+    forms: tuple[FormTrial, ...] = ()
+    """Compressed forms that were tried, and what encoding each took."""
+
+
+def origin_path(package: Path) -> Path:
+    """Give the path of the origin of a package: NAME.volpkg.origin.json beside NAME.volpkg or NAME.volpkg.zip."""
+    return package.with_name(f"{package.name.removesuffix('.zip')}.origin.json")
+
+
+def write_origin(package: Path, origin: Origin) -> None:
+    """Write the origin beside where `package` is, or will be. Raises VP4020 where it cannot be written."""
+    path = origin_path(package)
+    text = json.dumps(origin.model_dump(mode="json"), indent=2, sort_keys=True) + "\n"
+    with output_errors(path):
+        replace_file(path, text.encode())
+
+
+def read_origin(package: Path) -> Origin | None:
+    """Read the origin beside a package, None if there is none. Raises VP4043 for a file that is wrong."""
+    path = origin_path(package)
+    try:
+        return Origin.model_validate_json(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise VolprepError("VP4043", path=path, problem=error.strerror) from error
+    except ValidationError as error:
+        raise VolprepError("VP4043", path=path, problem=problems(error)) from error

@@ -1,0 +1,85 @@
+"""One picture of a package, from the choice of a camera to the file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from volprep.parts.editing.inputs import edit_with
+from volprep.render.choose import renderer_of
+from volprep.scene.request import load_edit
+from volprep.truth.camera import Camera, standard_views, view_from
+from volprep.truth.picture import Background, encoded
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Vector
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.png import write_png
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What to draw, and how."""
+
+    view: str
+    """Name of a standard view; counts where there is no eye."""
+    eye_mm_xyz: Vector | None
+    """Where to look from, in the patient's space (LPS)."""
+    shape_hw: tuple[int, int]
+    """Height and width in pixels."""
+    background: Background
+    """What is behind the volume."""
+    level: int | None
+    """Level to draw; the finest if absent."""
+    point: int | None
+    """Point of the grid whose sub-volumes are drawn, in place of a level."""
+    transfer: str | None
+    """Transfer function to draw with; the first if absent."""
+    step_mm: float | None
+    """Distance of the samples; the package's own if absent."""
+    edit: Path | None = None
+    """File of a transfer function to draw in place of the package's."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What was drawn."""
+
+    level: int
+    """Level."""
+    drawn_by: str
+    """Program, or slices."""
+    driver: str
+    """Driver."""
+
+
+def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
+    """Draw a package to a PNG file.
+
+    Raises what `Package.open`, `renderer_of` and `load_edit` raise, VP5020 and VP5022 for an impossible camera, VP5021
+    where the file cannot be written.
+    """
+    if picture_path.suffix.lower() != ".png":
+        raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
+    package = Package.open(package_path)
+    grid = package.manifest.levels[0].grid
+    height, width = shot.shape_hw
+    camera = _camera(package.manifest, shot)
+    edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
+    with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
+        picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
+        taken = Taken(renderer.level.index, renderer.name, str(renderer.driver))
+    try:
+        write_png(picture_path, encoded(picture, shot.background))
+    except OSError as error:
+        raise VolprepError("VP5021", path=picture_path, error=error) from error
+    return taken
+
+
+def _camera(manifest: Manifest, shot: Shot) -> Camera:
+    grid = manifest.levels[0].grid
+    projection = manifest.render.projection if manifest.render else "orthographic"
+    if shot.eye_mm_xyz is not None:
+        return view_from(grid, shot.eye_mm_xyz, projection)
+    views = standard_views(grid, projection)
+    if shot.view not in views:
+        raise VolprepError("VP5022", name=shot.view, known=", ".join(views))
+    return views[shot.view]

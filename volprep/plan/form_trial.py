@@ -1,0 +1,22 @@
+"""Compressed forms that were tried: what the plan decides by, and the origin and the report tell."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from volprep_formats.package.parts.compression.record import CompressedForm
+from volprep_formats.package.values import Sha256
+
+
+class FormTrial(CompressedForm):
+    """A compressed form of the finest level that was tried."""
+
+    seconds: Annotated[float, Field(ge=0.0)] | None = None
+    """What encoding the level took; none where a sample was enough."""
+    key: Sha256 | None = None
+    """Digest of all that it depends on; none where a sample was enough, which is as quickly done again."""
+
+    @property
+    def as_record(self) -> CompressedForm:
+        """What a manifest says of it, whose bytes hang on no clock."""
+        return CompressedForm.model_validate(self.model_dump(exclude={"seconds", "key"}))

@@ -1,1 +1,0 @@
-"""Proxy geometry: a closed mesh around what a transfer function shows, at whose faces rays begin."""

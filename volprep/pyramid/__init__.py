@@ -1,1 +1,0 @@
-"""Coarser levels of a volume: the filters that make them."""

@@ -1,0 +1,47 @@
+"""volprep validate: measure a package and write the report."""
+
+from pathlib import Path
+
+from volprep.report.page import page
+from volprep.validation.folder import report_folder
+from volprep.validation.records import Report
+from volprep.validation.run import measure_package
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+
+
+def default_report_path(package: Path) -> Path:
+    """Give the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
+    path = package.resolve()
+    return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
+
+
+def validate(
+    path: Path, report_path: Path, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
+) -> Report:
+    """Validate the sealed package at `path`, and write the report to the folder `report_path`.
+
+    Parameters
+    ----------
+    path
+        The package.
+    report_path
+        Folder of the report. An older report there is replaced when the new one is whole.
+    source
+        The scan, or a scene that names it; without it the origin beside the package tells.
+    picture_size
+        Width and height of the pictures, at least 16; without it the scene tells.
+
+    Raises
+    ------
+    VolprepError
+        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
+        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
+        renderer raise. A package beyond the tolerance is no error here: the verdict says so.
+    """
+    if report_path.resolve().is_relative_to(path.resolve()):
+        raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
+    with report_folder(report_path) as folder:
+        report = measure_package(path, folder, progress, source=source, picture_size=picture_size)
+        folder.write(report, page(report))
+    return report

@@ -1,0 +1,1 @@
+"""A scan on its way in: slabs, statistics, repair, import."""

@@ -1,0 +1,145 @@
+"""What a user asks for on the command line: a scene whose paths are resolved, and the profile it names."""
+
+import math
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+from pydantic import ValidationError
+
+from volprep.scene.channels import with_listed_channels
+from volprep.scene.points import Measure, ScenePoint
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene, load_scene, read_toml
+from volprep.scene.transfer import SceneTransfer
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Statistics
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import problems
+from volprep_formats.source import SourceSpec
+from volprep_formats.transfer_files import read_transfer_file
+
+_NOTHING = ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A scene and a profile."""
+
+    scene: Scene
+    """The scene; the path of its source is absolute."""
+    profile: DeviceProfile
+    """Class of devices."""
+    scene_path: Path | None
+    """The scene file, absolute; None for a source without a scene."""
+
+    def with_source(self, **changes: object) -> Self:
+        """Give the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
+        if isinstance(self.scene.source.channels, tuple) and self.scene.source.channels:
+            raise VolprepError("VP1243", path=self.scene_path)
+        source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
+        return replace(self, scene=self.scene.model_copy(update={"source": source}))
+
+    def with_listed_channels(self) -> Self:
+        """Give the same request with "all" channels of a file listed. Raises what `with_listed_channels` does."""
+        return replace(self, scene=with_listed_channels(self.scene))
+
+
+def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:
+    """Read a scene and its profile. `profile` and `source`, if given, replace what the scene says.
+
+    A relative path in the scene starts at the scene's folder, one given here at the current folder. Raises VP3001 to
+    VP3003 for the scene, VP3042 for a file of a transfer function, VP3010 to VP3012 for the profile, VP1243 for a
+    source in place of several.
+    """
+    scene = load_scene(scene_path)
+    base = scene_path.absolute().parent
+    functions = tuple(_without_file(transfer, base) for transfer in scene.transfer)
+    resolved = scene.model_copy(update={"source": at_place(scene.source, base, source), "transfer": functions})
+    device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
+    return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+
+
+def load_edit(path: Path, grid: Grid) -> TransferFunction:
+    """Read an edited transfer function: a TOML file with what a [[transfer]] of a scene has, for the box of `grid`.
+
+    Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value, VP3042 for one of another
+    program that it names.
+    """
+    table = read_toml(path)
+    try:
+        transfer = _without_file(SceneTransfer.model_validate({"name": "edited", **table}), path.absolute().parent)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+    if transfer.wish.values == "range":
+        raise VolprepError("VP3003", path=path, problems="values: places in the range need the scan, give values")
+    return transfer.resolved(Measure(0.0, 1.0, math.hypot(*grid.extent_mm_zyx)))
+
+
+def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
+    """Give a transfer function with the points of its file in place of the file's name."""
+    if transfer.file is None:
+        return transfer
+    points = tuple(
+        ScenePoint(value=point.value, colour=point.colour, opacity=point.opacity)
+        for point in read_transfer_file(base / transfer.file)
+    )
+    wishes = {"name": transfer.name, "channel": transfer.channel, "reference_share": transfer.reference_share}
+    if transfer.reference_share is None:
+        wishes["reference_mm"] = transfer.reference_mm or 1.0
+    return SceneTransfer.model_validate({**wishes, "points": points})
+
+
+def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
+    """Give a source with absolute paths: those of the scene start at `base`, and `instead` replaces the only one.
+
+    Raises VP1243 where there are several.
+    """
+    if spec.channels and spec.channels != "all":
+        if instead is not None:
+            raise VolprepError("VP1243", path=instead)
+        listed = tuple(each.model_copy(update={"path": str(base / each.path)}) for each in spec.channels)
+        return spec.model_copy(update={"channels": listed})
+    where = instead.absolute() if instead is not None else base / spec.path
+    return spec.model_copy(update={"path": str(where)})
+
+
+def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
+    """Read a scene as `load_request` does, or, where `path` is no TOML file, make one for the scan that it is.
+
+    Raises what `load_request` raises, and VP3004 for a `source` in place of that of a scan without a scene.
+    """
+    if path.suffix == ".toml":
+        return load_request(path, profile, source)
+    if source is not None:
+        raise VolprepError("VP3004", path=path)
+    return request_for_source(path, profile)
+
+
+def request_for_source(source: Path, profile: str | None = None) -> Request:
+    """Make a scene for a source that has none; its transfer function follows when the source has been measured."""
+    name = re.sub(r"[^a-z0-9_-]+", "-", source.stem.lower()).strip("-_") or "volume"
+    scene = Scene(
+        name=name,
+        source=SourceSpec(path=str(source.absolute())),
+        transfer=(
+            SceneTransfer(name="grey", points=(ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)),
+        ),
+    )
+    return Request(scene=scene, profile=load_profile(profile or scene.profile, Path.cwd()), scene_path=None)
+
+
+def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:
+    """Give the scene a transfer function that shows anything: from nothing and black to dense and white.
+
+    The largest value is opaque (1 - exp(-5)) after a tenth of the diagonal.
+    """
+    dense_per_mm = 50 / math.hypot(*grid.extent_mm_zyx)
+    points = (
+        ScenePoint(value=statistics.minimum, colour="#000000", extinction_per_mm=0.0),
+        ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=dense_per_mm),
+    )
+    return scene.model_copy(update={"transfer": (SceneTransfer(name="grey", points=points),)})

@@ -1,0 +1,362 @@
+"""A scene: what the user wants, as one short TOML file."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from volprep.scene.transfer import SceneTransfer
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import LevelFilter, Projection, Tolerance
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.parts.proxy.record import ProxyForm
+from volprep_formats.package.parts.skip.record import SkipKind
+from volprep_formats.package.parts.slices.record import StackAxis
+from volprep_formats.package.program import ClassificationName, Lighting
+from volprep_formats.package.texture import MosaicOrder
+from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.record import Record, problems
+from volprep_formats.source import SourceSpec
+
+
+class QuantizeSettings(Record):
+    """How physical values become stored values."""
+
+    bits: Literal["auto", 8, 16] = "auto"
+    """Bits of a stored value; "auto" takes 8 unless that breaks the scene's tolerance."""
+    window: Literal["auto"] | tuple[float, float] = "auto"
+    """Physical values of the smallest and largest code; "auto" takes the values that the transfers tell apart."""
+
+
+class PyramidSettings(Record):
+    """Coarser levels."""
+
+    coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
+    """Levels are added until the longest axis has at most this many voxels."""
+    filter: Literal["auto"] | LevelFilter = "auto"
+    """Filter that makes a level from level 0; "auto" makes each level by several and takes the one whose pictures come
+    nearest to those of level 0, and "mode" for labels."""
+
+
+class MosaicSettings(Record):
+    """How slices are put into 2D textures, for devices without 3D textures."""
+
+    order: Literal["auto"] | MosaicOrder = "auto"
+    """Which slices share a texel where one channel is not enough; "auto" takes what was measured to be fastest."""
+    gutter: Annotated[int, Field(ge=0, le=16)] = 0
+    """Texels around each tile that repeat its edge. With 0 the shader clamps positions, and no texel is lost."""
+
+
+Compression = Literal["eac", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8"]
+
+
+class TextureSettings(Record):
+    """How textures of levels are stored."""
+
+    compression: Literal["none", "auto"] | Compression = "none"
+    """Whether levels are compressed. They are mosaics then, also where the profile has 3D textures, because devices
+    compress no 3D textures: a sample takes two fetches instead of one, and half the memory or less. "eac" takes 4 bits
+    for a voxel, "etc2" 2 for four slices together, "astc-4x4" to "astc-8x8" 8 to 2. A form that changes pictures by
+    more than half of the tolerance is left out. "auto" takes the smallest that does not. "none" is the default because
+    a device that has the memory draws 3D textures faster and exactly."""
+    channels: Literal["auto", "packed", "apart"] = "auto"
+    """Whether several channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all.
+    "auto": those that are drawn together. "packed": all, for an app with shaders of its own. "apart": none, so that a
+    device holds only the channel that it draws."""
+    mipmaps: bool = False
+    """Whether the levels are mipmaps of one 3D texture, so that an app chooses the level for each draw or each sample,
+    also between two, and without binding another texture. Every level halves all axes then; without mipmaps thick
+    slices are halved later than rows and columns."""
+
+
+class NormalSettings(Record):
+    """Directions of gradients, for shaders that light what they draw."""
+
+    kernel: GradientKernel = "thesis"
+    """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans (1.9° and 1.8° off on a shell
+    with 2 % noise, "central" 4.7°), and of the two "thesis" is the truer one on clean data; "isotropic" is the truest
+    there."""
+    code: NormalCode = "biased8"
+    """What the bytes mean. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes, OpenGL
+    ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more exact."""
+    magnitude: bool = False
+    """Whether one more byte holds the length of the gradient."""
+    space: NormalSpace = "box"
+    """Axes of the vectors. "box": the volume's, in which shaders have rays and positions, so that none needs a matrix.
+    "patient": the patient's (LPS), for an app that lights several volumes in one space."""
+
+
+class RenderWishes(Record):
+    """How the scene is to be drawn."""
+
+    classification: ClassificationName = "lookup"
+    """What becomes a colour: "lookup" each sample, by a lookup table; "preintegrated" each segment between two
+    samples, by a table of segments, which needs far fewer of them; "palette" each sample, by few constants of the
+    shader, without a texture; "preclassified" no sample, because the voxels of the package are colours."""
+    palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
+    """Entries of a palette."""
+    step_voxels: Annotated[float, Field(gt=0.0)] | None = None
+    """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
+    absent 0.5, or 1 between the ends of pre-integrated segments."""
+    opacity_cutoff: Fraction = 0.998
+    """A ray stops when its opacity passes this. What is left behind 0.998 rounds to nothing in 8 bits."""
+    projection: Projection = "orthographic"
+    """Projection of the standard views."""
+    lighting: Lighting = "none"
+    """"headlight": diffuse light from where the viewer is. It needs normals, which the package then has."""
+    picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
+    """Width and height of the pictures that validation compares."""
+
+    @property
+    def step_or_default_voxels(self) -> float:
+        """Distance of the samples in voxels, whoever chose it."""
+        if self.step_voxels is not None:
+            return self.step_voxels
+        return 1.0 if self.classification == "preintegrated" else 0.5
+
+
+class GridSettings(Record):
+    """Level 0 in sub-volumes, for scans that a device cannot hold at full resolution."""
+
+    size: Annotated[int, Field(ge=2, le=2048)] = 128
+    """Largest number of voxels of a sub-volume along an axis; neighbours share one layer."""
+    layout: Literal["files", "single", "both"] = "files"
+    """"files": a file for each sub-volume. "single": the whole level in one file, of which any box can be read by
+    seeking. "both": both."""
+
+
+class BrickSettings(Record):
+    """Levels as bricks in one 3D texture.
+
+    Those of which nothing is seen take no memory; a brick holds all voxels that a filter reads for a position in it.
+    """
+
+    size: Annotated[int, Field(ge=1, le=1024)] = 32
+    """Cells along an edge of a brick. Small ones leave out more, and repeat more of what they share: 8 cells take 9³
+    texels, 42 % more than they are, 32 cells 10 %."""
+    reach: Annotated[int, Field(ge=1, le=16)] = 1
+    """Voxels on each side of a position that the filter of an app's shader reads: 1 for linear ones, 2 for cubic ones
+    and for differences of neighbours, 3 for Lanczos-3."""
+
+
+class SliceSettings(Record):
+    """Stacks of slices, for devices of OpenGL ES 1.1, which draw textured polygons and have no shaders."""
+
+    form: Literal["palette", "rgba"] = "palette"
+    """"palette": a byte for each voxel, and the colours of a palette for each stack. "rgba": four bytes, for drivers
+    that expand palettes; the colours are the same where the palette has 256."""
+    palette_entries: Annotated[int, Field(ge=2, le=256)] = 256
+    """Colours of a palette. There are 256 codes: with as many colours nothing is lost."""
+    stacks: Annotated[tuple[StackAxis, ...], Field(min_length=1, max_length=3)] = ("x", "y", "z")
+    """Axes that have a stack. Of those there are, the one that faces the viewer most is drawn: one alone takes a third
+    of the memory, and shows nothing from the side."""
+
+
+class SkipSettings(Record):
+    """Empty-space skipping: rays jump over blocks of which the transfer function shows nothing."""
+
+    kind: Literal["auto", "none"] | SkipKind = "auto"
+    """What a table says of a block. "auto" takes what was measured to be fastest, and only for transfer functions that
+    leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the longest axis and
+    only where the 26 neighbours are empty too. "distance": how many blocks around are. "octants": the same for each of
+    eight directions. "pyramid": the largest empty cell of a pyramid that holds it. "euclidean": the radius of the
+    largest empty sphere. "none": no table."""
+    block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
+    """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that skipping may take from a ray: what is fainter counts as empty."""
+    ranges: bool = False
+    """Whether the package also holds the least and greatest value of each block, for an app whose users change the
+    transfer function: it makes new tables from them."""
+
+
+class ProxySettings(Record):
+    """Proxy geometry: closed meshes around what transfer functions show, at whose faces rays begin."""
+
+    form: ProxyForm = "merged"
+    """What a mesh follows. "blocks": the outer faces of all blocks that are not empty, two triangles for each.
+    "merged": the same faces, merged into rectangles. "convex": their convex hull, and "box" their bounding box, which
+    have few triangles and no hollows."""
+    block: Annotated[int, Field(ge=1, le=256)] = 8
+    """Cells along an edge of a block."""
+    epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Largest opacity that it may take from a ray: what is fainter counts as empty."""
+    transfers: tuple[str, ...] = ()
+    """Transfer functions that get meshes; all if absent."""
+    levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
+    """Levels that get meshes; all if absent."""
+    draco: Literal["auto", "none"] = "auto"
+    """"auto": Draco compression where the bytes saved outweigh the decoder; "none" for readers that have none."""
+
+
+class TogetherSettings(Record):
+    """One picture of several channels: extinctions add, and each channel gives light as its extinction does."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")] = "together"
+    """Name of the picture."""
+    transfers: tuple[str, ...] = ()
+    """Transfer functions that are drawn together, each of another channel; if absent the first one of each channel."""
+
+
+class Scene(Record):
+    """What to make of which scan."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+    """Name of the package; lower-case letters, digits, - and _."""
+    profile: str = "gles3"
+    """Class of devices: a built-in profile, or the path of a TOML file beside the scene."""
+    source: SourceSpec
+    """Where the scan is."""
+    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1)]
+    """Transfer functions; the first is the default."""
+    crop: Literal["auto", "none"] = "auto"
+    """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
+    users change the transfer function."""
+    editable: bool = False
+    """Whether users of the app may edit transfer functions. Then nothing but tables rests on what these are now: the
+    whole scan is kept, all its values have codes, and the package holds what makes tables of levels and of empty space
+    anew."""
+    quantize: QuantizeSettings = QuantizeSettings()
+    """How physical values become stored values."""
+    pyramid: PyramidSettings = PyramidSettings()
+    """Coarser levels."""
+    grid: GridSettings | None = None
+    """Level 0 in sub-volumes, too; none if absent."""
+    bricks: BrickSettings | None = None
+    """Levels as bricks; whole textures if absent."""
+    mosaic: MosaicSettings = MosaicSettings()
+    """How slices are put into 2D textures, for devices without 3D textures."""
+    textures: TextureSettings = TextureSettings()
+    """How textures of levels are stored."""
+    skip: SkipSettings = SkipSettings()
+    """Empty-space skipping."""
+    proxy: ProxySettings | None = None
+    """Proxy geometry; none if absent."""
+    together: TogetherSettings | None = None
+    """One picture of several channels; if absent each is drawn for itself alone."""
+    slices: SliceSettings | None = None
+    """Stacks of slices, which are what a profile of OpenGL ES 1.1 has; the settings' defaults if absent."""
+    normals: NormalSettings | None = None
+    """Normals, whether or not lighting needs them; if absent, only where it does."""
+    render: RenderWishes = RenderWishes()
+    """How the scene is to be drawn."""
+    tolerance: Tolerance = Tolerance()
+    """Largest error of a standard view against the oracle."""
+
+    @model_validator(mode="after")
+    def _lighting_has_normals_along_the_box(self) -> Self:
+        if self.render.lighting != "none" and self.normals is not None and self.normals.space != "box":
+            msg = f"render.lighting reads normals along the volume's axes, but normals.space is {self.normals.space}"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _mipmaps_are_alone(self) -> Self:
+        if self.textures.mipmaps and self.textures.compression != "none":
+            msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
+            raise ValueError(msg)
+        if self.textures.mipmaps and self.render.lighting != "none":
+            msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _bricks_are_of_values(self) -> Self:
+        others = {
+            "textures.mipmaps": self.textures.mipmaps,
+            "textures.compression": self.textures.compression != "none",
+            "render.lighting": self.render.lighting != "none",
+            "render.classification preclassified": self.render.classification == "preclassified",
+        }
+        if self.bricks is not None and any(others.values()):
+            msg = f"bricks do not go with {', '.join(name for name, wanted in others.items() if wanted)}"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _transfers_have_names_of_their_own(self) -> Self:
+        names = [transfer.name for transfer in self.transfer]
+        for name in names:
+            if names.count(name) > 1:
+                msg = f"{names.count(name)} transfer functions have the name {name}"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _meshes_are_for_transfers_that_are_there(self) -> Self:
+        unknown = set(self.proxy.transfers if self.proxy else ()) - {transfer.name for transfer in self.transfer}
+        if unknown:
+            msg = f"proxy.transfers names {', '.join(sorted(unknown))}, which is no transfer function of the scene"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _what_is_drawn_together_is_there(self) -> Self:
+        if self.together is None:
+            return self
+        channels = {transfer.name: transfer.channel for transfer in self.transfer}
+        wanted = self.together.transfers
+        unknown = ", ".join(name for name in wanted if name not in channels)
+        if not self.source.channels:
+            msg = "together draws several channels, and the source has one"
+        elif self.together.name in channels:
+            msg = f"together has the name {self.together.name}, as a transfer function has"
+        elif unknown or len(wanted) == 1:
+            msg = f"together.transfers names {unknown or 'one'}, not several transfer functions of the scene"
+        else:
+            return self
+        raise ValueError(msg)
+
+    @model_validator(mode="after")
+    def _transfers_have_channels_that_are_there(self) -> Self:
+        channels = self.source.channels
+        if channels == "all":
+            return self
+        names = [channel.name for channel in channels]
+        for transfer in self.transfer:
+            if transfer.channel is not None and transfer.channel not in names:
+                there = ", ".join(names) or "none"
+                msg = f"transfer function {transfer.name} is for channel {transfer.channel}; the source has: {there}"
+                raise ValueError(msg)
+        return self
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene file.
+
+    Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value.
+    """
+    table = read_toml(path)
+    try:
+        return Scene.model_validate(table)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+
+
+def read_toml(path: Path) -> dict[str, object]:
+    """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is none."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise VolprepError("VP3001", path=path, error=error.strerror) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise VolprepError("VP3002", path=path, error=error) from error
+
+
+_MAY_LACK = {"grid": GridSettings, "normals": NormalSettings, "proxy": ProxySettings, "slices": SliceSettings}
+
+
+def changed(scene: Scene, verb: str, **wishes: object) -> Scene:
+    """Change keys of the table that a verb's options belong to; a scene without it gets it. None leaves a key as it is.
+
+    Raises VP3003, which names the verb, for a wrong wish.
+    """
+    table = "render" if verb == "transfer" else verb
+    before = getattr(scene, table) or _MAY_LACK[table]()
+    given = {key: wish for key, wish in wishes.items() if wish is not None}
+    try:
+        after = type(before).model_validate(before.model_dump() | given)
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=f"volprep {verb}", problems=problems(error)) from error
+    return scene.model_copy(update={table: after})

@@ -1,0 +1,56 @@
+"""What a scene says of a transfer function: points of its own, a preset, or a file of another program."""
+
+from typing import Annotated, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from volprep.scene.points import ANY_SCAN, Measure, TransferWish
+from volprep.scene.presets import load_preset
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import problems
+from volprep_formats.source import ChannelName
+
+
+class SceneTransfer(TransferWish):
+    """A transfer function: a preset, a file, or points."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
+    """Name, unique in the scene; lower-case letters, digits, - and _. A preset without a name has its own."""
+    channel: ChannelName | None = None
+    """Channel whose values it maps, where the source has several; the first if absent."""
+    preset: str | None = None
+    """A transfer function that comes with volprep; volprep transfer --help lists them."""
+    file: str | None = None
+    """File of 3D Slicer (.vp), ParaView (.json) or ITK-SNAP (labels, .txt); relative to the scene. Its opacities are
+    those of reference_mm, 1 if absent."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _preset_names(cls, data: object) -> object:
+        if isinstance(data, dict) and "name" not in data and isinstance(data.get("preset"), str):
+            return {**data, "name": data["preset"]}
+        return data
+
+    @model_validator(mode="after")
+    def _is_a_function(self) -> Self:
+        ways = [self.preset is not None, self.file is not None, bool(self.points)]
+        if sum(ways) != 1:
+            msg = "it needs points, or a preset, or a file: one of them"
+            raise ValueError(msg)
+        if self.file is None:
+            try:
+                self.resolved(ANY_SCAN)
+            except ValidationError as error:
+                raise ValueError(problems(error)) from error
+        return self
+
+    @property
+    def wish(self) -> TransferWish:
+        """The points and what their numbers mean, from wherever they come. Raises ValueError for an unknown preset."""
+        if self.preset is None:
+            return self
+        return load_preset(self.preset)
+
+    def resolved(self, measure: Measure = ANY_SCAN) -> TransferFunction:
+        """Give the function over physical values; `measure` counts where the numbers are relative to the scan."""
+        return self.wish.function(self.name, measure)

@@ -1,0 +1,1 @@
+"""Everything that makes shader text: techniques and parts in GLSL, composed into programs."""

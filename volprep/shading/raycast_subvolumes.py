@@ -1,0 +1,32 @@
+"""Ray casting through the eight sub-volumes around a point of the grid, OpenGL ES 3.0.
+
+In the Big Volume Renderer (Schultz and Bailey, 7.3.3) the eight pieces share no voxels, and each is stretched over half
+of the texture coordinates, so that the outer half voxels of neighbours clamp against each other: a seam. Here a
+position lies between voxels that one piece holds.
+"""
+
+from volprep.shading.compose import literal
+from volprep.shading.raycast import Sampling
+from volprep_formats.package.program import Sampler, Uniform, UniformSource
+
+PIECES = 8
+_VECTORS: dict[str, UniformSource] = {
+    "u_split": "split_voxel",
+    "u_low_start": "low_start_voxel",
+    "u_low_size": "low_size_voxels",
+    "u_high_start": "high_start_voxel",
+    "u_high_size": "high_size_voxels",
+    "u_box_low_mm": "block_low_mm",
+    "u_box_high_mm": "block_high_mm",
+}
+
+
+def sampling(spacing_mm_zyx: tuple[float, float, float]) -> Sampling:
+    """How level 0 of this spacing is read."""
+    return Sampling(
+        dialect="es300",
+        parts={"sampling": "sample_subvolumes", "box": "box_between"},
+        constants={"VOXELS_PER_MM": literal(*(1 / spacing for spacing in spacing_mm_zyx[::-1]))},
+        uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
+        samplers=tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES)),
+    )

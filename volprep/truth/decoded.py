@@ -1,0 +1,162 @@
+"""What a package itself says: the values of a level and the transfer function of a lookup table, as an app gets them.
+
+Everything comes from the texture files, nothing from the scan, so that the oracle can tell the error of the data and
+of the table from the renderer's.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.truth.normal_codes import interpolated
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.manifest import Manifest, Quantization
+from volprep_formats.package.palette import Palette
+from volprep_formats.package.parts.normals.record import GradientKernel
+from volprep_formats.package.reader import Package
+from volprep_formats.package.tables import table_for
+from volprep_formats.package.texture import Texture
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.textures import ktx2
+
+_ROOT_STEP = 0.002
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A scalar field on a grid: physical = slope · stored + intercept, trilinear between voxel centres, or labels."""
+
+    stored: NDArray[np.generic]
+    """Stored values, [z, y, x]."""
+    grid: Grid
+    """Positions of the voxels."""
+    slope: float
+    """physical = slope · stored + intercept."""
+    intercept: float
+    """physical = slope · stored + intercept."""
+    nearest: bool = False
+    """Whether the field is constant in each voxel, as labels are."""
+    normals: GradientKernel | NDArray[np.float32] | None = None
+    """Where it is lit: the kernel that measures its gradients, or a vector for each voxel, [z, y, x, (x, y, z)]."""
+
+
+def holds_labels(manifest: Manifest) -> bool:
+    """Say whether the voxels of a package of one channel are labels, which it samples without mixing them."""
+    return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
+
+
+def kernel_of_light(manifest: Manifest) -> GradientKernel | None:
+    """Give the kernel of the normals by which programs light what they draw; None where they do not."""
+    if all(program.lighting == "none" for program in manifest.programs):
+        return None
+    return next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
+
+
+def level_volume(package: Package, level: int) -> Volume:
+    """Decode the texture of `level`: slices taken out of their mosaic, stored values as the manifest maps them."""
+    manifest = package.manifest
+    texels = level_texels(package, level)
+    quantization = _quantization(package)
+    grid = next(item.grid for item in manifest.levels if item.index == level)
+    # Half floats hold normalised stored values; integers hold the stored values themselves.
+    scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
+    stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
+    return Volume(
+        np.ascontiguousarray(stored),
+        grid,
+        quantization.slope * scale,
+        quantization.intercept,
+        holds_labels(manifest),
+        None if kernel_of_light(manifest) is None else _level_normals(package, level),
+    )
+
+
+def _level_normals(package: Package, level: int) -> NDArray[np.float32]:
+    """Decode the normals of `level`, as long as their codes make them."""
+    textures = package.manifest.textures
+    code = next(each.normals.code for each in textures if each.level == level and each.normals is not None)
+    octets = np.asarray(level_texels(package, level, "normals"), np.uint8)
+    return np.ascontiguousarray(interpolated(octets, code))
+
+
+def own_table(package: Package, transfer: str, level: int) -> bool:
+    """Say whether `level` has a lookup table of its own for `transfer`."""
+    texture = table_for(package.manifest.textures, "transfer", transfer, level)
+    return texture is not None and texture.level is not None
+
+
+def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
+    """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
+
+    `level` may have a table of its own. A pre-integrated table stands for the function itself. 8-bit tables hold the
+    square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
+    that miss it by at most a millionth of the largest extinction.
+    """
+    manifest = package.manifest
+    palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
+    if palette is not None:
+        return _palette_function(palette, _quantization(package).window)
+    texture = table_for(manifest.textures, "transfer", transfer, level)
+    if texture is None:
+        return next(function for function in manifest.transfer_functions if function.name == transfer)
+    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
+    entries = image.data.reshape(-1, 4)
+    quantization = _quantization(package)
+    if entries.dtype.kind != "f":
+        values, colours, extinctions = _from_roots(entries, texture)
+    else:
+        values = np.linspace(0.0, 1.0, len(entries))
+        colours, extinctions = entries[:, :3].astype(np.float64), entries[:, 3].astype(np.float64)
+    physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
+    points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
+    return TransferFunction(
+        name=transfer,
+        points=tuple(
+            TransferPoint(value=value, colour=(red, green, blue), extinction_per_mm=extinction)
+            for value, (red, green, blue), extinction in points
+        ),
+    )
+
+
+def _palette_function(palette: Palette, window: tuple[float, float]) -> TransferFunction:
+    """Steps: each entry is for the values nearest to it."""
+    low, high = window
+    last = len(palette.entries) - 1
+    points = []
+    for index, entry in enumerate(palette.entries):
+        ends = [low + (index + side) / last * (high - low) for side in (-0.5, 0.5)]
+        points += [
+            TransferPoint(value=value, colour=entry.colour, extinction_per_mm=entry.extinction_per_mm) for value in ends
+        ]
+    return TransferFunction(name=palette.transfer, points=tuple(points))
+
+
+def _from_roots(
+    entries: NDArray[np.generic], texture: Texture
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Give normalised values, colours and extinctions at the entries, and between them where the roots differ."""
+    colours_and_roots = entries.astype(np.float64) / 255.0
+    at_entries = np.linspace(0.0, 1.0, len(entries))
+    # A chord of the square of a root that changes by d misses it by d²/4 at most: 0.002 gives a millionth.
+    pieces = np.maximum(np.ceil(np.abs(np.diff(colours_and_roots[:, 3])) / _ROOT_STEP), 1).astype(int)
+    between = [
+        np.linspace(low, high, n, endpoint=False) for (low, high), n in zip(pairwise(at_entries), pieces, strict=True)
+    ]
+    values = np.concatenate([*between, at_entries[-1:]])
+    fine = np.column_stack([np.interp(values, at_entries, channel) for channel in colours_and_roots.T])
+    return values, fine[:, :3], (texture.max_extinction_per_mm or 0.0) * fine[:, 3] ** 2
+
+
+def _quantization(package: Package) -> Quantization:
+    quantization = package.manifest.quantization
+    if quantization is None:
+        raise VolprepError("VP4011", path=package.path, problem="a sealed package without a quantization")
+    return quantization
+
+
+def _largest_code(quantization: Quantization) -> float:
+    return float(2**quantization.bits - 1)

@@ -1,0 +1,51 @@
+"""What the bytes of normals mean: the decoder that shaders have, in NumPy.
+
+Codes of two numbers are the octahedron unfolded into a square (Meyer et al. 2010, Cigolle et al. 2014). Byte 0 of them
+is free for "no gradient", because a number from -1 to 1 goes to 1 to 255.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, NormalCode
+
+LARGEST_LENGTH: dict[NormalCode, int] = {"biased8": 255, "snorm8": 127, "oct8": 255, "oct12": 255}
+"""Code of the longest gradient."""
+
+
+def interpolated(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float32]:
+    """Give the vectors [..., 3] of codes [..., bytes] as a filter mixes them, where it may: about 1 long."""
+    if code == "biased8":
+        return ((octets[..., :3].astype(np.float32) - 128) / np.float32(127)).astype(np.float32)
+    if code == "snorm8":
+        return octets[..., :3].view(np.int8).astype(np.float32) / np.float32(127)
+    return decoded(octets, code).astype(np.float32)
+
+
+def decoded(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float64]:
+    """Give the unit vectors [..., 3] of codes [..., bytes]; the zero vector where there is no gradient."""
+    numbers = octets.astype(np.int64)
+    if code == "biased8":
+        return _unit((numbers[..., :3] - 128) / 127)
+    if code == "snorm8":
+        return _unit(octets[..., :3].view(np.int8) / 127)
+    if code == "oct8":
+        square = (numbers[..., :2] - 128) / 127
+    else:
+        low, middle, high = np.moveaxis(numbers[..., :3], -1, 0)
+        square = (np.stack([low + (middle & 15) * 256, (middle >> 4) + high * 16], axis=-1) - 2048) / 2047
+    return np.where((numbers[..., : DIRECTION_BYTES[code]] == 0).all(axis=-1)[..., None], 0.0, _folded(square))
+
+
+def _folded(square: NDArray[np.float64]) -> NDArray[np.float64]:
+    u, v = square[..., 0], square[..., 1]
+    height = 1 - np.abs(u) - np.abs(v)
+    # Outside the inner diamond is the lower half, folded outwards.
+    over = np.maximum(-height, 0)
+    return _unit(np.stack([u - np.copysign(over, u), v - np.copysign(over, v), height], axis=-1))
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: NDArray[np.float64] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return unit

@@ -1,0 +1,44 @@
+"""Whether a package may ship: every view of every program within the scene's tolerance."""
+
+from collections.abc import Sequence
+
+from volprep.plan.form_trial import FormTrial
+from volprep.validation.records import ErrorNumbers, ProgramResult, Verdict
+from volprep_formats.package.manifest import Tolerance
+
+# A tolerance of 0 asks for equality; float32 pictures cannot tell less than this apart.
+_SMALLEST_TOLERANCE = 1e-7
+
+
+def passes(total: ErrorNumbers, tolerance: Tolerance) -> bool:
+    """Tell whether one view's total error is within the tolerance, in rmse and in maximum."""
+    return total.rmse <= tolerance.rmse and total.maximum <= tolerance.maximum
+
+
+def share_of(total: ErrorNumbers | FormTrial, tolerance: Tolerance) -> float:
+    """Give the error over the tolerance, the larger of rmse's and maximum's; above 1 is beyond it."""
+    return max(
+        total.rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),
+        total.maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE),
+    )
+
+
+def judge(programs: Sequence[ProgramResult], tolerance: Tolerance) -> Verdict:
+    """Judge all views of `programs` (at least one view) and name the worst. Of equals the first is the worst."""
+    views = [(program.program, view) for program in programs for view in program.views]
+    worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
+    failed = sum(not view.passed for _, view in views)
+    changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
+    return Verdict(
+        passed=failed == 0 and not changed,
+        views=len(views),
+        failed=failed,
+        changed=changed,
+        worst_program=worst_program,
+        worst_view=worst.view,
+        worst_rmse=worst.total.rmse,
+        worst_maximum=worst.total.maximum,
+        worst_data_rmse=worst.data.rmse,
+        worst_drawing_rmse=worst.drawing.rmse,
+        share=share_of(worst.total, tolerance),
+    )
