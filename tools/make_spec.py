@@ -31,7 +31,7 @@ Schema = dict[str, object]
 
 
 def filled(path: Path) -> str:
-    """Give the text of a document with the tables that the models have now."""
+    """Return the text of a document with the tables that the models have now."""
     records, text = records_of(path), path.read_text(encoding="utf-8")
     return _TABLE.sub(lambda match: f"{match[1]}\n{_table(match[2], records)}\n{match[3]}", text)
 

@@ -137,7 +137,7 @@ def voxels_text(numbers_zyx: Sequence[float]) -> str:
 
 
 def bytes_text(size: int) -> str:
-    """Give a size for people: 512 B, 3.4 kB, 21.0 MB."""
+    """Return a size for people: 512 B, 3.4 kB, 21.0 MB."""
     if size < 1000:
         return f"{size} B"
     return f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1_000_000:.1f} MB"

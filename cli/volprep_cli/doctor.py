@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
-    """Say what this machine has of what volprep needs.
+    """Return what this machine has of what volprep needs.
 
     One line for each thing, and how to get what is not there.
 

@@ -41,7 +41,7 @@ def inspect(
     normals: Normals = False,
     as_json: Json = False,
 ) -> None:
-    """Say what is in a package: levels, textures, transfer functions, programs, plan, files.
+    """Return what is in a package: levels, textures, transfer functions, programs, plan, files.
 
     Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
     the textures of a level, and writes a picture of its slices instead.

@@ -74,7 +74,7 @@ def volprep(
 
 
 def command_line(arguments: Sequence[str]) -> typer.Typer:
-    """Give the program with the verb that the first argument names, or with all if it names none.
+    """Return the program with the verb that the first argument names, or with all if it names none.
 
     To load the others, and to make their options, takes a tenth of a second.
     """

@@ -179,7 +179,7 @@ class _Worker:
         self._send(request)
 
     def result(self) -> NDArray[np.generic] | None:
-        """Give what it has answered, as a view; None when the answer is not whole yet. Raises VolprepError."""
+        """Return what it has answered, as a view; None when the answer is not whole yet. Raises VolprepError."""
         request = self._request
         assert request is not None  # noqa: S101 - it is busy
         if not wait([self.socket], 0):
@@ -257,7 +257,7 @@ def _ready(busy: Sequence[_Worker]) -> list[_Worker]:
 
 
 def _unnamed_file() -> int:
-    """Give the descriptor of a file that vanishes with its last user, in memory where the system has such."""
+    """Return the descriptor of a file that vanishes with its last user, in memory where the system has such."""
     if sys.platform == "linux":
         return os.memfd_create("volprep-result")
     with tempfile.TemporaryFile() as file:
@@ -271,7 +271,7 @@ _guard = threading.Lock()
 
 @contextmanager
 def workers() -> Iterator[Workers]:
-    """Give the pool of this process, with a worker for each core. Its workers end with its last user."""
+    """Return the pool of this process, with a worker for each core. Its workers end with its last user."""
     global _pool, _users  # noqa: PLW0603 - one pool, whoever decodes
     with _guard:
         _pool = _pool or Workers(available_cores())

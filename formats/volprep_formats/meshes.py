@@ -70,7 +70,7 @@ def write_glb(
     *,
     draco: bool = False,
 ) -> bytes:
-    """Give the bytes of a file; at least one primitive. `extras` are words about the whole, such as its axes."""
+    """Return the bytes of a file; at least one primitive. `extras` are words about the whole, such as its axes."""
     writer = _Writer(draco=draco)
     for primitive in primitives:
         writer.add(primitive)

@@ -219,7 +219,7 @@ class VolumeSource(Protocol):
         ...
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         ...
 
     def __exit__(self, *exception: object) -> None:
@@ -259,7 +259,7 @@ class UnevenSource(Protocol):
         ...
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         ...
 
     def __exit__(self, *exception: object) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def files_below(folder: Path) -> Iterator[os.DirEntry[str]]:
-    """Give all regular files below a folder, in no order; links to files are followed, links to folders are not.
+    """Return all regular files below a folder, in no order; links to files are followed, links to folders are not.
 
     Raises OSError for a folder that cannot be read.
     """

@@ -35,13 +35,13 @@ class Stage:
 
 
 def required(part: Part | None) -> Part:
-    """Give the part of the plan that a stage carries out: a plan without it does not have the stage."""
+    """Return the part of the plan that a stage carries out: a plan without it does not have the stage."""
     assert part is not None  # noqa: S101 - `Plan.stages` has been made so
     return part
 
 
 def present(*parts: Record | None) -> tuple[Record, ...]:
-    """Give those parts of a plan that it has, as settings of a stage."""
+    """Return those parts of a plan that it has, as settings of a stage."""
     return tuple(part for part in parts if part is not None)
 
 

@@ -34,7 +34,7 @@ def texels_of(codes: NDArray[np.generic], texel: TextureFormat) -> Texels:
 
 
 def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int], Texels]:
-    """Give a function that reads slices z0 to z1 - 1 of `volume` as texels [z, y, x] of a format."""
+    """Return a function that reads slices z0 to z1 - 1 of `volume` as texels [z, y, x] of a format."""
 
     def read(z0: int, z1: int) -> Texels:
         return texels_of(volume.read_slab(z0, z1), texel)
@@ -43,7 +43,7 @@ def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int]
 
 
 def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
-    """Give a function that reads slices z0 to z1 - 1 of a level as the texels of its textures.
+    """Return a function that reads slices z0 to z1 - 1 of a level as the texels of its textures.
 
     [z, y, x], or [z, y, x, component] where several channels share texels, or voxels are classified.
     """
@@ -61,7 +61,7 @@ def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int
 
 
 def classified_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
-    """Give a function that reads slices z0 to z1 - 1 of a level of classified voxels as texels [z, y, x, RGBA]."""
+    """Return a function that reads slices z0 to z1 - 1 of a level of classified voxels as texels [z, y, x, RGBA]."""
     if volume.level > 0:
         z, y, x = plan.level(volume.level).shape_zyx
         texels = RawVolume(draft.folder / classified_name(volume.level), (z, y, 4 * x), np.dtype(np.uint8))
@@ -77,7 +77,7 @@ def classified_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[
 
 
 def voxels_of(plan: Plan) -> Voxels:
-    """Say how codes become voxels, where they are classified."""
+    """Return how codes become voxels, where they are classified."""
     volume = plan.volumes[0]
     function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
     assert volume.reference_mm is not None  # noqa: S101 - as every level with a transfer function
@@ -95,7 +95,7 @@ def encode_strip(strip: Texels, file_format: ktx2.Ktx2Format) -> Texels:
 
 
 def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDArray[np.float32]] | None:
-    """Give a function that reads slices z0 to z1 - 1 of a compressed level as the GPU decodes them, normalised.
+    """Return a function that reads slices z0 to z1 - 1 of a compressed level as the GPU decodes them, normalised.
 
     None for a level that is not compressed: the GPU has the texels as they are.
     """
@@ -113,7 +113,7 @@ def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDAr
 
 
 def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:
-    """Give the manifest's entry of a level's texture, or of one part of its mosaic."""
+    """Return the manifest's entry of a level's texture, or of one part of its mosaic."""
     return Texture(
         name=volume.names[part],
         role="volume",

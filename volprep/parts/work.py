@@ -24,17 +24,17 @@ FORMS = "work/forms.json"
 
 
 def codes_name(level: int, channel: str | None = None) -> str:
-    """Give the name of the codes of a level; of a channel where there are several."""
+    """Return the name of the codes of a level; of a channel where there are several."""
     return f"work/stored{level}.raw" if channel is None else f"work/stored{level}-{channel}.raw"
 
 
 def classified_name(level: int) -> str:
-    """Give the name of the voxels of a coarser level, RGBA, where a package has classified voxels."""
+    """Return the name of the voxels of a coarser level, RGBA, where a package has classified voxels."""
     return f"work/classified{level}.raw"
 
 
 def choice_name(level: int, channel: str | None = None) -> str:
-    """Give the name of what was decided about a level when it was made; of a channel where there are several."""
+    """Return the name of what was decided about a level when it was made; of a channel where there are several."""
     return f"work/choice{level}.json" if channel is None else f"work/choice{level}-{channel}.json"
 
 
@@ -44,25 +44,25 @@ def code_type(plan: "Plan") -> np.dtype[np.generic]:
 
 
 def source_info(manifest: Manifest, channel: str | None) -> SourceInfo:
-    """Say what the source is; a channel of it where there are several."""
+    """Return what the source is; a channel of it where there are several."""
     if channel is None:
         return manifest.source.info
     return next(each.source.info for each in manifest.channels or () if each.name == channel)
 
 
 def source_volume(draft: Draft, channel: str | None) -> RawVolume:
-    """Give the stored values of the source, which import wrote; of a channel where there are several."""
+    """Return the stored values of the source, which import wrote; of a channel where there are several."""
     info = source_info(draft.manifest, channel)
     return RawVolume(draft.folder / source_name(channel), info.grid.shape_zyx, np.dtype(info.stored_type))
 
 
 def codes_of_source(draft: Draft, plan: "Plan") -> RawVolume:
-    """Give the codes of the plan's channel at the resolution of the source, which quantize wrote."""
+    """Return the codes of the plan's channel at the resolution of the source, which quantize wrote."""
     return RawVolume(draft.folder / codes_name(0, plan.channel), plan.grid.shape_zyx, code_type(plan))
 
 
 def codes_of_level(draft: Draft, plan: "Plan", index: int, channel: str | None = None) -> RawVolume:
-    """Give the codes of a level that the package holds, which quantize or pyramid wrote.
+    """Return the codes of a level that the package holds, which quantize or pyramid wrote.
 
     Of the plan's channel, or of another one that has the same bits and levels.
     """
@@ -86,7 +86,7 @@ def levels_of(plan: "Plan", filters: Mapping[int, LevelFilter]) -> tuple[Level, 
 
 
 def is_current(name: str, key: str, manifest: Manifest) -> bool:
-    """Say whether a stage has run with this key."""
+    """Return whether a stage has run with this key."""
     return any(record.name == name and record.key == key for record in manifest.stages)
 
 

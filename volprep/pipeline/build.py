@@ -63,7 +63,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 
 def plan_build(request: Request, progress: Progress) -> Plan:
-    """Give the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
+    """Return the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
     scene = with_listed_channels(request.scene)
     found: list[tuple[SourceInfo, Measured]] = []
     channels = drawn_channels(scene)

@@ -53,7 +53,7 @@ class Imported:
 
 
 def import_draft(request: Request, folder: Path, progress: Progress) -> Imported:
-    """Give the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
+    """Return the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
 
     Raises what the readers raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and
     VP4023 where the draft cannot be written.
@@ -101,7 +101,7 @@ def _new_manifest(request: Request, info: SourceInfo) -> Manifest:
 def _listed(
     channels: tuple[SceneChannel, ...], found: list[tuple[SourceRecord, Measured]]
 ) -> tuple[Channel, ...] | None:
-    """Give the channels as the manifest lists them: not at all if there is one."""
+    """Return the channels as the manifest lists them: not at all if there is one."""
     if len(channels) == 1:
         return None
     return tuple(
@@ -116,7 +116,7 @@ def _listed(
 
 
 def scene_of(draft: Draft) -> Scene:
-    """Give the scene that a draft is made for."""
+    """Return the scene that a draft is made for."""
     return Scene.model_validate_json(draft.read_bytes(SCENE))
 
 

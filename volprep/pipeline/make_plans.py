@@ -79,7 +79,7 @@ def make_plans(
 
 
 def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]], profile: DeviceProfile) -> CropPlan:
-    """Give the smallest box that holds what each channel shows."""
+    """Return the smallest box that holds what each channel shows."""
     crops = [
         choose_crop(for_edits(scene, profile).crop, resolved_functions(scene, info, found), found.ranges_zyx)
         for scene, info, found in channels
@@ -90,7 +90,7 @@ def _common_crop(channels: Sequence[tuple[Scene, SourceInfo, Measured]], profile
 
 
 def _named(plan: Plan, channel: str, stages: tuple[str, ...]) -> Plan:
-    """Give the plan of a channel names of its own for what does not belong to a transfer function."""
+    """Return the plan of a channel names of its own for what does not belong to a transfer function."""
     volumes = tuple(_parts_of_channel(volume, channel) for volume in plan.volumes)
     forms = tuple(form.model_copy(update={"channel": channel}) for form in plan.forms)
     changes: dict[str, object] = {"channel": channel, "volumes": volumes, "stages": stages, "forms": forms}

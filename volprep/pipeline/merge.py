@@ -22,7 +22,7 @@ _LISTED = frozenset((*_OF_CHANNELS, "levels"))
 
 
 def plans_of(stage: Stage, plan: Plan) -> tuple[Plan, ...]:
-    """Give the plans of the channels, for each of which a stage runs; the plan itself where it runs once for all."""
+    """Return the plans of the channels, for each of which a stage runs; the plan itself where it runs once for all."""
     return (plan,) if stage.whole else plan.every
 
 
@@ -66,7 +66,7 @@ def merged(manifest: Manifest, parts: Sequence[tuple[Plan, Changes]], scene: Sce
 
 
 def with_transfers(channels: tuple[Channel, ...] | None, scene: Scene) -> tuple[Channel, ...] | None:
-    """Give the channels the transfer functions that the scene has for them now: import may be older than that."""
+    """Return the channels the transfer functions that the scene has for them now: import may be older than that."""
     if channels is None:
         return None
     names = {drawn.name: tuple(transfer.name for transfer in drawn.transfer) for drawn in drawn_channels(scene)}

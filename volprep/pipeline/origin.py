@@ -30,7 +30,7 @@ class Origin(Record):
 
 
 def origin_path(package: Path) -> Path:
-    """Give the path of the origin of a package: NAME.volpkg.origin.json beside NAME.volpkg or NAME.volpkg.zip."""
+    """Return the path of the origin of a package: NAME.volpkg.origin.json beside NAME.volpkg or NAME.volpkg.zip."""
     return package.with_name(f"{package.name.removesuffix('.zip')}.origin.json")
 
 

@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
-    """Say what readers noticed, each channel with its name."""
+    """Return what readers noticed, each channel with its name."""
     sources = (
         {"": manifest.source} if manifest.channels is None else {f"{c.name}: ": c.source for c in manifest.channels}
     )

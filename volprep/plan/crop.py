@@ -18,7 +18,7 @@ def choose_crop(
     functions: tuple[TransferFunction, ...],
     ranges_zyx: tuple[Ranges, Ranges, Ranges],
 ) -> CropPlan:
-    """Give the smallest box of voxels around all that can be seen; the whole volume where nothing can.
+    """Return the smallest box of voxels around all that can be seen; the whole volume where nothing can.
 
     `ranges_zyx` holds, for each axis, the smallest and largest physical value of each plane across it.
     """

@@ -18,13 +18,13 @@ _OUTLIERS = 0.1
 
 
 def resolved_functions(scene: Scene, info: SourceInfo, measured: Measured) -> tuple[TransferFunction, ...]:
-    """Give the scene's transfer functions over the values of a scan."""
+    """Return the scene's transfer functions over the values of a scan."""
     measure = _measure(info, measured)
     return tuple(transfer.resolved(measure) for transfer in scene.transfer)
 
 
 def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) -> Iterator[PlanItem]:
-    """Say where a transfer function comes from, where that is not the scene itself, and what was changed of it."""
+    """Return where a transfer function comes from, where that is not the scene itself, and what was changed of it."""
     for transfer, function in zip(scene.transfer, functions, strict=True):
         wish = transfer.wish
         if transfer.preset is not None:

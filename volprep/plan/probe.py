@@ -95,7 +95,7 @@ def difference_of_views(one: Sequence[Array], other: Sequence[Array]) -> Picture
 
 
 def worst(errors: Sequence[PictureError]) -> PictureError:
-    """Give the largest of each number."""
+    """Return the largest of each number."""
     return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
 
 

@@ -238,5 +238,5 @@ class Plan(Record):
         return (high - low) / (min(entries) - 1) if entries else 0.0
 
     def level(self, index: int) -> LevelPlan:
-        """Give the level of this number."""
+        """Return the level of this number."""
         return next(level for level in self.levels if level.index == index)

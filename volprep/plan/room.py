@@ -31,17 +31,17 @@ class Beside:
 
 
 def has_exact_16_bits(profile: DeviceProfile) -> bool:
-    """Say whether texels hold 16-bit codes as they are, not as half floats; four slices of a mosaic in one never do."""
+    """Return whether texels hold 16-bit codes exactly. Texels that hold four slices of a mosaic never do."""
     return "R16" in profile.texture_formats and profile.max_3d_texture_size > 0
 
 
 def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
-    """Give the format of a device class for one code of so many bits, or with 32 for a classified voxel."""
+    """Return the format of a device class for one code of so many bits, or with 32 for a classified voxel."""
     return "R16" if bits == 16 and has_exact_16_bits(profile) else first_of(_ONE_CHANNEL[bits], profile)
 
 
 def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
-    """Give the first of `formats` that a device class has."""
+    """Return the first of `formats` that a device class has."""
     return next((texel for texel in formats if texel in profile.texture_formats), None)
 
 
@@ -51,7 +51,7 @@ def texture_bytes(volume: VolumePlan) -> int:
 
 
 def too_large(volume: VolumePlan, profile: DeviceProfile, beside: Beside) -> Misfit | None:
-    """Say why a level and what is sampled beside it take more memory than there is; None if they do not."""
+    """Return why a level and what is sampled beside it take more memory than there is; None if they do not."""
     size = texture_bytes(volume)
     if size + beside.bytes <= profile.max_texture_bytes:
         return None

@@ -16,7 +16,7 @@ def renderer_of(
     point: int | None = None,
     edit: Edit | None = None,
 ) -> Renderer | SliceRenderer:
-    """Give the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
+    """Return the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
     if edit is not None:
         # Without shaders nothing can be edited, nor where there are meshes.
         return Renderer(package, level=level, transfer=transfer, point=point, edit=edit)
@@ -31,5 +31,5 @@ def renderer_of(
 
 
 def ray_caster_of(package: Package, level: int | None, transfer: str | None) -> type[Renderer]:
-    """Give what draws this with shaders: where the package has a mesh for it, rays begin there, as an app's do."""
+    """Return what draws this with shaders: where the package has a mesh for it, rays begin there, as an app's do."""
     return ProxyRenderer if has_mesh(package, level, transfer) else Renderer

@@ -270,7 +270,7 @@ class Gl:
             GLES3.glFinish()
 
     def read(self, target: PictureTarget) -> NDArray[np.float32]:
-        """Give the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
+        """Return the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
         height, width = target.shape_hw
         eight_bits = target.format == "rgba8"
         picture: NDArray[np.generic] = np.empty((height, width, 4), np.uint8 if eight_bits else np.float32)
@@ -284,7 +284,7 @@ class Gl:
 
     @contextmanager
     def _depth_buffer(self, shape_hw: tuple[int, int]) -> Iterator[None]:
-        """Give the framebuffer that is bound a depth buffer, of the only size that every OpenGL ES 2.0 has."""
+        """Return the framebuffer that is bound a depth buffer, of the only size that every OpenGL ES 2.0 has."""
         with self._object("renderbuffer", _new_renderbuffer, _delete_renderbuffer) as handle:
             GLES3.glBindRenderbuffer(GLES3.GL_RENDERBUFFER, handle)
             GLES3.glRenderbufferStorage(GLES3.GL_RENDERBUFFER, GLES3.GL_DEPTH_COMPONENT16, *shape_hw[::-1])

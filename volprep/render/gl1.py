@@ -28,7 +28,7 @@ _UINTS = ctypes.POINTER(ctypes.c_uint)
 
 
 def _extension(name: str, *arguments: type, result: type | None = None) -> Callable[..., int]:
-    """Give a function of an extension. PyOpenGL does not find those of OpenGL ES 1.1 (3.1.10)."""
+    """Return a function of an extension. PyOpenGL does not find those of OpenGL ES 1.1 (3.1.10)."""
     address = EGL.eglGetProcAddress(name.encode("ascii"))
     kind = ctypes.CFUNCTYPE(result, *arguments)
     function: Callable[..., int] = kind(ctypes.cast(address, ctypes.c_void_p).value or 0)
@@ -180,7 +180,7 @@ class Gl1:
             GLES1.glFinish()
 
     def read(self, target: int, shape_hw: tuple[int, int]) -> NDArray[np.float32]:
-        """Give the picture as [H, W, 4], row 0 on top, 0 to 1."""
+        """Return the picture as [H, W, 4], row 0 on top, 0 to 1."""
         height, width = shape_hw
         picture = np.empty((height, width, 4), np.uint8)
         with self._checked("reading the picture"):

@@ -94,7 +94,7 @@ def _find_level(package: Package, program: Program, level: int | None) -> Level:
 
 
 def _is_for(texture: Texture, transfer: str, level: int) -> bool:
-    """Say whether what a texture holds is for this level and this transfer function, or for all."""
+    """Return whether what a texture holds is for this level and this transfer function, or for all."""
     return texture.level in {None, level} and texture.transfer in {None, transfer}
 
 

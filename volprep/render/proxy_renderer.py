@@ -108,7 +108,7 @@ def clip_from_box_of(box_from_clip: NDArray[np.float64]) -> NDArray[np.float64]:
 def _near_plane_cuts(
     clip_from_box: NDArray[np.float64], mesh: ProxyMeshFile, extent_mm_zyx: tuple[float, float, float]
 ) -> bool:
-    """Say whether part of the volume, with the margin that the vertex shader adds, is in front of the near plane."""
+    """Return whether part of the volume, with the margin that the vertex shader adds, is in front of the near plane."""
     margin = _MARGIN * np.array(mesh.box_from_mesh_mm_xyz)
     # The last voxel of a coarse level may reach beyond the true extent, by less than its size.
     ends = np.stack([-margin, np.array(extent_mm_zyx[::-1]) + 2 * margin])
@@ -118,7 +118,7 @@ def _near_plane_cuts(
 
 
 def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
-    """Say whether rays of what `Renderer` would draw may begin at a mesh. Raises VP5018 where it draws nothing."""
+    """Return whether rays of what `Renderer` would draw may begin at a mesh. Raises VP5018 where it draws nothing."""
     package = package_of_transfer(package, transfer)
     inputs = level_inputs(package, level, transfer)
     return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None

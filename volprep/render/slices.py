@@ -118,7 +118,7 @@ class SliceRenderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give everything back."""
+        """Return everything back."""
         self._stack.__exit__(kind, error, trace)
 
     @property
@@ -132,7 +132,7 @@ class SliceRenderer:
         return f"slices of {self.transfer}"
 
     def facing(self, box_from_clip: Array) -> tuple[StackAxis, float]:
-        """Give the axis of the stack that is drawn, and the cosine of its angle to the direction of view."""
+        """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view."""
         ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
         near, far = (ends[:3] / ends[3]).T
         along = np.abs(far - near) / np.linalg.norm(far - near)
@@ -140,7 +140,7 @@ class SliceRenderer:
         return axis, float(along[_XYZ[axis]])
 
     def factor(self, box_from_clip: Array) -> float:
-        """Give what texels are multiplied by, 1 or more."""
+        """Return what texels are multiplied by, 1 or more."""
         axis, cosine = self.facing(box_from_clip)
         most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
         return min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0

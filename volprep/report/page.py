@@ -115,19 +115,19 @@ def _plots_of_channel(manifest: Manifest) -> dict[str, Plot]:
 
 
 def _nominal(program: ProgramResult) -> SweepPoint:
-    """Give the measured point of the finest level whose step is nearest to the nominal one."""
+    """Return the measured point of the finest level whose step is nearest to the nominal one."""
     points = [point for point in program.sweep.points if point.level == program.level]
     return min(points, key=lambda point: abs(point.step_ratio - 1))
 
 
 def _hero(report: Report) -> ViewResult:
-    """Give the view that the page opens with: the one of the sweep, which is oblique and shows the most."""
+    """Return the view that the page opens with: the one of the sweep, which is oblique and shows the most."""
     first = report.programs[0]
     return next(view for view in first.views if view.view == first.sweep.view)
 
 
 def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]]:
-    """Give the picture of several channels and those of its channels, in the view of the sweep; none without it."""
+    """Return the picture of several channels and those of its channels, in the view of the sweep; none without it."""
     together = report.package.manifest.together
     wanted = () if together is None else (together.name, *together.transfers)
     by_transfer = {program.transfer: program for program in report.programs}
@@ -139,7 +139,7 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
 
 
 def _kind(manifest: Manifest) -> str:
-    """Say what the scan is, with its article."""
+    """Return what the scan is, with its article."""
     info = manifest.source.info
     name = _KINDS.get(info.format, f"a {info.format} volume")
     name = f"{name} ({info.modality})" if info.modality else name
@@ -148,5 +148,5 @@ def _kind(manifest: Manifest) -> str:
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:
-    """Give the legend of the difference pictures: CSS colour and label of some grades, from none to clipped."""
+    """Return the legend of the difference pictures: CSS colour and label of some grades, from none to clipped."""
     return [(css_bytes(colours()[grade]), text.number(grade / 255 / gain, 2)) for grade in range(0, 256, 51)]

@@ -11,7 +11,7 @@ from volprep_formats.progress import Progress
 
 
 def default_report_path(package: Path) -> Path:
-    """Give the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
+    """Return the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
     path = package.resolve()
     return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
 

@@ -61,7 +61,7 @@ def block_ranges(read: ReadTexels, shape_zyx: Triple, block: int) -> BlockRanges
 
 
 def enclosed(ranges: BlockRanges, slack: float) -> BlockRanges:
-    """Give normalised ranges as 8-bit codes that enclose them with `slack` on both sides."""
+    """Return normalised ranges as 8-bit codes that enclose them with `slack` on both sides."""
     low = np.floor((ranges.low.astype(np.float64) - slack) * 255)
     high = np.ceil((ranges.high.astype(np.float64) + slack) * 255)
     least, most = (np.clip(ends, 0, 255).astype(np.uint8) for ends in (low, high))
@@ -87,7 +87,7 @@ class BlockGauge:
             self._widen(layer, slab[max(z0, first) - first : z1 - first])
 
     def physical(self, slope: float, intercept: float) -> BlockRanges:
-        """Give the ranges found so far as float32 physical values."""
+        """Return the ranges found so far as float32 physical values."""
         depth = blocks_along(self._slices, self._block)
         ends = (np.concatenate(each).astype(np.float64) for each in zip(*self._layers[:depth], strict=True))
         one, other = (values * slope + intercept for values in ends)

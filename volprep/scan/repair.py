@@ -102,7 +102,7 @@ class RepairedSource:
         return slab
 
     def _mover(self, first: int, slices: NDArray[np.generic]) -> Callable[[int], NDArray[np.float64]]:
-        """Give the function that moves slice z sideways to where it belongs; it remembers two neighbours."""
+        """Return the function that moves slice z sideways to where it belongs; it remembers two neighbours."""
 
         @lru_cache(maxsize=2)
         def moved(z: int) -> NDArray[np.float64]:
@@ -120,7 +120,7 @@ class RepairedSource:
         return moved
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         self._source.__enter__()
         return self
 

@@ -62,5 +62,5 @@ class RawVolume:
 
 
 def bytes_of(array: NDArray[np.generic]) -> memoryview:
-    """Give the bytes of an array in C order, little-endian, without a copy where it is that already."""
+    """Return the bytes of an array in C order, little-endian, without a copy where it is that already."""
     return np.ascontiguousarray(array, array.dtype.newbyteorder("<")).data.cast("B")

@@ -81,7 +81,7 @@ class Gauge:
         self._slices += len(slab)
 
     def result(self, values_sha256: str) -> Measured:
-        """Give what was found; `values_sha256` is the SHA-256 of all stored values in C order, little-endian.
+        """Return what was found; `values_sha256` is the SHA-256 of all stored values in C order, little-endian.
 
         Raises VP1090 if a voxel is NaN or infinite: no colour and no code belongs to it.
         """

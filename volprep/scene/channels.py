@@ -24,7 +24,7 @@ class SceneChannel:
 
 
 def with_listed_channels(scene: Scene) -> Scene:
-    """Give the scene with "all" channels of a file replaced by their list; its path is absolute.
+    """Return the scene with "all" channels of a file replaced by their list; its path is absolute.
 
     A name becomes lower case, other characters than letters, digits, - and _ become -, equal ones get a number. Raises
     VP1004, VP1241 for a transfer function of a channel that is not there, VP1242, and what the reader raises.
@@ -48,7 +48,7 @@ def with_listed_channels(scene: Scene) -> Scene:
 
 
 def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:
-    """Give the channels that transfer functions are for, that of the first one first; "all" has been listed."""
+    """Return the channels that transfer functions are for, that of the first one first; "all" has been listed."""
     assert scene.source.channels != "all"  # noqa: S101 - see above
     if not scene.source.channels:
         return (SceneChannel("", scene.source, scene.transfer),)
@@ -62,12 +62,12 @@ def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:
 
 
 def left_out(scene: Scene) -> tuple[str, ...]:
-    """Give the names of the channels that no transfer function is for."""
+    """Return the names of the channels that no transfer function is for."""
     drawn = {channel.name for channel in drawn_channels(scene)}
     channels = scene.source.channels
     return tuple(channel.name for channel in channels if isinstance(channel, ChannelSpec) and channel.name not in drawn)
 
 
 def files_of(spec: SourceSpec) -> tuple[Path, ...]:
-    """Give the paths of a source, one for each channel; "all" has been listed."""
+    """Return the paths of a source, one for each channel; "all" has been listed."""
     return tuple(Path(each.path) for each in (spec.channels or (spec,)) if isinstance(each, SourceSpec))

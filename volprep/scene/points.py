@@ -81,7 +81,7 @@ class TransferWish(Record):
         return None
 
     def function(self, name: str, measure: Measure) -> TransferFunction:
-        """Give the function over physical values, with linear-light colours and extinction per millimetre."""
+        """Return the function over physical values, with linear-light colours and extinction per millimetre."""
         return TransferFunction(
             name=name,
             points=tuple(

@@ -37,14 +37,14 @@ class Request:
     """The scene file, absolute; None for a source without a scene."""
 
     def with_source(self, **changes: object) -> Self:
-        """Give the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
+        """Return the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
         if isinstance(self.scene.source.channels, tuple) and self.scene.source.channels:
             raise VolprepError("VP1243", path=self.scene_path)
         source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
         return replace(self, scene=self.scene.model_copy(update={"source": source}))
 
     def with_listed_channels(self) -> Self:
-        """Give the same request with "all" channels of a file listed. Raises what `with_listed_channels` does."""
+        """Return the same request with "all" channels of a file listed. Raises what `with_listed_channels` does."""
         return replace(self, scene=with_listed_channels(self.scene))
 
 
@@ -80,7 +80,7 @@ def load_edit(path: Path, grid: Grid) -> TransferFunction:
 
 
 def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
-    """Give a transfer function with the points of its file in place of the file's name."""
+    """Return a transfer function with the points of its file in place of the file's name."""
     if transfer.file is None:
         return transfer
     points = tuple(
@@ -94,7 +94,7 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
 
 
 def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
-    """Give a source with absolute paths: those of the scene start at `base`, and `instead` replaces the only one.
+    """Return a source with absolute paths: those of the scene start at `base`, and `instead` replaces the only one.
 
     Raises VP1243 where there are several.
     """
@@ -133,7 +133,7 @@ def request_for_source(source: Path, profile: str | None = None) -> Request:
 
 
 def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:
-    """Give the scene a transfer function that shows anything: from nothing and black to dense and white.
+    """Return the scene a transfer function that shows anything: from nothing and black to dense and white.
 
     The largest value is opaque (1 - exp(-5)) after a tenth of the diagonal.
     """

@@ -52,5 +52,5 @@ class SceneTransfer(TransferWish):
         return load_preset(self.preset)
 
     def resolved(self, measure: Measure = ANY_SCAN) -> TransferFunction:
-        """Give the function over physical values; `measure` counts where the numbers are relative to the scan."""
+        """Return the function over physical values; `measure` counts where the numbers are relative to the scan."""
         return self.wish.function(self.name, measure)

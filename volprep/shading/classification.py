@@ -26,14 +26,14 @@ class Classification:
 
 
 def classification_of(manifest: Manifest, program: Program) -> Classification:
-    """Give what belongs to a program of a package."""
+    """Return what belongs to a program of a package."""
     return classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
 
 
 def classification(
     name: ClassificationName, transfer: str, textures: tuple[Texture, ...], palettes: tuple[Palette, ...]
 ) -> Classification:
-    """Give what belongs to a kind of classification and a transfer function."""
+    """Return what belongs to a kind of classification and a transfer function."""
     if name == "palette":
         return _palette(next(palette for palette in palettes if palette.transfer == transfer))
     if name == "preclassified":

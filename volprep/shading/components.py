@@ -2,7 +2,7 @@
 
 
 def component_letter(pixels: str | None, component: int) -> str:
-    """Give the letter of a component, 0 for the first; `pixels` is the format of the upload, without GL_.
+    """Return the letter of a component, 0 for the first; `pixels` is the format of the upload, without GL_.
 
     Luminance comes as red, green and blue, and alpha beside it.
     """

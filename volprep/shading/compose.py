@@ -58,7 +58,7 @@ Slot = str | None | tuple[Instance, ...]
 
 
 def compose(part: str, dialect: Dialect, slots: Mapping[str, Slot], constants: Mapping[str, str]) -> str:
-    """Give the text of a shader: the file `part`, its slots filled, its words replaced.
+    """Return the text of a shader: the file `part`, its slots filled, its words replaced.
 
     Raises VP9001 for a constant that no part uses: it would be dead.
     """

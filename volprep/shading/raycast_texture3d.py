@@ -23,11 +23,11 @@ def sampling(component: str | None = "r", *, mipmaps: bool = False) -> Sampling:
 
 
 def lod(*, mipmaps: bool) -> dict[str, str]:
-    """Give the word for the mipmap that is read: a uniform where there are several."""
+    """Return the word for the mipmap that is read: a uniform where there are several."""
     return {"LOD": "u_mipmap" if mipmaps else "0.0"}
 
 
 def place_uniforms(*, mipmaps: bool) -> tuple[Uniform, ...]:
-    """Give the uniforms that say where in a 3D texture, or in which of its mipmaps, a position is read."""
+    """Return the uniforms that say where in a 3D texture, or in which of its mipmaps, a position is read."""
     place = Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box")
     return (place, Uniform(name="u_mipmap", type="float", source="mipmap")) if mipmaps else (place,)

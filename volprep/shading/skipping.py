@@ -42,7 +42,7 @@ class Skipping:
 
 
 def skipping_of(manifest: Manifest, transfer: str, level: int, classification: ClassificationName) -> Skipping | None:
-    """Give what a program of this transfer function skips with; None where the manifest has no table for it.
+    """Return what a program of this transfer function skips with; None where the manifest has no table for it.
 
     A program of 3D textures draws all levels: kind and size of blocks, which its text holds, are the same for all.
     """

@@ -35,7 +35,7 @@ def drawn_together(
     spacing_mm_zyx: tuple[float, float, float],
     classified: ClassificationName,
 ) -> tuple[Sampling, Classification]:
-    """Say how transfer functions are drawn together: their channels are read at `level`, classified, and added.
+    """Return how transfer functions are drawn together: their channels are read at `level`, classified, and added.
 
     `channel_of` gives the channel of each transfer function. In 3D textures all levels are read as this one is.
     """

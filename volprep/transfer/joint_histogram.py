@@ -35,7 +35,7 @@ def reference_mm(spacing_mm_zyx: tuple[float, float, float]) -> float:
 
 
 def joint_shares(volume: RawVolume, level: RawVolume, factors: Factors) -> Shares:
-    """Give the matrix [256, 256] of a level: row c holds the shares, in 1/65535, of what lies beneath its bin c.
+    """Return the matrix [256, 256] of a level: row c holds the shares, in 1/65535, of what lies beneath its bin c.
 
     One pass over both volumes, slab by slab.
     """
@@ -67,7 +67,7 @@ def shares_of_counts(counts: NDArray[np.uint64]) -> Shares:
 
 
 def level_table(shares: Shares, table: Array, length_mm: float) -> Array:
-    """Give the table of a level for a transfer function.
+    """Return the table of a level for a transfer function.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class Voxels:
     """Length of the path whose opacity they have."""
 
     def texels(self, codes: int) -> NDArray[np.uint8]:
-        """Give the voxel [code, RGBA] of each code: premultiplied, 8 bits."""
+        """Return the voxel [code, RGBA] of each code: premultiplied, 8 bits."""
         return classified_texels(Table.exact(self.function), np.linspace(*self.window, codes), self.reference_mm)
 
     def straight(self, codes: int) -> NDArray[np.float32]:

@@ -42,7 +42,7 @@ class Table:
         return mean[:, :3], mean[:, 3]
 
     def largest_extinction(self, low: float, high: float) -> float:
-        """Give the largest extinction per millimetre of any value from `low` to `high`, ends included."""
+        """Return the largest extinction per millimetre of any value from `low` to `high`, ends included."""
         inside = self.extinction_per_mm[(self.values >= low) & (self.values <= high)]
         ends = np.interp([low, high], self.values, self.extinction_per_mm)
         return float(max(*ends, *inside))

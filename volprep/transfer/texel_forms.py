@@ -57,7 +57,7 @@ def medium_texels(
 
 
 def decoded_texels(medium: MediumTexels) -> tuple[Array, Array]:
-    """Give the colours and extinctions that texels stand for."""
+    """Return the colours and extinctions that texels stand for."""
     if medium.max_extinction_per_mm is None:
         values = medium.texels.astype(np.float64)
         return values[..., :3], values[..., 3]

@@ -45,12 +45,12 @@ class Volume:
 
 
 def holds_labels(manifest: Manifest) -> bool:
-    """Say whether the voxels of a package of one channel are labels, which it samples without mixing them."""
+    """Return whether the voxels of a package of one channel are labels, which it samples without mixing them."""
     return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
 
 
 def kernel_of_light(manifest: Manifest) -> GradientKernel | None:
-    """Give the kernel of the normals by which programs light what they draw; None where they do not."""
+    """Return the kernel of the normals by which programs light what they draw; None where they do not."""
     if all(program.lighting == "none" for program in manifest.programs):
         return None
     return next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
@@ -84,13 +84,13 @@ def _level_normals(package: Package, level: int) -> NDArray[np.float32]:
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:
-    """Say whether `level` has a lookup table of its own for `transfer`."""
+    """Return whether `level` has a lookup table of its own for `transfer`."""
     texture = table_for(package.manifest.textures, "transfer", transfer, level)
     return texture is not None and texture.level is not None
 
 
 def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
-    """Give the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
+    """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
     `level` may have a table of its own. A pre-integrated table stands for the function itself. 8-bit tables hold the
     square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
@@ -138,7 +138,7 @@ def _palette_function(palette: Palette, window: tuple[float, float]) -> Transfer
 def _from_roots(
     entries: NDArray[np.generic], texture: Texture
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Give normalised values, colours and extinctions at the entries, and between them where the roots differ."""
+    """Return normalised values, colours and extinctions at the entries, and between them where the roots differ."""
     colours_and_roots = entries.astype(np.float64) / 255.0
     at_entries = np.linspace(0.0, 1.0, len(entries))
     # A chord of the square of a root that changes by d misses it by d²/4 at most: 0.002 gives a millionth.

@@ -14,7 +14,7 @@ LARGEST_LENGTH: dict[NormalCode, int] = {"biased8": 255, "snorm8": 127, "oct8": 
 
 
 def interpolated(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float32]:
-    """Give the vectors [..., 3] of codes [..., bytes] as a filter mixes them, where it may: about 1 long."""
+    """Return the vectors [..., 3] of codes [..., bytes] as a filter mixes them, where it may: about 1 long."""
     if code == "biased8":
         return ((octets[..., :3].astype(np.float32) - 128) / np.float32(127)).astype(np.float32)
     if code == "snorm8":
@@ -23,7 +23,7 @@ def interpolated(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.floa
 
 
 def decoded(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float64]:
-    """Give the unit vectors [..., 3] of codes [..., bytes]; the zero vector where there is no gradient."""
+    """Return the unit vectors [..., 3] of codes [..., bytes]; the zero vector where there is no gradient."""
     numbers = octets.astype(np.int64)
     if code == "biased8":
         return _unit((numbers[..., :3] - 128) / 127)

@@ -17,7 +17,7 @@ Field = Callable[[Array], Array]
 
 
 def constant(value: float) -> Field:
-    """Give the same value everywhere."""
+    """Return the same value everywhere."""
     return lambda box_mm: np.full(box_mm.shape[:-1], value)
 
 
@@ -28,13 +28,13 @@ def ramp(gradient_per_mm_xyz: Vector, value_at_corner: float = 0.0) -> Field:
 
 
 def distance(centre_mm_xyz: Vector) -> Field:
-    """Give the distance from a point: with steps in the transfer function, spherical shells."""
+    """Return the distance from a point: with steps in the transfer function, spherical shells."""
     centre = np.array(centre_mm_xyz)
     return lambda box_mm: np.linalg.norm(box_mm - centre, axis=-1)
 
 
 def marschner_lobb(extent_mm_xyz: Vector, frequency: float = 6.0, depth: float = 0.25) -> Field:
-    """Give the test signal of Marschner and Lobb (Visualization '94), 0 to 1, with its cube [-1, 1]³ as the box."""
+    """Return the test signal of Marschner and Lobb (Visualization '94), 0 to 1, with its cube [-1, 1]³ as the box."""
     half = np.array(extent_mm_xyz) / 2
 
     def field(box_mm: Array) -> Array:
@@ -54,7 +54,7 @@ def sampled(field: Field, grid: Grid) -> NDArray[np.float32]:
 
 
 def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], lengths_mm: Sequence[float]) -> Array:
-    """Give the light [4] (premultiplied linear RGB and alpha) of homogeneous layers, the nearest one first.
+    """Return the light [4] (premultiplied linear RGB and alpha) of homogeneous layers, the nearest one first.
 
     Layer i absorbs 1 - exp(-extinction · length) of what comes from behind, and sends as much of its colour [n, 3].
     """
@@ -67,7 +67,7 @@ def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], length
 def linear_light(
     colour_ends: tuple[Vector, Vector], extinction_ends_per_mm: tuple[float, float], length_mm: float
 ) -> Array:
-    """Give the light [4] of a layer in which colour and extinction change linearly along the ray.
+    """Return the light [4] of a layer in which colour and extinction change linearly along the ray.
 
     With extinction a + b t the optical depth is a t + b t²/2. By parts, light = c(0) - c(L) exp(-T(L)) + c' J with
     J = integral of exp(-T): an error function where the extinction rises, Dawson's integral where it falls.

@@ -15,7 +15,7 @@ _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = ).*;$", re.MULTILINE)
 
 
 def counting(package: Package, program: Program) -> Package:
-    """Give the package with a shader that writes samples taken into red and entries of the skip table into green."""
+    """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
     text = package.read_text(program.fragment)
     text = text.replace(
         "vec3 colour = vec3(0.0);", "vec3 colour = vec3(0.0);\n  float taken = 0.0;\n  float looked = 0.0;"

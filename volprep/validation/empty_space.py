@@ -85,7 +85,7 @@ def measure_empty_space(bench: Bench, program: Program) -> EmptySpace | None:
 
 
 def _ways(subject: Subject, program: Program, level: int) -> Iterator[_Way]:
-    """Give the ways, the plainest first, as the package draws last; fewer than two where nothing can be compared."""
+    """Return the ways, the plainest first, as the package draws last; fewer than two where nothing can be compared."""
     package, transfer = subject.package, program.transfer
     skips = any(sampler.role == "skip" for sampler in program.samplers)
     at_mesh = ray_caster_of(package, level, transfer)

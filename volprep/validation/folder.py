@@ -42,7 +42,7 @@ class ReportFolder:
 
 @contextmanager
 def report_folder(target: Path) -> Iterator[ReportFolder]:
-    """Give a folder to fill. It becomes `target` when the block ends well, and vanishes when it does not.
+    """Return a folder to fill. It becomes `target` when the block ends well, and vanishes when it does not.
 
     Raises VP6020 if something other than a report is at `target`, VP6021 if the system refuses.
     """

@@ -52,7 +52,7 @@ def _comparison(bench: Bench, program: Program, view: str, truth: OraclePicture,
 
 
 def _box_level(subject: Subject, level: Level) -> Volume:
-    """Give the means of the scan's values over the cells of a level."""
+    """Return the means of the scan's values over the cells of a level."""
     scan, grid = subject.scan, subject.package.manifest.grid
     if grid is None:
         msg = "a sealed package without a grid"

@@ -28,14 +28,14 @@ def css_bytes(colour: Bytes) -> str:
 
 
 def largest_difference(first: Picture, second: Picture) -> NDArray[np.float32]:
-    """Give the largest difference of each pixel's four channels, [H, W]."""
+    """Return the largest difference of each pixel's four channels, [H, W]."""
     difference = np.asarray(first, dtype=np.float64) - second
     largest: NDArray[np.float32] = np.abs(difference).max(axis=-1).astype(np.float32)
     return largest
 
 
 def gain_for(differences: NDArray[np.floating]) -> float:
-    """Give the power of two, at most 256, at which all but one in 200 of `differences` (0 to 1) show unclipped.
+    """Return the power of two, at most 256, at which all but one in 200 of `differences` (0 to 1) show unclipped.
 
     The few largest ones sit on silhouettes, and would leave the rest of the picture black.
     """
@@ -49,7 +49,7 @@ def coloured(differences: NDArray[np.floating], gain: float) -> Bytes:
 
 
 def colours() -> Bytes:
-    """Give the colour of each of 256 grades of difference, [256, 3]."""
+    """Return the colour of each of 256 grades of difference, [256, 3]."""
     table: NDArray[np.float64] = colormaps["magma"](np.arange(256))
     return _bytes(table[:, :3])
 

@@ -9,7 +9,7 @@ _ROUNDING = 2.0**-16
 
 
 def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], grid: Grid) -> NDArray[np.float64]:
-    """Give the length of each pixel's ray inside the box of `grid` in millimetres, [H, W]; 0 where it misses."""
+    """Return the length of each pixel's ray inside the box of `grid` in millimetres, [H, W]; 0 where it misses."""
     height, width = shape_hw
     x = (2 * np.arange(width) + 1) / width - 1
     y = 1 - (2 * np.arange(height) + 1) / height
@@ -28,7 +28,7 @@ def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], gri
 
 
 def samples(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.int64]:
-    """Give the number of equal segments, none longer than `step_mm`, that the renderer cuts each ray into."""
+    """Return the number of equal segments, none longer than `step_mm`, that the renderer cuts each ray into."""
     return np.ceil(chords / step_mm).astype(np.int64)
 
 

@@ -78,7 +78,7 @@ def measure_package(
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
-    """Give the subject of the picture of several channels, where there is one."""
+    """Return the subject of the picture of several channels, where there is one."""
     together = package.manifest.together
     if together is not None:
         channel_of = {name: each.name for each in package.manifest.channels or () for name in each.transfers}

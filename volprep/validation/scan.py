@@ -30,7 +30,7 @@ class FoundScan:
     """Width and height of the pictures, in pixels."""
 
     def spec_of(self, channel: str) -> SourceSpec:
-        """Give the source of a channel of the package; "" is its only one. Raises VP1241 if there is none."""
+        """Return the source of a channel of the package; "" is its only one. Raises VP1241 if there is none."""
         if not channel and len(self.channels) == 1:
             return self.channels[0].spec
         names = [each.name for each in self.channels]

@@ -82,11 +82,11 @@ class Subject:
         return self._draw([(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)], view)
 
     def has_own_table(self, transfer: str, level: int) -> bool:
-        """Say whether `level` has a lookup table of its own."""
+        """Return whether `level` has a lookup table of its own."""
         return own_table(self.package, transfer, level)
 
     def table(self, transfer: str, level: int) -> TransferFunction:
-        """Give the transfer function that the lookup table stands for."""
+        """Return the transfer function that the lookup table stands for."""
         return table_function(self.package, transfer, level)
 
     def levels(self, program: Program) -> list[int]:
@@ -96,15 +96,15 @@ class Subject:
         return sorted({level for each in programs if (each.technique, each.transfer) == same for level in each.levels})
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
-        """Give the transfer functions that make a picture: the one of this name, or those of all of its channels."""
+        """Return the transfer functions that make a picture: the one of this name, or those of all of its channels."""
         return tuple(part.function(name) for name, part in self._parts(transfer))
 
     def function(self, transfer: str) -> TransferFunction:
-        """Give the transfer function of this name."""
+        """Return the transfer function of this name."""
         return next(function for function in self.package.manifest.transfer_functions if function.name == transfer)
 
     def _parts(self, transfer: str) -> Sequence[tuple[str, "Subject"]]:
-        """Give the transfer functions of a picture, each with the subject that has its channel."""
+        """Return the transfer functions of a picture, each with the subject that has its channel."""
         return [*self._channels.items()] or [(transfer, self)]
 
     def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:

@@ -124,7 +124,7 @@ class _Sweeper:
         )
 
     def floor(self, level: int, on_data: NDArray[np.float64]) -> LevelFloor:
-        """Tell what one level can reach."""
+        """Return what one level can reach."""
         manifest = self._subject.package.manifest
         sizes = {record.path: record.size_bytes for record in manifest.files}
         return LevelFloor(
@@ -186,6 +186,6 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
 
 
 def _finest_ratios(step_mm: float, step_mm_min: float | None) -> tuple[float, ...]:
-    """Give the six finest steps that the shader's loop is long enough for, as multiples of the nominal one."""
+    """Return the six finest steps that the shader's loop is long enough for, as multiples of the nominal one."""
     possible = [ratio for ratio in _RATIOS if step_mm_min is None or ratio * step_mm >= step_mm_min]
     return tuple(possible[-_FINEST_LEVEL_STEPS:])

@@ -19,7 +19,7 @@ from volprep_formats.package.reader import Package
 
 
 def uncut(package: Package, program: Program, render: RenderSettings) -> Package | None:
-    """Give the package in which rays of `program` run to their end.
+    """Return the package in which rays of `program` run to their end.
 
     It is the package itself where its rays do so anyway, None where its shader is not the one that this version of
     volprep composes. The program may be one that begins at proxy geometry.
@@ -33,7 +33,7 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
 
 
 def unskipped(package: Package, program: Program, render: RenderSettings) -> Package | None:
-    """Give the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
+    """Return the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
     if all(sampler.role != "skip" for sampler in program.samplers):
         return package
     if _shaders(package, program, render).fragment != package.read_text(program.fragment):

@@ -11,12 +11,12 @@ _SMALLEST_TOLERANCE = 1e-7
 
 
 def passes(total: ErrorNumbers, tolerance: Tolerance) -> bool:
-    """Tell whether one view's total error is within the tolerance, in rmse and in maximum."""
+    """Return whether one view's total error is within the tolerance, in rmse and in maximum."""
     return total.rmse <= tolerance.rmse and total.maximum <= tolerance.maximum
 
 
 def share_of(total: ErrorNumbers | FormTrial, tolerance: Tolerance) -> float:
-    """Give the error over the tolerance, the larger of rmse's and maximum's; above 1 is beyond it."""
+    """Return the error over the tolerance, the larger of rmse's and maximum's; above 1 is beyond it."""
     return max(
         total.rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),
         total.maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE),

@@ -8,7 +8,7 @@ from volprep_formats.package.texture import CHANNELS
 
 
 def channel_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem between the channels of a manifest that has some; each for itself is another matter."""
+    """Return every problem between the channels of a manifest that has some; each for itself is another matter."""
     channels = manifest.channels or ()
     yield from (
         f"channel {name} is named {count} times"

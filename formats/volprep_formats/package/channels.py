@@ -6,21 +6,21 @@ from volprep_formats.package.reader import Package
 
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
-    """Give what the manifest says of each channel, under its name; of the only one under ""."""
+    """Return what the manifest says of each channel, under its name; of the only one under ""."""
     if manifest.channels is None:
         return {"": manifest}
     return {channel.name: _view(manifest, channel) for channel in manifest.channels}
 
 
 def channel_packages(package: Package) -> dict[str, Package]:
-    """Give the package as it is for each channel, the default one first; of the only one under ""."""
+    """Return the package as it is for each channel, the default one first; of the only one under ""."""
     if package.manifest.channels is None:
         return {"": package}
     return {name: Package(package.path, view, name) for name, view in channel_views(package.manifest).items()}
 
 
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
-    """Give the package as it is for the channel of a transfer function, the default one if None.
+    """Return the package as it is for the channel of a transfer function, the default one if None.
 
     A name that no channel knows gives the package itself, and so does None where channels are drawn together.
     """

@@ -32,7 +32,7 @@ _RELATIVE_TOLERANCE = 1e-9
 
 
 def contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of the manifest that can be seen without opening another file."""
+    """Return every problem of the manifest that can be seen without opening another file."""
     yield from _unique(manifest)
     yield from _roles(manifest)
     if manifest.state == "sealed":
@@ -157,7 +157,7 @@ def _levels(manifest: Manifest) -> Iterator[str]:
 
 
 def _is_part(grid: Grid, source: Grid) -> bool:
-    """Say whether the voxels of `grid` are voxels of `source`."""
+    """Return whether the voxels of `grid` are voxels of `source`."""
     start_xyz = (np.linalg.inv(source.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
     start_zyx = np.rint(start_xyz[::-1]).astype(int)
     stop_zyx = start_zyx + grid.shape_zyx
@@ -261,7 +261,7 @@ def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
 
 
 def _one_for_each_level(tables: list[Texture], program: Program) -> bool:
-    """Say whether each level of a program has one table: its own, or the one common one."""
+    """Return whether each level of a program has one table: its own, or the one common one."""
     levels = [table.level for table in tables]
     if any(count > 1 for count in Counter(levels).values()):
         return False

@@ -124,7 +124,7 @@ def channels_of(path: Path) -> list[str]:
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
-    """Give the field of a source that chooses a channel by its number, and the names of all, "" where they have none.
+    """Return the field of a source that chooses a channel by its number, and the names of all, "" where they have none.
 
     Raises what `open_source` raises, and VP1242 for a format whose files have one channel.
     """

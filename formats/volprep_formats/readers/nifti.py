@@ -70,7 +70,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
-    """Give a channel without a name for each volume. Raises VP1020."""
+    """Return a channel without a name for each volume. Raises VP1020."""
     _, volumes = _shape_and_volumes(path, _header(path))
     if volumes > _MOST_CHANNELS:
         raise VolprepError("VP1020", path=path, error=f"its header says {volumes} volumes")
@@ -110,7 +110,7 @@ def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], i
 
 
 def _chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wanted: int | None) -> int:
-    """Give the number from 0 of the volume that is wanted."""
+    """Return the number from 0 of the volume that is wanted."""
     if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
         shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
         raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)

@@ -44,7 +44,7 @@ class RawSource:
         return slab
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

@@ -37,7 +37,7 @@ class LevelSource:
         return self._slices[z0:z1].astype(self._info.stored_type)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

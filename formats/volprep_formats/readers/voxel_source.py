@@ -45,7 +45,7 @@ class VoxelSource:
             return slab.astype(self._info.stored_type, copy=False)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

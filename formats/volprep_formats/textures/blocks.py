@@ -110,7 +110,7 @@ def decode_blocks(
 def decoded_slices(
     blocks: Callable[[int], NDArray[np.uint8]], layout: MosaicLayout, texture_format: CompressedFormat
 ) -> Callable[[int, int], NDArray[np.float32]]:
-    """Give a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, as `decode_blocks` gives them.
+    """Return a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, as `decode_blocks` gives them.
 
     `blocks(part)` gives the blocks of one of its textures; those of the last one asked for are kept decoded.
     """

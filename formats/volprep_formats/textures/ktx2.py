@@ -173,7 +173,7 @@ def encode_levels(
     dimensions: Dimensions,
     levels: Sequence[Iterable[bytes | memoryview]],
 ) -> Iterator[bytes | memoryview]:
-    """Give a file in pieces from the pieces of each level's texels, the finest level first."""
+    """Return a file in pieces from the pieces of each level's texels, the finest level first."""
     layout = _LAYOUTS[texture_format]
     yield header(texture_format, shape_zyx, dimensions, len(levels))
     for level in reversed(range(len(levels))):
@@ -184,7 +184,7 @@ def encode_levels(
 
 
 def encode(image: Ktx2Image) -> Iterator[bytes | memoryview]:
-    """Give the file in pieces: the header, then the texels slice by slice, uncopied where they are in order."""
+    """Return the file in pieces: the header, then the texels slice by slice, uncopied where they are in order."""
     layout = _LAYOUTS[image.format]
     for level, texels in enumerate(image.levels):
         shape = layout.stored(mipmap_shape(image.shape_zyx, level))

@@ -23,7 +23,7 @@ Bytes = NDArray[np.uint8]
 
 
 def encode(colours: Bytes, indices: Bytes) -> Iterator[bytes | memoryview]:
-    """Give the parts of the file of colours [entry, RGBA] and indices [y, x]."""
+    """Return the parts of the file of colours [entry, RGBA] and indices [y, x]."""
     palette = np.zeros((ENTRIES, 4), np.uint8)
     palette[: len(colours)] = colours
     yield palette.tobytes()

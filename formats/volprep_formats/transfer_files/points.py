@@ -27,7 +27,7 @@ class FilePoint:
 
 
 def number(text: object) -> float:
-    """Give a finite number. Raises ValueError for anything else, a truth value included."""
+    """Return a finite number. Raises ValueError for anything else, a truth value included."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         msg = f"{str(text)[:40]!r} is no number"
         raise ValueError(msg)  # noqa: TRY004 - a wrong file, not a wrong call

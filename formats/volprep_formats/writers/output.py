@@ -17,7 +17,7 @@ from volprep_formats.source import VolumeSource
 
 @contextmanager
 def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Give a file that takes the name `path` when the block ends well. Raises VP4020 where it cannot be written."""
+    """Return a file that takes the name `path` when the block ends well. Raises VP4020 where it cannot be written."""
     with output_errors(path):
         descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent)
         try:
@@ -35,7 +35,7 @@ def new_file(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def zipped(file: BinaryIO) -> Iterator[BinaryIO]:
-    """Give a gzip stream into `file`, without name and time: the same bytes for the same volume."""
+    """Return a gzip stream into `file`, without name and time: the same bytes for the same volume."""
     with gzip.GzipFile(filename="", mode="wb", compresslevel=6, fileobj=file, mtime=0) as stream:
         yield cast("BinaryIO", stream)
 

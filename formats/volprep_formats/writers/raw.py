@@ -10,7 +10,7 @@ from volprep_formats.writers.values import PhysicalValues
 
 
 def sidecar_path(path: Path) -> Path:
-    """Give the path of the sidecar of `path`."""
+    """Return the path of the sidecar of `path`."""
     return path.with_name(f"{path.name}.toml")
 
 

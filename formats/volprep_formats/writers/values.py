@@ -26,7 +26,7 @@ class StoredValues:
         return self._source.read_slab(z0, z1)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

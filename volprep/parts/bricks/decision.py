@@ -77,7 +77,7 @@ def as_bricks(
 
 
 def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> Iterator[PlanItem]:
-    """Say whether levels are bricks, where they could be."""
+    """Return whether levels are bricks, where they could be."""
     if not profile.max_3d_texture_size:
         return
     found = [volume.bricks for volume in volumes if volume.bricks is not None]

@@ -60,7 +60,7 @@ def places_of(stored: NDArray[np.bool_], layout: BrickLayout) -> NDArray[np.uint
 
 
 def pool_layers(codes: RawVolume, stored: NDArray[np.bool_], layout: BrickLayout) -> Iterator[NDArray[np.generic]]:
-    """Give the texture in pieces [z, y, x], each as thick as a brick; a row of bricks is read at a time."""
+    """Return the texture in pieces [z, y, x], each as thick as a brick; a row of bricks is read at a time."""
     (_, rows, columns), (pitch_z, pitch_y, pitch_x) = layout.pool_zyx, layout.pitch_zyx
     layer: NDArray[np.generic] = np.zeros((pitch_z, *layout.texture_zyx[1:]), codes.dtype)
     filled = 0

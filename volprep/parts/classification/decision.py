@@ -56,7 +56,7 @@ class Tables:
     """What each is off by."""
 
     def classified(self, volumes: tuple[VolumePlan, ...]) -> tuple[VolumePlan, ...]:
-        """Give the volumes with voxels classified, if they are to be."""
+        """Return the volumes with voxels classified, if they are to be."""
         if self.voxels is None:
             return volumes
         transfer, reference_mm = self.voxels
@@ -65,7 +65,7 @@ class Tables:
 
 
 def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
-    """Give the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
+    """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
     if wishes.classification in {"palette", "preclassified"}:
         return 0
     texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
@@ -265,7 +265,7 @@ def _light(rays: Array, classify: Classify, pieces: int, length_mm: float) -> Ar
 
 
 def _classified(table: Table, rays: Array, reference_mm: float) -> tuple[Array, Classify]:
-    """Give the place of each voxel on its ray [voxel, ray], and what the filter makes of classified voxels between."""
+    """Return the place of each voxel on its ray [voxel, ray], and the filter of classified voxels between them."""
     depth, count = rays.shape
     texels = classified_texels(table, rays.ravel(), reference_mm).reshape(depth, count, 4) / 255
 

@@ -68,7 +68,7 @@ def _textures(
 
 
 def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
-    """Give the tables of levels that have one of their own, and the common one where a level has none."""
+    """Return the tables of levels that have one of their own, and the common one where a level has none."""
     own = own_tables(draft, plan, lookup.transfer)
     tables: dict[int | None, Array] = dict(own.items())
     if own.keys() != {level.index for level in plan.levels}:

@@ -195,7 +195,7 @@ class _Patches:
         self._truth = [self._picture(texels, table) for table in self._tables]
 
     def try_form(self, name: CompressedFormat, layout: Layout) -> FormTrial:
-        """Say what compression changes, at worst over the transfer functions."""
+        """Return what compression changes, at worst over the transfer functions."""
         decoded = _through_blocks(self._texels, name)
         errors = [
             difference(self._picture(decoded, table), truth)

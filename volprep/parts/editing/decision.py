@@ -22,7 +22,7 @@ _HEADROOM = 4.0
 
 
 def for_edits(scene: Scene, profile: DeviceProfile) -> Scene:
-    """Give the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
+    """Return the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
     if not scene.editable:
         return scene
     frozen = {
@@ -57,7 +57,7 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
 
 
 def describe_editing(plan: EditingPlan | None) -> Iterator[PlanItem]:
-    """Say what there is for edits of transfer functions, where users make them."""
+    """Return what there is for edits of transfer functions, where users make them."""
     if plan is None:
         return
     if plan.histograms:

@@ -33,12 +33,12 @@ Texels = NDArray[np.generic]
 
 
 def edit_with(function: TransferFunction) -> Edit:
-    """Give the edit that draws `function` in place of the one of the program."""
+    """Return the edit that draws `function` in place of the one of the program."""
     return lambda package, inputs: edited_inputs(package, inputs, function)
 
 
 def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) -> Inputs:
-    """Give what a program reads after an edit: `function` in place of the one that it draws.
+    """Return what a program reads after an edit: `function` in place of the one that it draws.
 
     Raises VP5023 for a package whose transfer functions are not editable.
     """

@@ -75,7 +75,7 @@ class _Fit:
         self._root = np.sqrt(common[:, 3])
 
     def table(self, change: Array) -> Array:
-        """Give the table after a change of the knots."""
+        """Return the table after a change of the knots."""
         changes = np.column_stack(
             [np.interp(self._positions, self._at_knots, part) for part in change.reshape(4, self.knots)]
         )
@@ -106,7 +106,7 @@ class _Fit:
     def step(
         self, change: Array, cost: float, matrix: Array, gradient: Array, damping: float
     ) -> tuple[tuple[Array, float] | None, float]:
-        """Give a change that costs less, its cost, and the damping of the next step; none where none is found."""
+        """Return a change that costs less, its cost, and the damping of the next step; none where none is found."""
         size = float(np.diagonal(matrix).mean())
         while damping < 1e3:
             damped, move = matrix + damping * size * np.eye(len(gradient)), gradient.copy()

@@ -103,7 +103,7 @@ class Chooser:
         return best[1].model_copy(update={"trials": tuple(trials)}), best[2]
 
     def slices(self, name: LevelFilter, factors: tuple[int, int, int]) -> Slices:
-        """Give the slices that a filter makes, with how many slices of level 0 they stand for."""
+        """Return the slices that a filter makes, with how many slices of level 0 they stand for."""
         scan = self._scan
         return level_slices(scan, name, factors)
 
@@ -156,7 +156,7 @@ class Chooser:
 
 
 def level_slices(scan: Classified, name: LevelFilter, factors: tuple[int, int, int]) -> Slices:
-    """Give the slices of a level, as a filter makes them, with how many slices of level 0 they stand for."""
+    """Return the slices of a level, as a filter makes them, with how many slices of level 0 they stand for."""
     volume = scan.volume
     if name == "least-squares":
         return fitted_slabs(volume, factors, plain_look(bins_of(volume.dtype), volume.shape_zyx))

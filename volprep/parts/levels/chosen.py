@@ -15,14 +15,14 @@ Array = NDArray[np.float64]
 
 
 def choices_of(draft: Draft, plan: Plan) -> tuple[LevelChoice, ...]:
-    """Give what was decided about the levels of a plan that are coarser than level 0."""
+    """Return what was decided about the levels of a plan that are coarser than level 0."""
     named = {record.path for record in draft.manifest.files}
     names = [choice_name(level.index, plan.channel) for level in plan.levels]
     return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
 
 
 def own_tables(draft: Draft, plan: Plan, transfer: str) -> dict[int, Array]:
-    """Give the tables of levels that have one of their own for a transfer function, by level."""
+    """Return the tables of levels that have one of their own for a transfer function, by level."""
     return {
         choice.level: np.array(table.entries)
         for choice in choices_of(draft, plan)
@@ -32,7 +32,7 @@ def own_tables(draft: Draft, plan: Plan, transfer: str) -> dict[int, Array]:
 
 
 def lookup_of_level(lookup: LookupPlan, level: int) -> LookupPlan:
-    """Give the names of the table that a level has of its own."""
+    """Return the names of the table that a level has of its own."""
     name = f"{lookup.name}-level{level}"
     return lookup.model_copy(update={"name": name, "file": f"textures/{name}.ktx2"})
 

@@ -119,7 +119,7 @@ class ClassifiedChooser:
 def classified_slices(
     scan: Classified, voxels: Voxels, name: LevelFilter, factors: Factors
 ) -> Iterator[tuple[NDArray[np.uint8], int]]:
-    """Give the slices of a level [z, y, 4 x], with how many slices of level 0 they stand for."""
+    """Return the slices of a level [z, y, 4 x], with how many slices of level 0 they stand for."""
     if name == "transmittance":
         made = _transmitted(scan, voxels, factors)
     elif name == "least-squares":

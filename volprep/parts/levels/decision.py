@@ -20,7 +20,7 @@ _NEARLY_EQUAL = math.sqrt(2)
 
 
 def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
-    """Give the filter that makes the coarser levels.
+    """Return the filter that makes the coarser levels.
 
     Raises VP3024 for one that would put values between labels, VP3044 for one of classified voxels where none are.
     """

@@ -31,12 +31,12 @@ _BINS = 1024
 
 
 def bins_of(dtype: np.dtype[np.generic]) -> int:
-    """Give the number of bins that values of codes of this type are counted in."""
+    """Return the number of bins that values of codes of this type are counted in."""
     return min(_BINS, largest_code(dtype) + 1)
 
 
 def fitted_slabs(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[tuple[NDArray[Any], int]]:
-    """Give the slices of the level in order, some at a time, each time with how many slices of level 0 they stand for.
+    """Return the slices of the level in order, some at a time, with the number of slices of level 0 they stand for.
 
     The bytes do not depend on the slabs: each reaches as far beyond what it gives as the iterations carry. Memory holds
     such a slab.

@@ -46,7 +46,7 @@ class Look:
 
 
 def largest_code(dtype: np.dtype[np.generic]) -> int:
-    """Give the largest code of this type: 255 or 65535."""
+    """Return the largest code of this type: 255 or 65535."""
     return int(256**dtype.itemsize) - 1
 
 

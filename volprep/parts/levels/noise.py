@@ -55,7 +55,7 @@ def _bins(dtype: np.dtype[np.generic]) -> int:
 
 
 def _sampled(volume: RawVolume) -> list[tuple[slice, slice]]:
-    """Give the slices to sample and which of their rows, with all neighbours; none where these are most slices."""
+    """Return the slices to sample and which of their rows, with all neighbours; none where these are most slices."""
     depth, height, width = volume.shape_zyx
     inner = depth - 2
     count = max(_SAMPLED_SLICES, math.ceil(_SAMPLED_VOXELS / (height * width)))

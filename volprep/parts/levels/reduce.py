@@ -53,7 +53,7 @@ class Filter:
 
 
 def reduced(volume: Voxels, factors_zyx: Factors, name: LevelFilter, noise: float = 0.0) -> Voxels:
-    """Give the level that a filter makes of a whole volume [z, y, x].
+    """Return the level that a filter makes of a whole volume [z, y, x].
 
     `noise` is the standard deviation of the noise in units of the voxels (volprep.parts.levels.noise); only
     "feature-preserving" asks for it.
@@ -68,7 +68,7 @@ def reduced(volume: Voxels, factors_zyx: Factors, name: LevelFilter, noise: floa
 def reduced_slabs(
     volume: RawVolume, factors_zyx: Factors, name: LevelFilter, noise: float = 0.0
 ) -> Iterator[tuple[Voxels, int]]:
-    """Give the slices of the level in order, some at a time, each time with how many slices of level 0 they stand for.
+    """Return the slices of the level in order, some at a time, with the number of slices of level 0 they stand for.
 
     The bytes are those of `reduced`. Memory holds a slab of level 0 and what the filter reaches beyond it.
     """

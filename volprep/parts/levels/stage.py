@@ -73,7 +73,7 @@ def _candidates(level: LevelPlan, plan: Plan) -> tuple[LevelFilter, ...]:
 
 
 def _tables(plan: Plan) -> dict[str, Array]:
-    """Give the lookup table of each transfer function over all codes."""
+    """Return the lookup table of each transfer function over all codes."""
     entries = {lookup.transfer: lookup.entries for lookup in plan.lookups}
     return {
         function.name: lookup_table(function, plan.quantize.window, entries.get(function.name, 256))

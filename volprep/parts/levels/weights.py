@@ -27,7 +27,7 @@ Weights = NDArray[np.int32]
 
 @cache
 def weights(name: LinearFilter, factor: int) -> Weights:
-    """Give the weights of a filter along an axis: 1 for factor 1. `factor` is a power of two."""
+    """Return the weights of a filter along an axis: 1 for factor 1. `factor` is a power of two."""
     taps = np.ones(1, np.int32) if factor == 1 else _MAKERS[name](factor)
     # One array for everybody.
     taps.flags.writeable = False

@@ -103,7 +103,7 @@ def mosaic_text(layout: MosaicLayout) -> str:
 def describe_mosaic(
     layout: MosaicLayout, profile: DeviceProfile, wanted: MosaicSettings, between: SampleFilter
 ) -> Iterator[PlanItem]:
-    """Say which parts of the layout are there, and why."""
+    """Return which parts of the layout are there, and why."""
     room = room_of(profile)
     tile = layout.tile_shape_yx
     single = most_slices(tile, Packing(gutter=layout.gutter), room)

@@ -92,7 +92,7 @@ def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) 
 
 
 def _of_slices(package: Package, textures: list[Texture]) -> NDArray[np.uint8]:
-    """Give the stack of the first transfer function across z, or another axis where z has none."""
+    """Return the stack of the first transfer function across z, or another axis where z has none."""
     first = textures[0].transfer
     axes = {each.slices.axis for each in textures if each.slices is not None and each.transfer == first}
     return _over_black(slice_texels(package, first or "", max(axes)))

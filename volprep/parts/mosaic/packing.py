@@ -60,7 +60,7 @@ class Room:
 
 
 def room_of(profile: DeviceProfile, textures: int = 1) -> Room:
-    """Give the textures that a mosaic may take on a class of devices, `textures` at most."""
+    """Return the textures that a mosaic may take on a class of devices, `textures` at most."""
     return Room(profile.max_texture_size, textures, profile.npot, profile.square)
 
 
@@ -109,7 +109,7 @@ def most_slices(tile_shape_yx: tuple[int, int], packing: Packing, room: Room) ->
 
 
 def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, part: int = 0) -> Iterator[Texels]:
-    """Give the texels of one texture of a mosaic, a strip of rows after the other, each [y, x, channel].
+    """Return the texels of one texture of a mosaic, a strip of rows after the other, each [y, x, channel].
 
     `read_slab(z0, z1)` gives the texels of slices z0 to z1 - 1 as [z, y, x], or as [z, y, x, component] where a voxel
     has several; uint8, uint16 or float16. Texels that no slice fills are 0.

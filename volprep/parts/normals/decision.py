@@ -37,7 +37,7 @@ _WHY = {
 
 
 def wanted_normals(scene: Scene) -> NormalSettings | None:
-    """Give what the scene wants of normals: what it says, or the default where its lighting needs them."""
+    """Return what the scene wants of normals: what it says, or the default where its lighting needs them."""
     return scene.normals or (NormalSettings() if scene.render.lighting != "none" else None)
 
 

@@ -40,7 +40,7 @@ def length_scale(grid: Grid, kernel: GradientKernel, physical_per_code: float = 
 def gradients(
     codes: NDArray[np.generic], grid: Grid, kernel: GradientKernel, physical_per_code: float = 1.0
 ) -> NDArray[np.float32]:
-    """Give the gradient at each voxel as [z, y, x, (x, y, z)], along the volume's axes, in physical units per mm.
+    """Return the gradient at each voxel as [z, y, x, (x, y, z)], along the volume's axes, in physical units per mm.
 
     `codes` are uint8, uint16 or float32, the whole volume of `grid`.
     """

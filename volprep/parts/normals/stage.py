@@ -81,7 +81,7 @@ class _Encoder:
         """Longest gradient of level 0, in physical units per millimetre: none of a coarser level is longer."""
 
     def file(self, texture: NormalTexturePlan, part: int) -> Iterator[bytes | memoryview]:
-        """Give a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
+        """Return a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
         level = self._plan.level(texture.level)
         if texture.mosaic is None:
             yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 3)

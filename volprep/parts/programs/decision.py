@@ -12,7 +12,7 @@ VERTEX = "shaders/raycast.vert"
 
 
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> Iterator[ProgramPlan]:
-    """Give the programs that draw a transfer function, or a picture of several.
+    """Return the programs that draw a transfer function, or a picture of several.
 
     One draws all 3D textures; mosaics and bricks have one each, whose text holds the layout.
     """
@@ -25,7 +25,7 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], render: RenderWish
 
 
 def technique_of(volume: VolumePlan) -> Technique:
-    """Give the technique that samples the textures of a level."""
+    """Return the technique that samples the textures of a level."""
     if volume.mosaic is not None:
         return "raycast_mosaic"
     return "raycast_texture3d" if volume.bricks is None else "raycast_bricks"

@@ -57,7 +57,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _programs(
     draft: Draft, plan: Plan, wanted: tuple[ProgramPlan, ...], texts: dict[str, str], progress: Progress
 ) -> tuple[Program, ...]:
-    """Give the records of programs; their texts are added to `texts`, by file."""
+    """Return the records of programs; their texts are added to `texts`, by file."""
     programs = []
     for planned in wanted:
         shaders = _ray_caster(draft, plan, planned)

@@ -84,7 +84,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
 def describe_proxy(
     plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], wanted: ProxySettings, found: Found
 ) -> Iterator[PlanItem]:
-    """Give an item for each transfer function. Seal adds the meshes, of which some may be empty."""
+    """Return an item for each transfer function. Seal adds the meshes, of which some may be empty."""
     if plan is None:
         return
     common: tuple[str, ...] = (VERTEX, DEPTH)
@@ -113,7 +113,7 @@ def item_name(transfer: str) -> str:
 
 
 def item_of_proxy(transfer: str, item: str) -> bool:
-    """Say whether an item is the one of a transfer function; of several channels, each has its name in front."""
+    """Return whether an item is the one of a transfer function; of several channels, each has its name in front."""
     return item == item_name(transfer) or item.endswith(f": {item_name(transfer)}")
 
 
@@ -137,7 +137,7 @@ def _likely_bytes(occupied: Occupied, block: int) -> int:
 
 
 def proxy_program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
-    """Give the plan of the program that begins at meshes on these levels."""
+    """Return the plan of the program that begins at meshes on these levels."""
     name = f"proxy-{program.name}"
     return program.model_copy(
         update={

@@ -29,7 +29,7 @@ _EXTRAS = {
 
 
 def mesh_file(mesh: ProxyMesh, scale_mm_xyz: tuple[float, float, float], *, may_compress: bool) -> tuple[bytes, bool]:
-    """Give the bytes of the file of a mesh that is not empty, and whether it is compressed."""
+    """Return the bytes of the file of a mesh that is not empty, and whether it is compressed."""
     plain = write_glb(primitives_of(mesh.positions_xyz, mesh.triangles), scale_mm_xyz, _EXTRAS)
     worth = DECODER_BYTES + BYTES_PER_TRIANGLE * len(mesh.triangles)
     if not may_compress or len(plain) <= worth:

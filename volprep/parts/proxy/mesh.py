@@ -32,7 +32,7 @@ class ProxyMesh:
 
 
 def block_planes(shape_zyx: Triple, block: int) -> Planes:
-    """Give the planes between blocks of `block` cells in a level of `shape_zyx` voxels."""
+    """Return the planes between blocks of `block` cells in a level of `shape_zyx` voxels."""
     z, y, x = (_planes(voxels, block) for voxels in shape_zyx)
     return z, y, x
 

@@ -11,7 +11,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 
 
 def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: ProxyForm) -> Iterator[str]:
-    """Give what is wrong with a mesh around the occupied blocks, one sentence each; nothing where all is well."""
+    """Return what is wrong with a mesh around the occupied blocks, one sentence each; nothing where all is well."""
     if not occupied.any():
         if len(mesh.triangles) or len(mesh.positions_xyz):
             yield "nothing is occupied, but it has triangles"
@@ -26,7 +26,7 @@ def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: Proxy
 
 
 def edge_uses(triangles: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Give how many triangles run along each edge from its lower to its higher vertex, and how many back."""
+    """Return how many triangles run along each edge from its lower to its higher vertex, and how many back."""
     starts, ends = (triangles[:, order].astype(np.int64).ravel() for order in ((0, 1, 2), (1, 2, 0)))
     count = int(triangles.max(initial=-1)) + 1
     _, edge = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)

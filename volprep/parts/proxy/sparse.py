@@ -21,7 +21,7 @@ from volprep_formats.readers.vdb.reader import VdbSource
 def ranges_of_tree(
     source: VdbSource, crop: CropPlan, quantize: QuantizePlan, block: int, texel: TextureFormat
 ) -> BlockRanges:
-    """Give the ranges of blocks of level 0, as `block_ranges` measures them on texels of a format.
+    """Return the ranges of blocks of level 0, as `block_ranges` measures them on texels of a format.
 
     Raises what the source does.
     """

@@ -190,7 +190,7 @@ def _normals_of(level: LevelPlan, normals: NormalsPlan | None) -> tuple[int, int
 def describe_skip(
     plan: SkipPlan, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
 ) -> Iterator[PlanItem]:
-    """Give an item for each transfer function, and one for the ranges of blocks."""
+    """Return an item for each transfer function, and one for the ranges of blocks."""
     for function, share in zip(functions, plan.shares, strict=True):
         tables = [table for table in plan.tables if table.transfer == function.name]
         reason = why_not(wanted, share, found)

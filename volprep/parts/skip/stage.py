@@ -87,7 +87,7 @@ def _tables_together(plan: Plan) -> tuple[SkipTablePlan, ...]:
 def _occupied(
     draft: Draft, plan: Plan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
 ) -> Occupied:
-    """Say which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
+    """Return which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
     epsilon = required(plan.skip).epsilon / channels
     threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     if plan.is_classified:
@@ -96,7 +96,7 @@ def _occupied(
 
 
 def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
-    """Say which blocks any of the channels shows that are drawn together."""
+    """Return which blocks any of the channels shows that are drawn together."""
     transfers = plan.together.transfers if plan.together else ()
     each = [
         _occupied(draft, part, level, function.name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))

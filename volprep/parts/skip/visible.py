@@ -12,7 +12,7 @@ Extinctions = NDArray[np.float64]
 
 
 def visible_extinction(draft: Draft, transfer: str, level: int) -> Extinctions:
-    """Give one extinction per millimetre for each entry: entry j of N is at the normalised stored value j / (N - 1).
+    """Return one extinction per millimetre for each entry: entry j of N is at the normalised stored value j / (N - 1).
 
     Of a pre-integrated table an entry is the greatest of the segments between it and its neighbours: a segment shows
     something only if one between two entries inside it does.

@@ -213,7 +213,7 @@ def _colours(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: Tr
 
 
 def _oblique(plan: Plan, stack: SliceStackPlan, function: TransferFunction) -> str:
-    """Say what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
+    """Return what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
     texels = code_colours(function, plan.quantize.window, stack.distance_mm)
     opacity = float(texels[:, 3].max()) / 255
     longer = 1 - (1 - opacity) ** math.sqrt(2)

@@ -27,7 +27,7 @@ def cuts_along(voxels: int, size: int) -> Cuts:
 
 
 def boxes_zyx(cuts_zyx: tuple[Cuts, Cuts, Cuts]) -> Iterator[tuple[slice, slice, slice]]:
-    """Give the voxels of each piece, in the order of their numbers."""
+    """Return the voxels of each piece, in the order of their numbers."""
     spans = [[slice(low, high + 1) for low, high in pairwise(cuts)] for cuts in cuts_zyx]
     yield from product(*spans)
 

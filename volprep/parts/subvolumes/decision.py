@@ -79,7 +79,7 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramPlan:
 def describe_subvolumes(
     plan: SubvolumesPlan | None, grid: Grid, levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...]
 ) -> Iterator[PlanItem]:
-    """Say whether there are sub-volumes, and why."""
+    """Return whether there are sub-volumes, and why."""
     whole_fits = levels[0].index == 0
     if plan is None:
         if whole_fits:

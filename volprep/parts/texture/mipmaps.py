@@ -63,7 +63,7 @@ def chain_bytes(volumes: Sequence[VolumePlan], volume: VolumePlan) -> int:
 
 
 def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan]) -> Iterator[PlanItem]:
-    """Say whether levels of 3D textures are mipmaps of one, and what that costs."""
+    """Return whether levels of 3D textures are mipmaps of one, and what that costs."""
     finest = volumes[0]
     if finest.mosaic is not None or finest.bricks is not None:
         return

@@ -72,7 +72,7 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
 def plan_together(
     plans: Sequence[Plan], measured: Sequence[Measured], drawn: DrawnTogether, packing: PlanItem, scene: Scene
 ) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
-    """Give the programs of the picture, where there is one, and what was decided.
+    """Return the programs of the picture, where there is one, and what was decided.
 
     `packing` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
     """
@@ -159,7 +159,7 @@ def _refuse(scene: Scene, reason: str) -> NoReturn:
 
 
 def _fits(group: Sequence[Plan], level: int, skip_bytes: int = 0) -> bool:
-    """Say whether a device holds a level of all channels, and their tables, at one time; with a skip table if any."""
+    """Return whether a device holds a level of all channels, their tables and a skip table at one time."""
     profile = group[0].profile
     # Channels that share texels have the same files.
     sizes = {

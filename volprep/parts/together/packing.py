@@ -61,7 +61,7 @@ def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) 
 
 
 def _obstacles(group: Sequence[Plan]) -> Iterator[str]:
-    """Give what keeps channels from sharing texels, what matters most first; what follows rests on what went before."""
+    """Return what keeps channels from sharing texels, what matters most first; each assumes the ones before."""
     if len(group) < 2:
         yield "each program draws one channel, and would fetch the others in vain"
     if len(group) > len(_COMPONENTS):
@@ -113,7 +113,7 @@ def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gut
 
 
 def _beside(group: Sequence[Plan], level: int) -> Beside:
-    """Give what a program that draws all channels samples beside their level: a table and the normals of each."""
+    """Return what a program that draws all channels samples beside their level: a table and the normals of each."""
     units = size = 0
     for plan in group:
         tables = [size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups]
@@ -127,7 +127,7 @@ def _beside(group: Sequence[Plan], level: int) -> Beside:
 
 
 def _with_volumes(plan: Plan, volumes: tuple[VolumePlan, ...]) -> Plan:
-    """Give the plan of a channel whose levels are in common textures."""
+    """Return the plan of a channel whose levels are in common textures."""
     held = {f"level {volume.level}": volume for volume in volumes}
     items = tuple(
         _shared(plan, item, held[item.name]) if item.name in held else item

@@ -144,7 +144,7 @@ def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeS
 
 
 def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:
-    """Say whether the profile has a texture format for stored values of so many bits."""
+    """Return whether the profile has a texture format for stored values of so many bits."""
     if bits == 16 and has_exact_16_bits(profile):
         return True
     formats = {"LUMINANCE8", "RGBA8", "R8"} if bits == 8 else {"R16F"}
@@ -177,7 +177,7 @@ def _windows(
 
 
 def within_share(error: PictureError, tolerance: Tolerance) -> bool:
-    """Say whether an error is within the part of the tolerance that one decision may take."""
+    """Return whether an error is within the part of the tolerance that one decision may take."""
     return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
 
 

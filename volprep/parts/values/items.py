@@ -38,7 +38,7 @@ class Grounds:
 
 
 def describe_border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
-    """Say whether an empty border was left out."""
+    """Return whether an empty border was left out."""
     source = grounds.info.grid.shape_zyx
     cropped = math.prod(source) - math.prod(plan.grid.shape_zyx)
     stored_bytes = np.dtype(grounds.info.stored_type).itemsize
@@ -54,7 +54,7 @@ def describe_border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
 
 
 def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
-    """Say how values become codes."""
+    """Return how values become codes."""
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     values = grounds.values

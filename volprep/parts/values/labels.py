@@ -30,7 +30,7 @@ def require_distinct_labels(scene: Scene) -> None:
 
 
 def step_voxels_of(scene: Scene, functions: tuple[TransferFunction, ...], voxel_mm: float) -> float:
-    """Give the distance of samples in voxels of `voxel_mm`: what the scene wants, or else what its voxels need.
+    """Return the distance of samples in voxels of `voxel_mm`: what the scene wants, or else what its voxels need.
 
     For labels it is so short that the densest one, along one step, has an opacity of a quarter of the largest error.
     """

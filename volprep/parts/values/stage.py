@@ -42,7 +42,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
 def _codes(
     draft: Draft, plan: Plan, losses: list[_native.QuantizationLoss], progress: Progress
 ) -> Iterator[memoryview]:
-    """Give the codes slab by slab; what each slab lost is added to `losses`."""
+    """Return the codes slab by slab; what each slab lost is added to `losses`."""
     source = source_volume(draft, plan.channel)
     info = source_info(draft.manifest, plan.channel)
     histogram = np.zeros(2**plan.quantize.bits, np.uint64)

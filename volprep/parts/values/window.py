@@ -43,7 +43,7 @@ def windows(
 
 
 def is_exact(bits: int, window: Window, info: SourceInfo, statistics: Statistics) -> bool:
-    """Say whether the window gives every stored value of the source a code of its own, without rounding."""
+    """Return whether the window gives every stored value of the source a code of its own, without rounding."""
     whole = statistics.minimum, statistics.maximum
     return _on_steps(whole, bits, info, statistics) is not None and window == _coded(whole, bits, info, statistics)
 

@@ -49,7 +49,7 @@ def open_contents(package: Path, name: str) -> Contents:
 
 
 def holds(package: Path, name: str) -> bool:
-    """Say whether a package has a file of this name, or a link. Raises VP4002 for a zip that is no package."""
+    """Return whether a package has a file of this name, or a link. Raises VP4002 for a zip that is no package."""
     return name in single_file.places(package) if package.is_file() else os.path.lexists(package / name)
 
 

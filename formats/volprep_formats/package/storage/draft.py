@@ -110,7 +110,7 @@ class Draft:
             return file.read()
 
     def scratch(self, name: str) -> Path:
-        """Give the path of a file for the stage's own use, inside the draft's folder; the next `commit` removes it."""
+        """Return the path of a file for the stage's own use in the draft's folder; the next `commit` removes it."""
         folder = self._begin() / "scratch"
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
@@ -216,7 +216,7 @@ def _after(
 
 
 def _has_tables(before: Manifest, files: dict[str, FileRecord]) -> bool:
-    """Say whether the files of empty-space skipping are still there."""
+    """Return whether the files of empty-space skipping are still there."""
     return all(texture.file in files for texture in before.textures if texture.role in {"skip", "ranges"})
 
 
@@ -228,7 +228,7 @@ def _subvolumes(before: SubvolumeFiles | None, files: dict[str, FileRecord]) -> 
 
 
 def _proxy(before: Proxy | None, files: dict[str, FileRecord]) -> Proxy | None:
-    """Give the meshes while all their files are there; programs while their shaders are."""
+    """Return the meshes while all their files are there; programs while their shaders are."""
     if before is None or any(mesh.file is not None and mesh.file not in files for mesh in before.meshes):
         return None
     shaders = {before.depth} & files.keys()

@@ -17,7 +17,7 @@ MANIFEST_IN_MAKING = f".{MANIFEST}.new"
 
 
 def source_name(channel: str | None) -> str:
-    """Give the name of the stored values of the source in a draft; of a channel where there are several."""
+    """Return the name of the stored values of the source in a draft; of a channel where there are several."""
     return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"
 
 
@@ -104,7 +104,7 @@ def open_inside(folder: Path, name: str) -> BufferedReader:
 
 
 def path_inside(folder: Path, name: str) -> Path:
-    """Give the path of `name` in the package at `folder`. Raises VP4007 if a part on the way is a symbolic link."""
+    """Return the path of `name` in the package at `folder`. Raises VP4007 if a part on the way is a symbolic link."""
     path = folder
     for part in name.split("/"):
         path = path / part

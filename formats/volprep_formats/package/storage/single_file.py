@@ -56,7 +56,7 @@ def write_single_file(folder: Path, names: list[str], file: BinaryIO, progress: 
 
 
 def _padding(offset: int, name: str, size: int) -> bytes:
-    """Give the extra data that moves a file whose header is at `offset` to the next multiple of ALIGNMENT."""
+    """Return the extra data that moves a file whose header is at `offset` to the next multiple of ALIGNMENT."""
     # Sizes of 4 GB and more are told in a field of their own; zipfile adds it a little earlier.
     large = _ZIP64_FIELD_BYTES if size * 1.05 > zipfile.ZIP64_LIMIT else 0
     begins = offset + _LOCAL_HEADER.size + len(name) + large + _PADDING.size
@@ -65,7 +65,7 @@ def _padding(offset: int, name: str, size: int) -> bytes:
 
 
 def place_of(package: Path, name: str) -> Place:
-    """Say where the file `name` is in the zip. Raises VP4007 if it is not there, and as `places`."""
+    """Return where the file `name` is in the zip. Raises VP4007 if it is not there, and as `places`."""
     found = places(package).get(name)
     if found is None:
         raise VolprepError("VP4007", path=package, file=name, error="not in the zip")
@@ -73,7 +73,7 @@ def place_of(package: Path, name: str) -> Place:
 
 
 def places(package: Path) -> Mapping[str, Place]:
-    """Say where each file is in the zip at `package`.
+    """Return where each file is in the zip at `package`.
 
     Raises VP4002 for what is no zip, or one whose files are compressed, encrypted, doubled, beyond its end or on top of
     each other: two programs could read it as two packages.

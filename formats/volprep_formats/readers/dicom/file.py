@@ -19,7 +19,7 @@ def read_slices(path: Path) -> tuple[SliceImage, ...]:
 
 
 def slices_of(path: Path, plain: PlainHeader | None) -> tuple[SliceImage, ...]:
-    """Give the slices of a DICOM file, whose header is read if it is not plain; none if it is sound but has no image.
+    """Return the slices of a DICOM file, whose header is read if it is not plain; none if it is sound but has no image.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as DICOM and cannot be parsed, VP1031
     when it ends within its header, or its name says DICOM and it is none. Lesser faults stand in the `problem` of what

@@ -294,7 +294,7 @@ def _check_even(images: Sequence[SliceImage], along_mm: Points) -> list[str]:
 
 
 def _pitch_remarks(images: Sequence[SliceImage], pitch_mm: float) -> list[str]:
-    """Say when the tags tell another distance than the positions."""
+    """Return when the tags tell another distance than the positions."""
     said = images[0].spacing_between_slices_mm
     if said is None or math.isclose(abs(said), pitch_mm, rel_tol=1e-3):
         return []

@@ -109,7 +109,7 @@ def _creator(data: Elements, tag: int) -> bytes:
 
 
 def _csa_numbers(header: bytes) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Give the two entries that matter of a CSA header, as far as it is sound.
+    """Return the two entries that matter of a CSA header, as far as it is sound.
 
     Each entry is a name of 64 bytes, five numbers of which the fourth counts the items, and the items: four numbers,
     one of them the length, and the text, filled up to a multiple of four bytes.

@@ -51,7 +51,7 @@ def stored_range(pixels: EncodedPixels) -> tuple[int, int]:
 
 
 def slice_of(pixels: EncodedPixels, picture: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Give the part of a decoded picture that is the slice."""
+    """Return the part of a decoded picture that is the slice."""
     if pixels.tile is None:
         return picture
     row, column, rows, columns = pixels.tile

@@ -109,7 +109,7 @@ class DicomSource:
         return slab
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -140,7 +140,7 @@ class UnevenDicomSource:
         return self._slices.read_slab(z0, z1)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         self._slices.__enter__()
         return self
 

@@ -84,7 +84,7 @@ def scan(path: Path, progress: Progress) -> Scan:
 
 
 def choose_series(scanned: Scan, wanted: str | None) -> Series:
-    """Give the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
+    """Return the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
 
     Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
     VP1034 (`wanted` fits none or several).

@@ -6,7 +6,7 @@ from volprep_formats.readers.dicom.inflate import DEFLATED, inflated_data_set
 
 
 def undecodable(pixels: EncodedPixels, error: Exception) -> VolprepError:
-    """Give the error for damaged pixel data."""
+    """Return the error for damaged pixel data."""
     from pydicom import config  # noqa: PLC0415 - heavy, and only for a message
     from pydicom.uid import UID  # noqa: PLC0415 - as above
 

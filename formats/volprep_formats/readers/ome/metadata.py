@@ -188,7 +188,7 @@ class _Files:
         self.names = [path.name]
 
     def index(self, data: TiffData) -> int:
-        """Give the number of the file of these planes."""
+        """Return the number of the file of these planes."""
         name = data.file_name
         if name is None or self._is_alone or name == self._path.name or (data.uuid and data.uuid == self._uuid):
             return 0

@@ -66,7 +66,7 @@ class Pages:
 
 
 def description_in(path: Path) -> bytes:
-    """Give the description in the first page of a TIFF file, without decoding anything. Raises VP1220."""
+    """Return the description in the first page of a TIFF file, without decoding anything. Raises VP1220."""
     text = description_of(path, _MOST_TEXT_BYTES)
     if text is None or b"<OME" not in text:
         raise VolprepError("VP1220", path=path, error="there is no OME-XML in its first page")

@@ -64,7 +64,7 @@ class OmeTiffSource:
             return slab.astype(self._info.stored_type, copy=False)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

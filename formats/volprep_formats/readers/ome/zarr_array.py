@@ -106,7 +106,7 @@ def part_request(part: PartRequest) -> Request:
 
 
 def read_group(request: GroupRequest) -> NDArray[np.uint8]:
-    """Give the attributes of a group as JSON; of what is no group, null."""
+    """Return the attributes of a group as JSON; of what is no group, null."""
     with _coded_errors(request.store.path):
         files = _files(request.store)
         document = _document(request.store.path, files, _key(request.name, "zarr.json"))
@@ -118,7 +118,7 @@ def read_group(request: GroupRequest) -> NDArray[np.uint8]:
 
 
 def read_facts(request: ArrayRequest) -> NDArray[np.uint8]:
-    """Give the facts of an array as JSON, when it can be read. Raises VP1220, VP1224, VP1225."""
+    """Return the facts of an array as JSON, when it can be read. Raises VP1220, VP1224, VP1225."""
     with _coded_errors(request.store.path):
         facts = _checked(request)
         _opened(request)

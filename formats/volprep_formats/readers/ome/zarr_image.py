@@ -138,7 +138,7 @@ class OmeZarrSource:
             return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

@@ -126,7 +126,7 @@ class VdbSource:
         return ends.astype(np.float32, copy=False)
 
     def __enter__(self) -> Self:
-        """Give the source itself."""
+        """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:

@@ -124,7 +124,7 @@ def read_ranges(request: RangesRequest) -> NDArray[np.float32]:
 
 
 def openvdb(path: Path) -> ModuleType:
-    """Give the binding of OpenVDB. Raises VolprepError VP1201 when volprep was built without it."""
+    """Return the binding of OpenVDB. Raises VolprepError VP1201 when volprep was built without it."""
     try:
         from volprep_formats import _vdb  # noqa: PLC0415 - may be missing
     except ImportError as error:

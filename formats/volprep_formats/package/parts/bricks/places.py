@@ -17,7 +17,7 @@ def constant_entry(normalised: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
-    """Say what is wrong with the entries of a level's bricks, if anything."""
+    """Return what is wrong with the entries of a level's bricks, if anything."""
     stored = entries[entries[..., 3] == STORED][:, 2::-1].astype(np.int64)
     shape = entries.shape[:3]
     if shape != layout.bricks_zyx or len(stored) != layout.stored:
@@ -30,7 +30,7 @@ def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
 def voxels_of_bricks(
     pool: NDArray[np.generic], entries: NDArray[np.uint8], layout: BrickLayout, shape_zyx: tuple[int, int, int]
 ) -> NDArray[np.generic]:
-    """Give the voxels [z, y, x] of a level from the texture of its bricks and the entries [z, y, x, RGBA]."""
+    """Return the voxels [z, y, x] of a level from the texture of its bricks and the entries [z, y, x, RGBA]."""
     level: NDArray[np.generic] = np.empty(shape_zyx, pool.dtype)
     largest = 1.0 if pool.dtype.kind == "f" else 2.0 ** (8 * pool.dtype.itemsize) - 1
     for place in np.ndindex(entries.shape[:3]):

@@ -10,7 +10,7 @@ from volprep_formats.package.texture import Texture
 
 
 def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of bricks that can be seen without opening another file."""
+    """Return every problem of bricks that can be seen without opening another file."""
     levels = {level.index: level for level in manifest.levels}
     pools = {texture.level: texture for texture in manifest.textures if texture.bricks is not None}
     places = [texture for texture in manifest.textures if texture.role == "bricks"]

@@ -55,7 +55,7 @@ def encode_histogram(shares: Shares) -> bytes:
 
 
 def decode_histogram(data: bytes, path: str) -> Shares:
-    """Give the matrix of a file. Raises VP4032 for bytes that are none; `path` is for the message."""
+    """Return the matrix of a file. Raises VP4032 for bytes that are none; `path` is for the message."""
     words = np.frombuffer(data[: len(data) // 2 * 2], "<u2")
     bands = words[: len(words) // 2 * 2][: 2 * BINS].astype(np.int64).reshape(-1, 2)
     if len(bands) != BINS or len(data) != 2 * (2 * BINS + int(bands[:, 1].sum())):

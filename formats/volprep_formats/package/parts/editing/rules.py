@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def editing_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of joint histograms: whose level they are for, and what tables that level has."""
+    """Return every problem of joint histograms: whose level they are for, and what tables that level has."""
     if manifest.editing is None:
         return
     levels = {level.index for level in manifest.levels}

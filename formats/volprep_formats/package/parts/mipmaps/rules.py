@@ -8,12 +8,12 @@ from volprep_formats.textures.ktx2 import Shape, mipmap_shape
 
 
 def mipmap_shapes(manifest: Manifest) -> dict[int | None, Shape]:
-    """Give the texels of each level that is a mipmap: at least as many as it has voxels."""
+    """Return the texels of each level that is a mipmap: at least as many as it has voxels."""
     return {texture.level: texture.shape_zyx for texture in manifest.textures if texture.mipmap is not None}
 
 
 def mipmap_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of the textures that share a file, or say that they do."""
+    """Return every problem of the textures that share a file, or say that they do."""
     files: dict[str, list[Texture]] = {}
     for texture in manifest.textures:
         files.setdefault(texture.file, []).append(texture)

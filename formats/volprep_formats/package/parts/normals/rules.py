@@ -9,7 +9,7 @@ from volprep_formats.package.texture import CHANNELS, Texture
 
 
 def normals_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of normals that can be seen without opening another file."""
+    """Return every problem of normals that can be seen without opening another file."""
     levels = {level.index: level for level in manifest.levels}
     held = {texture.level for texture in manifest.textures if texture.role == "normals"}
     parts = [(texture.level, texture.part) for texture in manifest.textures if texture.role == "normals"]

@@ -14,7 +14,7 @@ _RELATIVE_TOLERANCE = 1e-9
 
 
 def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of meshes and of the programs that begin at them."""
+    """Return every problem of meshes and of the programs that begin at them."""
     proxy = manifest.proxy
     if proxy is None:
         return
@@ -43,7 +43,7 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
 
 
 def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, int, int]) -> Iterator[str]:
-    """Give what of a file is not as the manifest says of it."""
+    """Return what of a file is not as the manifest says of it."""
     triangles = sum(len(part.triangles) for part in mesh.primitives)
     if (triangles, mesh.draco) != (record.triangles, record.draco):
         yield f"has {triangles} triangles or compression that the manifest does not name"

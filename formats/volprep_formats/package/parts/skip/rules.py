@@ -16,7 +16,7 @@ _ENDS = 2
 
 
 def skip_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of skip tables and ranges of blocks, and of the programs that read them."""
+    """Return every problem of skip tables and ranges of blocks, and of the programs that read them."""
     skipping = manifest.skipping or Skipping()
     textures = {texture.name: texture for texture in manifest.textures}
     grids = {level.index: level.grid for level in manifest.levels}

@@ -12,7 +12,7 @@ _FORMATS = (("RGBA", "RGBA", "UNSIGNED_BYTE"), (INTERNAL_FORMAT, None, None))
 
 
 def slices_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of the stacks of slices, and of a package without shaders."""
+    """Return every problem of the stacks of slices, and of a package without shaders."""
     stacks: dict[tuple[str, StackAxis], list[Texture]] = {}
     for texture in manifest.textures:
         if (texture.role == "slices") != (texture.slices is not None):

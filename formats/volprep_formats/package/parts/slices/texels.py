@@ -30,7 +30,7 @@ def slice_texels(package: Package, transfer: str, axis: StackAxis) -> Bytes:
 
 
 def _texels(package: Package, texture: Texture) -> Bytes:
-    """Give the texels of one texture [y, x, RGBA]."""
+    """Return the texels of one texture [y, x, RGBA]."""
     data = package.read_bytes(texture.file)
     if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
         colours, indices = paletted.decode(data, (texture.shape_zyx[1], texture.shape_zyx[2]), texture.file)

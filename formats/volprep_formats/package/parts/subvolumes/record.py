@@ -104,7 +104,7 @@ class SubvolumeGrid(Record):
 
 
 def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
-    """Give what stands for a piece without a file: texels of one code, in the format of the others."""
+    """Return what stands for a piece without a file: texels of one code, in the format of the others."""
     if gl.type == "HALF_FLOAT":
         return np.full(shape_zyx, code / 65535, np.float16)
     return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)

@@ -8,7 +8,7 @@ from volprep_formats.package.program import Program
 
 
 def together_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Give every problem of programs that draw no single transfer function; others are another matter."""
+    """Return every problem of programs that draw no single transfer function; others are another matter."""
     channels = manifest.channels or ()
     of_transfer = {name: channel.name for channel in channels for name in channel.transfers}
     known = {function.name for function in manifest.transfer_functions}

@@ -1,0 +1,33 @@
+"""Every message of volprep, in one catalogue: permanent code, exit status, what is wrong, what to do.
+
+The entries stand in one file for each thousand.
+"""
+
+from volprep_formats.diagnostics import defects, geometry, machine, package, rendering, scene, sources, validation
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+__all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "VolprepError"]
+
+CATALOGUE: dict[str, Diagnostic] = {
+    **sources.ENTRIES,
+    **geometry.ENTRIES,
+    **scene.ENTRIES,
+    **package.ENTRIES,
+    **rendering.ENTRIES,
+    **validation.ENTRIES,
+    **machine.ENTRIES,
+    **defects.ENTRIES,
+}
+
+
+class VolprepError(Exception):
+    """An error with a permanent code. `fields` fill the catalogue's texts; its message is code, summary, remedy."""
+
+    def __init__(self, code: str, **fields: object) -> None:
+        entry = CATALOGUE[code]
+        self.code = code
+        self.fields = fields
+        self.status = entry.status
+        self.summary = entry.summary.format(**fields)
+        self.remedy = entry.remedy.format(**fields)
+        super().__init__(f"{code} {self.summary}. {self.remedy}")

@@ -1,0 +1,38 @@
+"""What an entry of the catalogue of diagnostics holds, and the exit statuses of the command line."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class ExitStatus(IntEnum):
+    """Exit statuses of the command line. They never change their meaning."""
+
+    OK = 0
+    """The command did what it was asked to do."""
+    TOLERANCE = 1
+    """The package is sound, but a picture is further from the truth than the scene allows."""
+    USAGE = 2
+    """The command line itself is wrong."""
+    SOURCE = 3
+    """The source cannot be read, or its geometry cannot be trusted."""
+    SCENE = 4
+    """The scene or the profile is wrong, or the scene does not fit the profile."""
+    PACKAGE = 5
+    """The package is damaged, of another version, or in the wrong state."""
+    OUTPUT = 6
+    """The output cannot be written."""
+    RENDER = 7
+    """OpenGL ES failed, or a limit of the profile would be broken."""
+    MACHINE = 8
+    """A part that this command needs is missing on this machine."""
+    INTERNAL = 70
+    """A defect in volprep."""
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One entry of the catalogue. `summary` and `remedy` are format strings over the fields of the error."""
+
+    status: ExitStatus
+    summary: str
+    remedy: str

@@ -1,0 +1,90 @@
+"""Geometry of DICOM series: VP2xxx."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+ENTRIES: dict[str, Diagnostic] = {
+    "VP2001": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: slices differ in size: {first} pixels, {other}",
+        "Move the images that do not belong to the volume out of the folder.",
+    ),
+    "VP2002": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: slices differ in pixel spacing: {first} mm, {other} mm",
+        "Move the images that do not belong to the volume out of the folder.",
+    ),
+    "VP2003": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {count} of {total} slices lie in another orientation than {first}; {other} is turned by "
+        "{angle:.2f}°",
+        "Move the images that do not belong to the volume (localisers, reformats) out of the folder.",
+    ),
+    "VP2004": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: ImageOrientationPatient is not two unit vectors at a right angle: it is off by {deviation:.3g}, and "
+        "rounding explains {tolerance:g}",
+        "Export the series again, or choose another series.",
+    ),
+    "VP2005": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {several} of {places} places hold more than one image (up to {each}); the first are {first} and "
+        "{second}, both at ({position}) mm; {differ}",
+        "Keep one image at each place.",
+    ),
+    "VP2006": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {each} images at each of {places} places, so these are several volumes (echoes, phases, time "
+        "points), or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
+        "Set source.volume, or give import --volume, to choose one, if an attribute tells them apart; or keep the "
+        "images of one in the folder.",
+    ),
+    "VP2007": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: gantry tilt of {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
+        "{step_mm:.3f} mm along the line from slice to slice, and have shifted sideways by {total_mm:.2f} mm in all",
+        'Set source.repair = ["tilt"], or give import --repair tilt, to shear the tilt away by linear interpolation '
+        "within the slices.",
+    ),
+    "VP2008": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {name} (slice {slice}) lies {shift_mm:.3f} mm beside the line of the other slices; up to "
+        "{tolerance_mm:.3f} mm is taken as rounding",
+        "Check whether the patient or table moved, or whether the slice belongs to another series.",
+    ),
+    "VP2014": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, usual is "
+        "{usual_mm:.3f} mm; such gaps in all: {holes}",
+        'Copy the series again, whole; or set source.repair = ["gaps"], or give import --repair gaps, to interpolate '
+        "between the neighbours.",
+    ),
+    "VP2015": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usual {usual_mm:.3f} mm; the "
+        "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, and up to "
+        "{tolerance_mm:.3f} mm is taken as rounding",
+        'Set source.repair = ["gaps"], or give import --repair gaps, to interpolate slices at even distances; or leave '
+        "out those that are wrong.",
+    ),
+    "VP2016": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: repaired, the volume would have {size} voxels, more than {growth} times the slices, rows or columns "
+        "of the scan",
+        "Check the positions of the slices; whole parts of the scan may be missing.",
+    ),
+    "VP2017": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: there is no volume {volume}; the series holds {count}",
+        "Set source.volume to a number from 1 to {count}, or leave it out.",
+    ),
+    "VP2020": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the volume is sheared: its axes are off right angles by {angle:.3f}°",
+        "Resample the volume to a grid with right angles first.",
+    ),
+    "VP2021": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the {which} of the file gives the voxels no usable place or size",
+        "Repair the header, or resample the volume.",
+    ),
+}

@@ -1,0 +1,117 @@
+"""Rendering: VP5xxx."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+ENTRIES: dict[str, Diagnostic] = {
+    "VP5001": Diagnostic(
+        ExitStatus.MACHINE,
+        "no EGL or OpenGL ES library can be loaded: {error}",
+        "Install libegl1, libgles2 and libegl-mesa0 on Debian and Ubuntu, mesa-libEGL and mesa-libGLES on Fedora.",
+    ),
+    "VP5002": Diagnostic(
+        ExitStatus.MACHINE,
+        "no EGL display can be opened: {error}",
+        "Set EGL_PLATFORM=surfaceless for Mesa's software driver (libegl-mesa0 and libgl1-mesa-dri on Debian).",
+    ),
+    "VP5003": Diagnostic(
+        ExitStatus.MACHINE,
+        "the driver {driver} gives no context of OpenGL ES {api}: {error}",
+        "Use a driver that has it. Mesa's llvmpipe (EGL_PLATFORM=surfaceless) has 2.0 to 3.2, and often 1.1.",
+    ),
+    "VP5004": Diagnostic(
+        ExitStatus.INTERNAL,
+        "OpenGL was started before this process forked, and cannot be used in the child",
+        "Start worker processes with the method spawn.",
+    ),
+    "VP5005": Diagnostic(
+        ExitStatus.RENDER,
+        "{path}: the driver {driver} does not compile this shader:\n{log}",
+        "Rebuild the package; if the shader is unchanged, report the log and the driver.",
+    ),
+    "VP5006": Diagnostic(
+        ExitStatus.RENDER,
+        "program {name} ({paths}): the driver {driver} does not link it:\n{log}",
+        "Rebuild the package; if the shaders are unchanged, report the log and the driver.",
+    ),
+    "VP5007": Diagnostic(
+        ExitStatus.RENDER,
+        "OpenGL ES failed with {error} in {operation} on the driver {driver}",
+        "If this is GL_OUT_OF_MEMORY, draw a smaller picture or a coarser level; otherwise report it.",
+    ),
+    "VP5008": Diagnostic(
+        ExitStatus.RENDER,
+        "the driver {driver} cannot draw into a target of format {target}",
+        "Draw into rgba8, or use a driver that has {needs}.",
+    ),
+    "VP5009": Diagnostic(
+        ExitStatus.RENDER,
+        "a picture of {width}×{height} pixels is outside the limits of the driver {driver}: 1 to {limit}",
+        "Ask for another size.",
+    ),
+    "VP5010": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name}: {axis} {size} is more than {limit_name} {limit} of the profile {profile}",
+        "Build the package for this profile, or render it with the profile that it was built for.",
+    ),
+    "VP5011": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name}: the profile {profile} has no format {format}, only {known}",
+        "Build the package for this profile.",
+    ),
+    "VP5012": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name} is three-dimensional, and the profile {profile} has no 3D textures",
+        "Build the package for this profile: it will hold a mosaic.",
+    ),
+    "VP5013": Diagnostic(
+        ExitStatus.RENDER,
+        "program {name} reads {count} textures, and the profile {profile} has {limit} units",
+        "Build the package for this profile.",
+    ),
+    "VP5014": Diagnostic(
+        ExitStatus.RENDER,
+        "the textures of program {name} take {size} bytes, and the profile {profile} allows {limit}",
+        "Draw a coarser level, or build the package for this profile.",
+    ),
+    "VP5015": Diagnostic(
+        ExitStatus.RENDER,
+        "{path}: this shader is written for a later version of OpenGL ES than {api}, which the profile {profile} has",
+        "Build the package for this profile.",
+    ),
+    "VP5016": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the file holds {found}, and the manifest says {named}",
+        "The package is damaged: build it again.",
+    ),
+    "VP5017": Diagnostic(
+        ExitStatus.PACKAGE,
+        "program {name}: the manifest names {named}, and active in the shaders are {found}",
+        "The package is damaged: build it again.",
+    ),
+    "VP5018": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{package}: nothing in it draws level {level} with the transfer function {transfer}. It can draw {known}",
+        "Ask for one of these, or build the package with the stages transfer, texture or mosaic, and shaders.",
+    ),
+    "VP5019": Diagnostic(
+        ExitStatus.RENDER,
+        "a step of {step_mm} mm is not possible here: {reason}",
+        "Choose another step.",
+    ),
+    "VP5020": Diagnostic(
+        ExitStatus.RENDER,
+        "no camera can be made from {what}",
+        "Give numbers, with the eye away from the middle of the volume.",
+    ),
+    "VP5021": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: cannot write the picture: {error}",
+        "Check that the folder exists and can be written.",
+    ),
+    "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or give an eye."),
+    "VP5023": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: transfer functions of this package are not editable",
+        "Build it from a scene with editable = true.",
+    ),
+}
