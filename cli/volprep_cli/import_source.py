@@ -90,8 +90,9 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.pipeline.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.import_draft import import_draft  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.pipeline.origin import Origin, write_origin  # noqa: PLC0415
+    from volprep.pipeline.prepare import prepare  # noqa: PLC0415
     from volprep.scene.request import request_of  # noqa: PLC0415
 
     request = request_of(scene, profile, source)
@@ -105,8 +106,9 @@ def import_source(
     if choices:
         request = request.with_source(**choices)
     with progress() as watcher:
-        draft = import_draft(request, output, watcher).draft
-    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
+        imported = import_draft(prepare(request), output, watcher)
+    draft = imported.draft
+    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=imported.scene)
     write_origin(output, origin)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics

@@ -10,7 +10,8 @@ import typer
 from volprep_cli.console import Json, bytes_text, print_json, print_table, voxels_text
 
 if TYPE_CHECKING:
-    from volprep_formats.package.manifest import Channel, Manifest
+    from volprep_formats.package.channel import Channel
+    from volprep_formats.package.manifest import Manifest
     from volprep_formats.package.reader import Package
     from volprep_formats.package.texture import GlFormat, Texture
 
@@ -210,7 +211,7 @@ def _holds(texture: "Texture") -> str:
     largest = texture.max_extinction_per_mm
     words = (
         kind,
-        *(texture.channels or ()),
+        *texture.channels,
         "" if texture.level is None else f"level {texture.level}",
         "" if largest is None else f"extinction up to {largest:g}",
     )

@@ -24,5 +24,5 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
         for item in decided.items
     ]
     print_table(("item", "", "cost", "reason", "files"), rows)
-    total = sum(item.size_bytes for item in decided.items if item.kept)
-    print(f"stages: {', '.join(decided.stages)}; {bytes_text(total)} of textures for profile {decided.profile.name}")
+    total = bytes_text(sum(item.size_bytes for item in decided.items if item.kept))
+    print(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")

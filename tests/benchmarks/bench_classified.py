@@ -17,7 +17,7 @@ from volprep.parts.levels.choice import Classified
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import codes_of_source
-from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.stages import STAGES, plan_draft, run_stage
 from volprep.scene.request import Request
 from volprep.transfer.lookup import lookup_table

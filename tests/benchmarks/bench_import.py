@@ -37,7 +37,7 @@ _OURS = "from volprep_cli.main import main; main()"
 _OURS_RUNNING = """
 import shutil, sys, time
 from pathlib import Path
-from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.import_draft import import_draft
 from volprep.scene.request import request_for_source
 from volprep_formats.progress import Silent
 for _ in range(2):

@@ -22,7 +22,7 @@ from volprep.parts.levels.choice import Chooser, Classified
 from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume
-from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.stages import STAGES, plan_draft, run_stage
 from volprep.plan.records import Plan
 from volprep.scan.slabs import RawVolume
@@ -32,7 +32,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.parts.editing.record import encode_histogram
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint

@@ -32,7 +32,7 @@ from scipy import ndimage
 from volprep.parts.levels.noise import noise_of
 from volprep.parts.levels.reduce import reduced
 from volprep.scan.slabs import RawVolume
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 
 from .contest import best_ms
 

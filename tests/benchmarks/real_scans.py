@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.stages import STAGES, plan_draft, run_stage
 from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer

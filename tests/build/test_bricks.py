@@ -8,7 +8,8 @@ from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build, plan_build
-from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views

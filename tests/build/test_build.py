@@ -14,7 +14,8 @@ from phantom_scene import phantom, seen_phantom, write_phantom_scene
 from volprep.parts.stage import Stage
 from volprep.pipeline import stages as pipeline
 from volprep.pipeline.build import build, plan_build
-from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
 from volprep.scan import import_volume, slabs
 from volprep.scene.request import load_request, request_of

@@ -12,7 +12,8 @@ import tifffile
 from channel_scene import channels, write_channel_scene
 
 from volprep.pipeline.build import build, plan_build
-from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.merge import merged
 from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.renderer import Renderer

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from field_samples import blocks_at, extinction_at, field_at
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
+from plans import PlanOfOne, plan_of_one
 
 from volprep.parts.skip.visible import entry_extinctions
 from volprep.pipeline.build import build
-from volprep.pipeline.make_plan import make_plan
-from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile
@@ -189,7 +188,7 @@ def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Pack
             assert np.abs(pictures[0] - pictures[1]).max() < 1e-6
 
 
-def plan(voxels: np.ndarray, profile: str = "gles3-astc", **scene: object) -> Plan:
+def plan(voxels: np.ndarray, profile: str = "gles3-astc", **scene: object) -> PlanOfOne:
     points = [
         {"value": 40.0, "colour": "#204080", "extinction_per_mm": 0.0},
         {"value": 200.0, "colour": "#ffc080", "extinction_per_mm": 0.3},
@@ -200,7 +199,7 @@ def plan(voxels: np.ndarray, profile: str = "gles3-astc", **scene: object) -> Pl
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type=voxels.dtype.name)
     gauge = Gauge(info)
     gauge.add(voxels)
-    return make_plan(wanted, load_profile(profile, Path()), info, gauge.result("0" * 64))
+    return plan_of_one(wanted, load_profile(profile, Path()), info, gauge.result("0" * 64))
 
 
 def smooth(shape=(20, 50, 61)) -> np.ndarray:
@@ -209,7 +208,7 @@ def smooth(shape=(20, 50, 61)) -> np.ndarray:
     return np.rint(field).astype(np.uint8)
 
 
-def compression_items(decided: Plan) -> list[PlanItem]:
+def compression_items(decided: PlanOfOne) -> list[PlanItem]:
     return [item for item in decided.items if item.name.startswith(("textures as", "compressed textures"))]
 
 

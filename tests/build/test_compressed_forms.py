@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
+from plans import plan_of_one
 
 from volprep.parts.compression.whole import WholeLevel, WholeSource
 from volprep.pipeline.build import build, plan_build
-from volprep.pipeline.drafts import import_draft, run_verb
-from volprep.pipeline.make_plan import make_plan
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
-from volprep.pipeline.stages import plan_draft
+from volprep.pipeline.plan_draft import plan_draft
 from volprep.render.choose import renderer_of
 from volprep.report.validate import validate
 from volprep.scan.slabs import RawVolume
@@ -166,7 +167,7 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     gauge.add(voxels)
     source = RawVolume(tmp_path / "level0.raw", voxels.shape, voxels.dtype)
     whole = WholeSource(source, info, "0" * 64, Silent())
-    plan = make_plan(scene, profile, info, gauge.result("0" * 64), whole=whole)
+    plan = plan_of_one(scene, profile, info, gauge.result("0" * 64), whole=whole)
     (form,) = plan.forms
     assert form.level == plan.levels[0].index > 0
     assert (form.basis, form.kept) == ("level", True)
@@ -177,7 +178,7 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     assert form.size_bytes == -(-height // 4) * -(-width // 4) * 8 * len(plan.volumes[0].files)
     # With no coarser level there is no mosaic, but a 3D texture.
     alone = Scene.model_validate(wanted)
-    plan = make_plan(alone, profile, info, gauge.result("0" * 64), whole=whole)
+    plan = plan_of_one(alone, profile, info, gauge.result("0" * 64), whole=whole)
     assert (plan.forms, plan.levels[0].index, plan.volumes[0].format) == ((), 0, "R8")
     (item,) = (item for item in plan.items if item.name == "textures as EAC_R11")
     assert (item.kept, item.reason) == (False, "4 bits a voxel; profile gles3-astc holds no level of it as a mosaic")

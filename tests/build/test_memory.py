@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from volprep.parts.levels import choice, look, rays
-from volprep.pipeline.make_plan import make_plan
+from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.pipeline.stages import STAGES
 from volprep.scan import slabs, statistics
 from volprep.scan.import_volume import import_volume
@@ -14,7 +14,8 @@ from volprep.scan.statistics import measure
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Manifest, SourceRecord, StageRecord, Statistics
+from volprep_formats.package.channel import ChannelPart, SourceRecord, Statistics
+from volprep_formats.package.manifest import Contribution, Heading, StageRecord
 from volprep_formats.package.storage import chunks
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
@@ -52,29 +53,25 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
         ],
     }
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer]})
-    plan = make_plan(scene, profile, source.info, measure(source, Silent()))
-    draft = Draft.create(
-        folder / str(depth),
-        Manifest(
-            state="draft",
-            name="s",
-            generator="test",
-            profile=profile,
-            source=SourceRecord(info=source.info, sha256="0" * 64),
-            statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
-        ),
+    plan = make_plan(scene, profile, [Scanned(source.info, measure(source, Silent()))])
+    draft = Draft.create(folder / str(depth), Heading(name="s", generator="test", profile=profile))
+    part = ChannelPart(
+        name="scan",
+        source=SourceRecord(info=source.info, sha256="0" * 64),
+        statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
     )
+    heading = draft.manifest.model_copy(update={"render": plan.shared.render, "grid": plan.shared.grid})
     peaks = {}
     tracemalloc.start()
-    import_volume(draft, source, Silent())
+    import_volume(draft, source, Silent(), "scan")
     peaks["import"] = tracemalloc.get_traced_memory()[1]
-    draft.commit(StageRecord(name="import", key="0" * 64))
+    draft.commit(StageRecord(name="import", key="0" * 64, made=(Contribution(channel=part),)), heading)
     for stage in STAGES[:-1]:
         if stage.name in plan.stages:
             tracemalloc.reset_peak()
-            changes = stage.run(draft, plan, Silent())
+            made = stage.channel.run(draft, plan.channels[0], Silent())
             peaks[stage.name] = tracemalloc.get_traced_memory()[1]
-            draft.commit(StageRecord(name=stage.name, key="0" * 64), render=plan.render, **changes)
+            draft.commit(StageRecord(name=stage.name, key="0" * 64, made=(made,)))
     tracemalloc.stop()
     return peaks
 

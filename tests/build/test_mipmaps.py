@@ -54,7 +54,7 @@ def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, 
     for program in chained.manifest.programs:
         assert uncut(chained, program, chained.manifest.render) is not None
     # The whole level from which boxes are cut is the finest mipmap.
-    assert chained.manifest.subvolumes.whole == "textures/volume-0.ktx2"
+    assert chained.manifest.subvolumes.whole == "textures/volume-scan-0.ktx2"
     start = cut(chained, (20.0, 16.0, 10.0), 9)
     np.testing.assert_array_equal(start.texels, cut(apart, (20.0, 16.0, 10.0), 9).texels)
     assert start.record.texel_bytes_read == 9**3 * bits // 8

@@ -9,7 +9,8 @@ from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
-from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer

@@ -10,7 +10,8 @@ from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import entry_extinctions
 from volprep.pipeline.build import build
-from volprep.pipeline.drafts import import_draft, run_verb, scene_of
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft, scene_of
 from volprep.pipeline.stages import plan_draft, run_stages
 from volprep.render.renderer import Renderer
 from volprep.scan.block_ranges import BlockRanges

@@ -7,7 +7,8 @@ from phantom_scene import write_phantom_scene
 from slice_packages import missing_es11, slice_package, stack_of
 
 from volprep.pipeline.build import build, plan_build
-from volprep.pipeline.drafts import import_draft, run_verb
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
 from volprep.report.validate import validate
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request

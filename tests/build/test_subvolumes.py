@@ -46,7 +46,7 @@ def package(tmp_path_factory) -> Package:
 
 def test_the_pieces_are_level_0(package) -> None:
     assert check(package.path) == []
-    whole = texels(package, "textures/volume-0.ktx2")
+    whole = texels(package, "textures/volume-scan-0.ktx2")
     grid = grid_of(package)
     assert grid.counts_zyx == (2, 3, 4)
     for box, piece in zip(boxes_zyx(grid.cuts_zyx), grid.subvolumes, strict=True):
@@ -57,8 +57,8 @@ def test_the_pieces_are_level_0(package) -> None:
 
 
 def test_the_single_file_is_the_texture_of_level_0_where_there_is_one(package) -> None:
-    assert package.manifest.subvolumes.whole == "textures/volume-0.ktx2"
-    assert grid_of(package).whole == "textures/volume-0.ktx2"
+    assert package.manifest.subvolumes.whole == "textures/volume-scan-0.ktx2"
+    assert grid_of(package).whole == "textures/volume-scan-0.ktx2"
 
 
 def test_a_level_0_that_is_no_texture_gets_a_file_to_seek_in(tmp_path) -> None:
@@ -92,7 +92,7 @@ def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:
 @pytest.mark.parametrize("layout", ["files", "single", "both"])
 def test_a_cut_is_that_box_of_level_0(tmp_path, layout) -> None:
     package = built(tmp_path, f'\n[grid]\nsize = 9\nlayout = "{layout}"\n')
-    whole = texels(package, "textures/volume-0.ktx2")
+    whole = texels(package, "textures/volume-scan-0.ktx2")
     generator = np.random.default_rng(3)
     for _ in range(20):
         center = tuple(float(generator.integers(0, n)) for n in whole.shape[::-1])
@@ -142,7 +142,7 @@ def test_a_cut_reads_its_own_voxels_and_no_others(tmp_path, layout) -> None:
 def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path, profile, dtype) -> None:
     package = built(tmp_path, "\n[quantize]\nbits = 16\n\n[grid]\nsize = 9\n", profile)
     assert check(package.path) == []
-    whole = texels(package, "textures/volume-0.ktx2")
+    whole = texels(package, "textures/volume-scan-0.ktx2")
     assert whole.dtype == dtype
     found = cut(package, (20.0, 16.0, 10.0), 12)
     start, stop = found.record.start_zyx, found.record.stop_zyx

@@ -45,7 +45,7 @@ def test_one_channel_is_imported(cells, tmp_path) -> None:
         draft = tmp_path / f"{channel}.volpkg"
         run = volprep("import", file, "--channel", channel, "-o", draft)
         assert run.returncode == 0, run.stderr
-        assert (draft / "work" / "level0.raw").read_bytes() == values[index].tobytes()
+        assert (draft / "work" / "level0-scan.raw").read_bytes() == values[index].tobytes()
 
 
 def test_a_package_shows_its_channels(package) -> None:
@@ -53,7 +53,7 @@ def test_a_package_shows_its_channels(package) -> None:
     assert run.returncode == 0, run.stderr
     lines = [line.split() for line in run.stdout.splitlines()]
     assert ["skin", "red", "blue"] in [[line[0], *line[-2:]] for line in lines if len(line) > 5]
-    assert any(line[:5] == ["volume-0-bone", "bone,", "level", "0", "24×19×17"] for line in lines)
+    assert any(line[:5] == ["volume-bone-0", "bone,", "level", "0", "24×19×17"] for line in lines)
 
 
 def test_a_channel_is_exported(package, tmp_path) -> None:

@@ -66,7 +66,7 @@ def place(tmp_path_factory) -> Path:
     assert volprep("import", "phantom.toml", "-o", "draft.volpkg", cwd=folder).returncode == 0
     damaged = folder / "damaged.volpkg"
     subprocess.run(["cp", "-r", folder / "good.volpkg", damaged], check=True)
-    with (damaged / "textures/volume-0.ktx2").open("r+b") as file:
+    with (damaged / "textures/volume-scan-0.ktx2").open("r+b") as file:
         file.seek(1000)
         file.write(b"\xff\xff\xff")
     return folder

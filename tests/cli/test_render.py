@@ -17,7 +17,7 @@ def package(tmp_path_factory):
     """Sealed package of an opaque red box, 4 × 6 × 12 mm along the body."""
     folder = tmp_path_factory.mktemp("red") / "red.volpkg"
     tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), RED, ES2)
-    Draft.open(folder).commit(StageRecord(name="seal", key="0" * 64), state="sealed")
+    Draft.open(folder).commit(StageRecord(name="seal", key="0" * 64), seal=True)
     return folder
 
 

@@ -9,16 +9,8 @@ import numpy as np
 import pytest
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import (
-    Level,
-    Manifest,
-    PlanItem,
-    Quantization,
-    RenderSettings,
-    SourceRecord,
-    StageRecord,
-    Statistics,
-)
+from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
+from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
@@ -50,14 +42,11 @@ def profile(*, mosaic: bool) -> DeviceProfile:
     )
 
 
-def first_manifest(*, mosaic: bool = False) -> Manifest:
-    return Manifest(
-        state="draft",
+def heading(*, mosaic: bool = False) -> Heading:
+    return Heading(
         name="shells",
         generator="volprep 0.1.0",
         profile=profile(mosaic=mosaic),
-        source=SourceRecord(info=SourceInfo(format="raw", grid=GRID, stored_type="uint8"), sha256=key("scan")),
-        statistics=Statistics(minimum=0.0, maximum=255.0, non_finite=0),
     )
 
 
@@ -106,6 +95,7 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
         shape_zyx=shape,
         gl=LUMINANCE if mosaic else BYTE_3D,
         level=level.index,
+        channels=("scan",),
         mosaic=layout,
     )
 
@@ -128,7 +118,7 @@ def _program(*, mosaic: bool) -> Program:
 
 def run_import(draft: Draft, seed: int = 0) -> None:
     voxels = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
-    draft.write("work/level0.raw", "work", voxels.tobytes())
+    draft.write("work/level0-scan.raw", "work", voxels.tobytes())
     quantization = Quantization(
         bits=8,
         window=(0.0, 255.0),
@@ -139,12 +129,19 @@ def run_import(draft: Draft, seed: int = 0) -> None:
         clipped_below=0,
         clipped_above=0,
     )
-    draft.commit(StageRecord(name="import", key=key("import")), stored_type="uint8", quantization=quantization)
+    part = ChannelPart(
+        name="scan",
+        source=SourceRecord(info=SourceInfo(format="raw", grid=GRID, stored_type="uint8"), sha256=key("scan")),
+        statistics=Statistics(minimum=0.0, maximum=255.0, non_finite=0),
+        stored_type="uint8",
+        quantization=quantization,
+    )
+    draft.commit(StageRecord(name="import", key=key("import"), made=(Contribution(channel=part),)))
 
 
 def run_texture(draft: Draft) -> None:
     mosaic = draft.manifest.profile.api == "es2.0"
-    voxels = np.frombuffer(draft.read_bytes("work/level0.raw"), np.uint8).reshape(GRID.shape_zyx)
+    voxels = np.frombuffer(draft.read_bytes("work/level0-scan.raw"), np.uint8).reshape(GRID.shape_zyx)
     levels = _levels(mosaic=mosaic)
     textures = []
     for level in levels:
@@ -168,12 +165,10 @@ def run_texture(draft: Draft) -> None:
             TransferPoint(value=255.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=2.0),
         ),
     )
+    part = ChannelPart(name="scan", levels=levels, transfer_functions=(bone,))
+    made = Contribution(channel=part, textures=(*textures, lookup))
     draft.commit(
-        StageRecord(name="texture", key=key("texture")),
-        grid=GRID,
-        levels=levels,
-        textures=(*textures, lookup),
-        transfer_functions=(bone,),
+        StageRecord(name="texture", key=key("texture"), made=(made,)), draft.manifest.model_copy(update={"grid": GRID})
     )
 
 
@@ -181,29 +176,25 @@ def run_shaders(draft: Draft) -> None:
     mosaic = draft.manifest.profile.api == "es2.0"
     draft.write("shaders/screen.vert", "shader", b"attribute vec2 a_ndc;\n")
     draft.write("shaders/raycast.frag", "shader", b"void main() {}\n")
-    draft.commit(
-        StageRecord(name="shaders", key=key("shaders")),
-        programs=(_program(mosaic=mosaic),),
-        render=RenderSettings(step_mm=0.15),
-    )
+    made = Contribution(programs=(_program(mosaic=mosaic),))
+    told = draft.manifest.model_copy(update={"render": RenderSettings(step_mm=0.15)})
+    draft.commit(StageRecord(name="shaders", key=key("shaders"), made=(made,)), told)
 
 
 def run_seal(draft: Draft) -> None:
     draft.write("preview.png", "preview", b"\x89PNG, or so")
     files = tuple(record.path for record in draft.manifest.files if record.role != "work")
-    draft.commit(
-        StageRecord(name="seal", key=key("seal")),
-        state="sealed",
-        preview="preview.png",
-        plan=(PlanItem(name="everything", kept=True, reason="small", files=files),),
-    )
+    made = Contribution(preview="preview.png")
+    plan = (PlanItem(name="everything", kept=True, reason="small", files=files),)
+    told = draft.manifest.model_copy(update={"plan": plan})
+    draft.commit(StageRecord(name="seal", key=key("seal"), made=(made,)), told, seal=True)
 
 
 STAGES = (run_import, run_texture, run_shaders, run_seal)
 
 
 def build(folder: Path, *, mosaic: bool = False, seed: int = 0) -> Path:
-    draft = Draft.create(folder, first_manifest(mosaic=mosaic))
+    draft = Draft.create(folder, heading(mosaic=mosaic))
     run_import(draft, seed)
     for stage in STAGES[1:]:
         stage(draft)
@@ -232,20 +223,20 @@ def sealed_mosaic(tmp_path: Path, templates: dict[str, Path]) -> Path:
 @pytest.fixture
 def draft(tmp_path: Path) -> Draft:
     """A draft after its stages import and texture."""
-    made = Draft.create(tmp_path / "draft.volpkg", first_manifest())
+    made = Draft.create(tmp_path / "draft.volpkg", heading())
     run_import(made)
     run_texture(made)
     return made
 
 
 @pytest.fixture
-def manifest() -> Manifest:
-    """The manifest of a new draft."""
-    return first_manifest()
+def manifest() -> Heading:
+    """What a new draft says of its package."""
+    return heading()
 
 
 @pytest.fixture
-def new_draft(tmp_path: Path, manifest: Manifest) -> Draft:
+def new_draft(tmp_path: Path, manifest: Heading) -> Draft:
     """A draft before its first stage."""
     return Draft.create(tmp_path / "new.volpkg", manifest)
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from conftest import STAGES, build, first_manifest, run_import, run_seal, run_shaders, run_texture
+from conftest import STAGES, build, heading, run_import, run_seal, run_shaders, run_texture
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
@@ -91,7 +91,7 @@ def draft_state(folder: Path, states: dict[str, dict[str, bytes]]) -> dict[str, 
 
 def rerun_stage(room: Path) -> Iterator[str]:
     before, after, folder = room / "before", room / "after", room / "draft"
-    started = Draft.create(before, first_manifest())
+    started = Draft.create(before, heading())
     run_import(started)
     run_texture(started)
     run_import(Draft.open(fresh(after, before)), seed=1)
@@ -106,7 +106,7 @@ def rerun_stage(room: Path) -> Iterator[str]:
 
 def seal(room: Path) -> Iterator[str]:
     before, folder = room / "before", room / "draft"
-    started = Draft.create(before, first_manifest())
+    started = Draft.create(before, heading())
     for stage in (run_import, run_texture, run_shaders):
         stage(started)
     sealed = tree(build(room / "sealed"))
@@ -130,12 +130,12 @@ def create(room: Path) -> Iterator[str]:
 
     def prepare() -> Callable[[], object]:
         shutil.rmtree(folder.parent, ignore_errors=True)
-        return partial(Draft.create, folder, first_manifest())
+        return partial(Draft.create, folder, heading())
 
     def look() -> dict[str, object]:
         if (folder / MANIFEST).exists():
             return {"state": Draft.open(folder).manifest.state}
-        return {"state": Draft.create(folder, first_manifest()).manifest.state}
+        return {"state": Draft.create(folder, heading()).manifest.state}
 
     return every_step(prepare, look)
 

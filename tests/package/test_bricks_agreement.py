@@ -46,16 +46,16 @@ def test_a_package_of_bricks_agrees_with_itself(manifest) -> None:
 
 
 CASES = {
-    "texture volume-0 holds bricks, but is no volume in a 3D texture of its own": ("volume", {"mipmap": 0}),
-    "texture volume-0 has (9, 9, 9) texels, its places for bricks": ("volume", {"shape_zyx": (9, 9, 9)}),
-    "texture volume-0 holds 9 bricks in": ("volume", {"layout": {"stored": 9}}),
-    "texture volume-0 has bricks of (4, 14, 0) cells, its level (9, 14, 1) voxels": (
+    "texture volume-scan-0 holds bricks, but is no volume in a 3D texture of its own": ("volume", {"mipmap": 0}),
+    "texture volume-scan-0 has (9, 9, 9) texels, its places for bricks": ("volume", {"shape_zyx": (9, 9, 9)}),
+    "texture volume-scan-0 holds 9 bricks in": ("volume", {"layout": {"stored": 9}}),
+    "texture volume-scan-0 has bricks of (4, 14, 0) cells, its level (9, 14, 1) voxels": (
         "volume",
         {"layout": {"cells_zyx": (4, 14, 0)}},
     ),
-    "texture volume-0 has (2, 5, 1) bricks of (4, 4, 0) cells": ("volume", {"layout": {"bricks_zyx": (2, 5, 1)}}),
-    "texture volume-0 holds bricks, and not one texture says where they are": ("bricks", {"level": 1}),
-    "texture bricks-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"filter": "linear"}),
+    "texture volume-scan-0 has (2, 5, 1) bricks of (4, 4, 0) cells": ("volume", {"layout": {"bricks_zyx": (2, 5, 1)}}),
+    "texture volume-scan-0 holds bricks, and not one texture says where they are": ("bricks", {"level": 1}),
+    "texture bricks-scan-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"filter": "linear"}),
 }
 
 

@@ -180,8 +180,10 @@ CONTRADICTIONS: dict[str, Change] = {
     "texture_from_box_per_mm_xyz of level 0 does not follow": set_to(
         "levels", 0, "texture_from_box_per_mm_xyz", 0, to=0.37
     ),
-    "texture volume-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
-    "texture volume-0 is of channels left, but there is one channel": set_to("textures", 0, "channels", to=["left"]),
+    "texture volume-scan-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
+    "texture volume-scan-0 is of channels left, but there is one channel": set_to(
+        "textures", 0, "channels", to=["left"]
+    ),
     "texture lookup-bone is 2D, but has 2 slices": set_to("textures", 2, "shape_zyx", 0, to=2),
     "texture lookup-bone is the table of skin, which is no transfer function": set_to(
         "textures", 2, "transfer", to="skin"
@@ -210,19 +212,19 @@ CONTRADICTIONS: dict[str, Change] = {
     "program raycast draws bone, of which there is not one lookup table": set_to("textures", 2, "level", to=1),
     "program raycast draws bone, whose tables have not one size, type and largest": another_table_of_level_0,
     "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 2, "max_extinction_per_mm"),
-    "texture volume-0 holds level 7, which is not among the levels": set_to("textures", 0, "level", to=7),
-    "texture volume-0 holds level None": drop("textures", 0, "level"),
-    "texture volume-0 has no mosaic, so it must be 3D and have the shape (5, 4, 5)": set_to(
+    "texture volume-scan-0 holds level 7, which is not among the levels": set_to("textures", 0, "level", to=7),
+    "texture volume-scan-0 holds level None": drop("textures", 0, "level"),
+    "texture volume-scan-0 has no mosaic, so it must be 3D and have the shape (5, 4, 5)": set_to(
         "textures", 0, "level", to=1
     ),
-    "texture volume-0 is part 1, but of no mosaic": set_to("textures", 0, "part", to=1),
-    "texture volume-0 is a volume, but has only one of": set_to("textures", 0, "transfer", to="bone"),
-    "texture volume-0 is classified by skin, which is no transfer function": lambda manifest: manifest["textures"][
+    "texture volume-scan-0 is part 1, but of no mosaic": set_to("textures", 0, "part", to=1),
+    "texture volume-scan-0 is a volume, but has only one of": set_to("textures", 0, "transfer", to="bone"),
+    "texture volume-scan-0 is classified by skin, which is no transfer function": lambda manifest: manifest["textures"][
         0
     ].update(transfer="skin", reference_mm=1.0),
-    "texture volume-0 is classified, so it must be 3D and have four channels": lambda manifest: manifest["textures"][
-        0
-    ].update(transfer="bone", reference_mm=1.0),
+    "texture volume-scan-0 is classified, so it must be 3D and have four channels": lambda manifest: manifest[
+        "textures"
+    ][0].update(transfer="bone", reference_mm=1.0),
     "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(1),
     "program raycast draws level 0, but no texture holds it in the form that raycast_mosaic": set_to(
         "programs", 0, "technique", to="raycast_mosaic"
@@ -283,32 +285,32 @@ def test_a_grid_that_is_a_part_of_the_sources_is_none(sealed: Path) -> None:
 EAC = {"target": "TEXTURE_2D", "internal_format": "COMPRESSED_R11_EAC"}
 
 MOSAIC_CONTRADICTIONS: dict[str, Change] = {
-    "texture volume-0 is compressed without an encoder or a mosaic, or names an encoder": set_to(
+    "texture volume-scan-0 is compressed without an encoder or a mosaic, or names an encoder": set_to(
         "textures", 0, "gl", to=EAC
     ),
-    "texture volume-0: its tiles are 7×9 texels apart, so that blocks of COMPRESSED_R11_EAC mix two": set_to(
+    "texture volume-scan-0: its tiles are 7×9 texels apart, so that blocks of COMPRESSED_R11_EAC mix two": set_to(
         "textures", 0, "gl", to=EAC
     ),
     "texture lookup-bone is compressed without an encoder or a mosaic, or names an encoder without being": set_to(
         "textures", 1, "encoder", to="etcpak 1"
     ),
-    "texture volume-0: its mosaic holds 4 slices of (7, 9), its level (5, 7, 9)": set_to(
+    "texture volume-scan-0: its mosaic holds 4 slices of (7, 9), its level (5, 7, 9)": set_to(
         "textures", 0, "mosaic", "slices", to=4
     ),
-    "texture volume-0: its mosaic holds 5 slices of (9, 7)": set_to(
+    "texture volume-scan-0: its mosaic holds 5 slices of (9, 7)": set_to(
         "textures", 0, "mosaic", "tile_shape_yx", to=[9, 7]
     ),
-    "texture volume-0: its mosaic has no room for 5 slices": set_to("textures", 0, "mosaic", "tiles_y", to=1),
-    "texture volume-0: its shape (1, 14, 27) is not that of its mosaic": set_to(
+    "texture volume-scan-0: its mosaic has no room for 5 slices": set_to("textures", 0, "mosaic", "tiles_y", to=1),
+    "texture volume-scan-0: its shape (1, 14, 27) is not that of its mosaic": set_to(
         "textures", 0, "mosaic", "texture_shape_yx", to=[14, 36]
     ),
-    "texture volume-0: its tiles do not fit into textures of (14, 27)": set_to(
+    "texture volume-scan-0: its tiles do not fit into textures of (14, 27)": set_to(
         "textures", 0, "mosaic", "tiles_x", to=4
     ),
-    "texture volume-0: its mosaic has several components and several slices in a texel": both(
+    "texture volume-scan-0: its mosaic has several components and several slices in a texel": both(
         set_to("textures", 0, "mosaic", "channels", to=4), set_to("textures", 0, "mosaic", "components", to=2)
     ),
-    "texture volume-0: its mosaic has one slice in a texel, but these are planar": set_to(
+    "texture volume-scan-0: its mosaic has one slice in a texel, but these are planar": set_to(
         "textures", 0, "mosaic", "order", to="planar"
     ),
     "the mosaics of the volume of level 0 differ in layout or format": lambda manifest: manifest["textures"].append(
@@ -318,13 +320,13 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
         "textures", 0, "mosaic", "textures", to=2
     ),
     "program raycast samples volume, transfer instead": set_to("programs", 0, "samplers", 0, "part", to=1),
-    "texture volume-0: its mosaic has 4 channels, its format is LUMINANCE": set_to(
+    "texture volume-scan-0: its mosaic has 4 channels, its format is LUMINANCE": set_to(
         "textures", 0, "mosaic", "channels", to=4
     ),
     "program raycast draws level 0, but no texture holds it in the form that raycast_texture3d": set_to(
         "programs", 0, "technique", to="raycast_texture3d"
     ),
-    "texture volume-0 has (1, 14, 27) texels; the profile allows 0": set_to(
+    "texture volume-scan-0 has (1, 14, 27) texels; the profile allows 0": set_to(
         "textures", 0, "gl", "target", to="TEXTURE_3D"
     ),
 }

@@ -59,7 +59,7 @@ def test_a_stage_that_runs_again_drops_its_files_and_all_that_later_stages_did(d
     draft.write("shaders/a.frag", "shader", b"")
     draft.commit(stage("shaders"))
     draft.write("work/other.raw", "work", b"other")
-    draft.commit(stage("import"), name="again")
+    draft.commit(stage("import"), draft.manifest.model_copy(update={"name": "again"}))
     assert [record.name for record in draft.manifest.stages] == ["import"]
     assert [record.path for record in draft.manifest.files] == ["work/other.raw"]
     assert draft.manifest.textures == ()
@@ -72,7 +72,7 @@ def test_a_stage_that_runs_again_keeps_what_earlier_stages_did(draft: Draft) -> 
     draft.write("textures/b.ktx2", "texture", b"")
     draft.commit(stage("texture"))
     assert [record.name for record in draft.manifest.stages] == ["import", "texture"]
-    assert content(draft.folder) == {"manifest.json", "work/level0.raw", "textures/b.ktx2"}
+    assert content(draft.folder) == {"manifest.json", "work/level0-scan.raw", "textures/b.ktx2"}
 
 
 def test_a_file_may_take_the_place_of_a_folder(new_draft: Draft) -> None:

@@ -14,7 +14,7 @@ def manifest(built_package) -> Manifest:
 
 
 def histogram(level, **changes) -> JointHistogram:
-    return JointHistogram(level=level, file=f"histograms/level-{level}.bin", reference_mm=1.0, **changes)
+    return JointHistogram(level=level, file=f"histograms/scan-{level}.bin", reference_mm=1.0, **changes)
 
 
 def problems(manifest, *histograms, **changes) -> list[str]:

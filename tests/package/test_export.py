@@ -8,11 +8,12 @@ from command_line import volprep
 from tiny_packages import ES2, ES3, KEY, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing, Room
-from volprep.pipeline.drafts import import_draft
+from volprep.pipeline.import_draft import import_draft
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Quantization, StageRecord
+from volprep_formats.package.channel import Quantization
+from volprep_formats.package.manifest import StageRecord
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
@@ -177,7 +178,7 @@ def test_a_draft_as_a_source_is_never_left(tmp_path, trick) -> None:
     (tmp_path / "scan.toml").write_text(SCENE + scene)
     draft = import_draft(load_request(tmp_path / "scan.toml"), tmp_path / "scan.volpkg", Silent()).draft
     open_level(draft.folder).__exit__()
-    replace_by(trick, draft.folder / "work" / "level0.raw", tmp_path / "outside")
+    replace_by(trick, draft.folder / "work" / "level0-scan.raw", tmp_path / "outside")
     with pytest.raises(VolprepError, match="VP4007"):
         open_level(draft.folder)
 
@@ -186,7 +187,7 @@ def test_a_draft_as_a_source_is_never_left(tmp_path, trick) -> None:
 @pytest.mark.parametrize("package", ["3d"], indirect=True)
 @pytest.mark.parametrize("trick", ["a link", "a pipe"])
 def test_a_package_as_a_source_is_never_left(package, tmp_path, trick) -> None:
-    replace_by(trick, package / "volume-0.ktx2", tmp_path / "outside")
+    replace_by(trick, package / "volume-scan-0.ktx2", tmp_path / "outside")
     with pytest.raises(VolprepError, match="VP4007"):
         open_level(package)
 

@@ -45,17 +45,20 @@ def test_a_package_with_mipmaps_agrees_with_itself(package) -> None:
 
 
 CASES = {
-    "volume-0.ktx2 is shared by 3 textures, which are not its mipmaps 0 to 2 in order": {"level": 1, "mipmap": 2},
-    "volume-0.ktx2 holds mipmaps, but volume-1 is no volume in a 3D texture": {
+    "volume-scan-0.ktx2 is shared by 3 textures, which are not its mipmaps 0 to 2 in order": {"level": 1, "mipmap": 2},
+    "volume-scan-0.ktx2 holds mipmaps, but volume-scan-1 is no volume in a 3D texture": {
         "level": 1,
         "gl": R8.model_copy(update={"target": "TEXTURE_2D"}),
     },
-    "volume-0.ktx2 holds mipmap 1 of (6, 7, 1) texels, not those of (12, 16, 1)": {"level": 1, "shape_zyx": (6, 7, 1)},
-    "volume-0.ktx2 holds mipmaps of several formats": {
+    "volume-scan-0.ktx2 holds mipmap 1 of (6, 7, 1) texels, not those of (12, 16, 1)": {
+        "level": 1,
+        "shape_zyx": (6, 7, 1),
+    },
+    "volume-scan-0.ktx2 holds mipmaps of several formats": {
         "level": 2,
         "gl": R8.model_copy(update={"internal_format": "R16F"}),
     },
-    "texture volume-0 has (8, 16, 1) texels, its level (9, 14, 1) voxels": {"level": 0, "shape_zyx": (8, 16, 1)},
+    "texture volume-scan-0 has (8, 16, 1) texels, its level (9, 14, 1) voxels": {"level": 0, "shape_zyx": (8, 16, 1)},
     "program ray-caster must have a uniform mipmap if and only if its levels are mipmaps": {"level": 1, "mipmap": None},
 }
 
@@ -85,7 +88,5 @@ def test_a_file_with_another_number_of_mipmaps_is_a_finding(tmp_path) -> None:
     manifest = made.manifest
     fewer = manifest.model_copy(update={"textures": tuple(each for each in manifest.textures if each.level != 1)})
     (folder / "manifest.json").write_text(fewer.model_dump_json(exclude_none=True), encoding="utf-8")
-    says = (
-        "volume-0.ktx2 holds ('R8', (8, 8, 8), 'TEXTURE_3D', 2), the manifest says ('R8', (8, 8, 8), 'TEXTURE_3D', 1)"
-    )
+    says = "volume-scan-0.ktx2 holds ('R8', (8, 8, 8), 'TEXTURE_3D', 2), the manifest says ('R8', (8, 8, 8), 'TEXTURE_3D', 1)"
     assert any(says in finding.summary for finding in check(folder))

@@ -74,7 +74,7 @@ def test_in_oblique_views_the_error_falls_as_fast_down_to_what_float32_leaves(tm
     assert np.log2(coarse / fine) / 4 == pytest.approx(2.0, abs=0.3)
 
 
-@pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-1", "mosaic-4"])
+@pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-scan-1", "mosaic-scan-4"])
 @pytest.mark.parametrize("view", ["left", "inferior", "posterior-left"])
 def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
     package = tiny_package(tmp_path / "p", CODES, BENT, profile, grid=GRID, packing=Packing(channels))

@@ -15,8 +15,8 @@ from volprep.truth.decoded import table_function
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
-from volprep_formats.package.manifest import Quantization
 
 SHAPE_HW = (48, 48)
 GRID = Grid.of((16, 18, 20), (1.3, 0.9, 1.0), (3.0, -20.0, 7.0))

@@ -12,7 +12,7 @@ SPACING = (2.5, 0.7, 1.1)
 LAYOUTS = [(ES3, 1), (ES2, 1), (ES2, 4)]
 NOTHING = function((0.0, (1.0, 1.0, 1.0), 1.0))
 
-layouts = pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-1", "mosaic-4"])
+layouts = pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-scan-1", "mosaic-scan-4"])
 
 
 def tolerance(package, driver):

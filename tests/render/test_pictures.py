@@ -15,7 +15,7 @@ ASPECT = 37 / 31
 COLOUR = (0.0, 0.0, 1.0)
 """Exact as bytes and as half floats."""
 LAYOUTS = [(ES3, 1), (ES2, 1), (ES2, 4)]
-layouts = pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-1", "mosaic-4"])
+layouts = pytest.mark.parametrize(("profile", "channels"), LAYOUTS, ids=["texture3d", "mosaic-scan-1", "mosaic-scan-4"])
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 
 

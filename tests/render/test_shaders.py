@@ -22,17 +22,17 @@ OVERLAPPING, PLANAR = Packing(4, "overlapping"), Packing(4, "planar")
 VARIANTS = {
     "texture3d": (ES3, ONE, (5, 4, 3), None),
     "texture3d-rgba8": (RGBA8_ONLY, ONE, (5, 4, 3), 0.99),
-    "mosaic-1": (ES2, ONE, (5, 4, 3), None),
-    "mosaic-1-gutter": (ES2, Packing(gutter=1), (5, 4, 3), None),
-    "mosaic-1-in-two": (SMALL, ONE, (5, 31, 29), None),
-    "mosaic-4": (ES2, FOUR, (5, 4, 3), 0.99),
-    "mosaic-4-in-seven": (SMALL, FOUR, (101, 31, 29), 0.99),
+    "mosaic-scan-1": (ES2, ONE, (5, 4, 3), None),
+    "mosaic-gutter-1": (ES2, Packing(gutter=1), (5, 4, 3), None),
+    "mosaic-in-1-two": (SMALL, ONE, (5, 31, 29), None),
+    "mosaic-scan-4": (ES2, FOUR, (5, 4, 3), 0.99),
+    "mosaic-in-4-seven": (SMALL, FOUR, (101, 31, 29), 0.99),
     "mosaic-overlapping": (ES2, OVERLAPPING, (5, 4, 3), 0.99),
     "mosaic-overlapping-in-two": (SMALL, OVERLAPPING, (20, 31, 29), 0.99),
     "mosaic-planar": (ES2, PLANAR, (5, 4, 3), 0.99),
     "mosaic-planar-in-two": (SMALL, PLANAR, (20, 31, 29), 0.99),
-    "mosaic-1-slice": (ES2, ONE, (1, 4, 3), 0.99),
-    "mosaic-4-slice": (ES2, FOUR, (1, 4, 3), None),
+    "mosaic-slice-1": (ES2, ONE, (1, 4, 3), 0.99),
+    "mosaic-slice-4": (ES2, FOUR, (1, 4, 3), None),
 }
 
 

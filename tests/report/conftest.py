@@ -24,17 +24,8 @@ from volprep.validation.records import (
 )
 from volprep.validation.verdict import judge, passes
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import (
-    FileRecord,
-    Level,
-    Manifest,
-    PlanItem,
-    Quantization,
-    RenderSettings,
-    SourceRecord,
-    Statistics,
-    Tolerance,
-)
+from volprep_formats.package.channel import Level, Quantization, SourceRecord, Statistics
+from volprep_formats.package.manifest import FileRecord, Manifest, PlanItem, RenderSettings, Tolerance
 from volprep_formats.package.parts.proxy.record import Proxy, ProxyMeshFile
 from volprep_formats.package.parts.skip.record import Skipping, SkipTable
 from volprep_formats.package.profile import DeviceProfile

@@ -29,7 +29,7 @@ from pydicom.uid import (
 from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
-from volprep_formats.package.manifest import Quantization
+from volprep_formats.package.channel import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
@@ -184,7 +184,7 @@ def _read_mosaic(path: Path) -> None:
 
 
 _BETWEEN = b"\0|\0"
-_PACKAGE_PARTS = (MANIFEST, "volume-0.ktx2")
+_PACKAGE_PARTS = (MANIFEST, "volume-scan-0.ktx2")
 
 
 def _package(folder: Path) -> bytes:

@@ -22,29 +22,25 @@ from volprep.parts.skip import stage as skip_stage
 from volprep.parts.skip.decision import skip_table_plan
 from volprep.parts.texture import stage as texture
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
-from volprep.parts.work import codes_name, levels_of
+from volprep.parts.work import coarser_levels, codes_name, finest_level
 from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan, SkipPlan
 from volprep.plan.records import (
+    ChannelPlan,
     CropPlan,
     LevelPlan,
     LookupPlan,
     PalettePlan,
-    Plan,
     PreintegratedPlan,
     QuantizePlan,
+    Shared,
     VolumePlan,
 )
 from volprep.plan.room import Beside, one_channel
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import (
-    Manifest,
-    RenderSettings,
-    SourceRecord,
-    StageRecord,
-    Statistics,
-)
+from volprep_formats.package.channel import ChannelPart, SourceRecord, Statistics
+from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
@@ -55,6 +51,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 KEY = "0" * 64
+CHANNEL = "scan"
 ONE_CHANNEL = Packing()
 FOUR_CHANNELS = Packing(channels=4)
 ES2 = load_profile("gles2-2048", Path())
@@ -110,7 +107,7 @@ def tiny_package(
         nearest = tuple(volume.model_copy(update={"filter": "nearest"}) for volume in plan.volumes)
         plan = plan.model_copy(update={"volumes": nearest})
     if mipmaps:
-        chained = mipmap_levels(grid, max(levels[-1].shape), profile, "box")
+        chained = mipmap_levels(CHANNEL, grid, max(levels[-1].shape), profile, "box")
         volumes = in_one_texture(plan.volumes, chained, profile, Beside(1, 0))
         plan = plan.model_copy(update={"levels": tuple(chained), "volumes": tuple(volumes)})
     if bricks is not None:
@@ -127,32 +124,28 @@ def tiny_package(
         plan = plan.model_copy(update={"proxy": _proxy_plan(plan, proxy)})
     meshes = () if proxy is None else (proxy_stage.STAGE,)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
-    manifest = Manifest(
-        state="draft",
-        name="tiny",
-        generator="test",
-        profile=profile,
+    part = ChannelPart(
+        name=CHANNEL,
         source=SourceRecord(info=source, sha256=KEY),
         statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
+        levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"))),
     )
+    heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=render)
     # Of the 0.2 s that a package takes, nine tenths are its 34 calls of fsync; other tests kill and look.
     with patch("os.fsync"):
-        draft = Draft.create(folder, manifest)
+        draft = Draft.create(folder, heading)
         for index, level in enumerate(levels):
-            draft.write(codes_name(index), "work", np.ascontiguousarray(level).tobytes())
-        draft.commit(
-            StageRecord(name="quantize", key=KEY),
-            grid=grid,
-            levels=levels_of(plan, dict.fromkeys(range(1, len(levels)), "box")),
-            render=render,
-        )
+            draft.write(codes_name(index, CHANNEL), "work", np.ascontiguousarray(level).tobytes())
+        draft.commit(StageRecord(name="quantize", key=KEY, made=(Contribution(channel=part),)))
         layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE if bricks is None else bricks_stage.STAGE
         for stage in (transfer.STAGE, *vectors, layout, *skipping, *meshes, shaders.STAGE):
-            draft.commit(StageRecord(name=stage.name, key=KEY), **stage.run(draft, plan, Silent()))
+            assert stage.channel is not None
+            made = stage.channel.run(draft, plan, Silent())
+            draft.commit(StageRecord(name=stage.name, key=KEY, made=(made,)))
     return Package.open(folder, allow_draft=True)
 
 
-def _proxy_plan(plan: Plan, wanted: ProxySettings) -> ProxyPlan:
+def _proxy_plan(plan: ChannelPlan, wanted: ProxySettings) -> ProxyPlan:
     """Give each level a mesh, whether or not it saves samples."""
     (transfer,) = plan.transfer_functions
     indices = [level.index for level in plan.levels]
@@ -178,17 +171,23 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     entries: int,
     window: tuple[float, float],
     render: RenderSettings,
-) -> Plan:
+) -> ChannelPlan:
     texture3d = profile.max_3d_texture_size > 0
     lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
-    return Plan(
-        profile=profile,
-        crop=CropPlan(start_zyx=(0, 0, 0), stop_zyx=grid.shape_zyx),
-        grid=grid,
+    crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=grid.shape_zyx)
+    return ChannelPlan(
+        channel=CHANNEL,
+        shared=Shared(profile=profile, crop=crop, grid=grid, render=render),
         transfer_functions=(transfer_function,),
         quantize=QuantizePlan(bits=levels[0].dtype.itemsize * 8, window=window),
         levels=tuple(
-            LevelPlan(index=i, factors_zyx=(2**i, 2**i, 2**i), shape_zyx=level.shape, filter="box" if i else "none")
+            LevelPlan(
+                channel=CHANNEL,
+                index=i,
+                factors_zyx=(2**i, 2**i, 2**i),
+                shape_zyx=level.shape,
+                filter="box" if i else "none",
+            )
             for i, level in enumerate(levels)
         ),
         volumes=volumes,
@@ -207,13 +206,10 @@ def _plan(  # noqa: PLR0917 - all that a test chose
                 transfer=transfer_function.name,
             ),
         ),
-        render=render,
-        stages=(),
-        items=(),
     )
 
 
-def _with_bricks(plan: Plan, wanted: BrickSettings) -> Plan:
+def _with_bricks(plan: ChannelPlan, wanted: BrickSettings) -> ChannelPlan:
     """Give a program for each level, which is bricks."""
     bits = plan.quantize.bits
     volumes = tuple(
@@ -235,7 +231,7 @@ def _with_bricks(plan: Plan, wanted: BrickSettings) -> Plan:
     return plan.model_copy(update={"volumes": volumes, "programs": programs})
 
 
-def _classified(plan: Plan, name: ClassificationName) -> Plan:
+def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
     """Give the plan with another kind of table in place of its lookup table."""
     if name == "lookup":
         return plan
@@ -262,7 +258,13 @@ def _volume(
         texel = one_channel(8 * codes.dtype.itemsize, profile)
         assert texel is not None, profile
         return VolumePlan(
-            level=index, names=(name,), files=(f"{name}.ktx2",), format=texel, shape_zyx=codes.shape, mosaic=None
+            level=index,
+            names=(name,),
+            files=(f"{name}.ktx2",),
+            format=texel,
+            shape_zyx=codes.shape,
+            mosaic=None,
+            channels=(CHANNEL,),
         )
     room = room or Room(profile.max_texture_size, profile.texture_units - 1, profile.npot, profile.square)
     layout = fit_mosaic(codes.shape, packing, room)
@@ -275,4 +277,5 @@ def _volume(
         format="LUMINANCE8" if packing.channels == 1 else "RGBA8",
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,
+        channels=(CHANNEL,),
     )

@@ -77,7 +77,7 @@ def test_the_command_makes_colours_grey_on_request(tmp_path) -> None:
     done = volprep("import", tmp_path / "series", "-o", tmp_path / "a.volpkg", "--rgb", "luminance")
     assert done.returncode == 0, done.stderr
     np.testing.assert_array_equal(
-        np.fromfile(tmp_path / "a.volpkg/work/level0.raw", np.uint8), rounded(COLOURS).ravel()
+        np.fromfile(tmp_path / "a.volpkg/work/level0-scan.raw", np.uint8), rounded(COLOURS).ravel()
     )
 
 

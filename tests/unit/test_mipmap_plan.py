@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plans import PlanOfOne, plan_of_one
 from volumes import shapes
 
 from volprep.parts.texture.mipmaps import mipmap_levels
-from volprep.pipeline.make_plan import make_plan
-from volprep.plan.records import Plan
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
@@ -32,23 +31,23 @@ def scene(**tables) -> Scene:
     return Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer], **tables})
 
 
-def plan(wanted: Scene, profile=GLES3) -> Plan:
+def plan(wanted: Scene, profile=GLES3) -> PlanOfOne:
     """Plan for 9×70×33 voxels of noise."""
     voxels = np.random.default_rng(3).integers(0, 256, (9, 70, 33)).astype(np.uint8)
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
     gauge = Gauge(info)
     gauge.add(voxels)
-    return make_plan(wanted, profile, info, gauge.result("0" * 64))
+    return plan_of_one(wanted, profile, info, gauge.result("0" * 64))
 
 
-def item(decided: Plan, name: str):
+def item(decided: PlanOfOne, name: str):
     return next(each for each in decided.items if each.name == name)
 
 
 @given(shapes, st.integers(1, 9), st.tuples(*[st.floats(0.1, 9.0)] * 3))
 def test_levels_are_those_of_the_pyramid_and_texels_those_of_opengl(shape, coarsest, spacing) -> None:
     grid = Grid.of(shape, spacing)
-    levels = mipmap_levels(grid, coarsest, GLES3, "box")
+    levels = mipmap_levels("scan", grid, coarsest, GLES3, "box")
     longest = [max(level.shape_zyx) for level in levels]
     assert longest[-1] <= coarsest
     assert all(length > coarsest for length in longest[:-1])
@@ -67,7 +66,7 @@ def test_levels_are_those_of_the_pyramid_and_texels_those_of_opengl(shape, coars
 def test_the_finest_level_holds_the_file_and_the_item_says_what_halving_costs() -> None:
     decided = plan(scene(textures=MIPMAPS, pyramid=COARSE))
     assert [volume.shape_zyx for volume in decided.volumes] == [(16, 72, 40), (8, 36, 20), (4, 18, 10), (2, 9, 5)]
-    assert {volume.files for volume in decided.volumes} == {("textures/volume-0.ktx2",)}
+    assert {volume.files for volume in decided.volumes} == {("textures/volume-scan-0.ktx2",)}
     assert [len(item(decided, f"level {index}").files) for index in range(4)] == [1, 0, 0, 0]
     texels = sum(math.prod(volume.shape_zyx) for volume in decided.volumes)
     voxels = sum(math.prod(level.shape_zyx) for level in decided.levels)
@@ -100,7 +99,7 @@ def test_a_level_that_fits_alone_but_not_with_its_mipmaps_is_left_out(limit, say
     assert item(plan(scene(), profile), "level 0").kept
     assert [volume.level for volume in decided.volumes] == [1, 2, 3]
     assert [volume.mipmap for volume in decided.volumes] == [0, 1, 2]
-    assert decided.volumes[0].files == ("textures/volume-1.ktx2",)
+    assert decided.volumes[0].files == ("textures/volume-scan-1.ktx2",)
     assert re.search(says, item(decided, "level 0").reason)
 
 

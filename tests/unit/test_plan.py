@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plans import PlanOfOne, plan_of_one
 
 from volprep.parts.levels.decision import candidate_levels, fit_level
-from volprep.pipeline.make_plan import make_plan
-from volprep.plan.records import LevelPlan, Plan
+from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile
@@ -33,7 +33,7 @@ def scene(points: Sequence[tuple[float, float]] = RAMP, **tables) -> Scene:
     return Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer], **tables})
 
 
-def plan(voxels: np.ndarray, wanted: Scene | None = None, profile=GLES3, *, slope=1.0, intercept=0.0) -> Plan:
+def plan(voxels: np.ndarray, wanted: Scene | None = None, profile=GLES3, *, slope=1.0, intercept=0.0) -> PlanOfOne:
     """Plan for a volume in memory."""
     info = SourceInfo(
         format="raw",
@@ -44,10 +44,10 @@ def plan(voxels: np.ndarray, wanted: Scene | None = None, profile=GLES3, *, slop
     )
     gauge = Gauge(info)
     gauge.add(voxels)
-    return make_plan(wanted or scene(), profile, info, gauge.result("0" * 64))
+    return plan_of_one(wanted or scene(), profile, info, gauge.result("0" * 64))
 
 
-def item(decided: Plan, name: str):
+def item(decided: PlanOfOne, name: str):
     return next(each for each in decided.items if each.name == name)
 
 
@@ -165,7 +165,7 @@ class TestLevels:
         ],
     )
     def test_axes_are_halved_until_the_longest_is_short_enough(self, shape, spacing, coarsest, expected) -> None:
-        levels = candidate_levels(Grid.of(shape, spacing), coarsest, GLES3)
+        levels = candidate_levels("scan", Grid.of(shape, spacing), coarsest, GLES3)
         assert [level.factors_zyx for level in levels] == expected
         assert all(
             level.shape_zyx == tuple(-(-n // f) for n, f in zip(shape, level.factors_zyx, strict=True))
@@ -173,10 +173,10 @@ class TestLevels:
         )
 
     def test_for_a_mosaic_one_axis_at_a_time_is_halved(self) -> None:
-        levels = candidate_levels(Grid.of((384, 384, 274), (0.67, 0.67, 0.7)), 192, GLES2)
+        levels = candidate_levels("scan", Grid.of((384, 384, 274), (0.67, 0.67, 0.7)), 192, GLES2)
         assert [level.factors_zyx for level in levels] == [(1, 1, 1), (2, 1, 1), (2, 2, 1), (2, 2, 2)]
         # Slices far apart stay as they are until the voxels are cubes.
-        levels = candidate_levels(Grid.of((30, 256, 256), (4, 1, 1)), 64, GLES2)
+        levels = candidate_levels("scan", Grid.of((30, 256, 256), (4, 1, 1)), 64, GLES2)
         assert [level.factors_zyx for level in levels] == [(1, 1, 1), (1, 2, 1), (1, 2, 2), (1, 4, 2), (1, 4, 4)]
 
     def test_3d_textures_hold_every_level(self) -> None:
@@ -226,12 +226,12 @@ class TestLevels:
         decided = plan(noise((168, 20, 31)), profile=small)
         (volume, *_) = decided.volumes
         assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "RGBA8")
-        assert volume.files == tuple(f"textures/mosaic-0-{part}.ktx2" for part in range(7))
+        assert volume.files == tuple(f"textures/mosaic-scan-0-{part}.ktx2" for part in range(7))
         assert item(decided, "several textures").reason.endswith("24 slices have room, there are 168")
         assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
 
     def test_512_cubed_voxels_fit_two_textures_of_4096_squared(self) -> None:
-        level = LevelPlan(index=0, factors_zyx=(1, 1, 1), shape_zyx=(512, 512, 512), filter="none")
+        level = LevelPlan(channel="scan", index=0, factors_zyx=(1, 1, 1), shape_zyx=(512, 512, 512), filter="none")
         larger = load_profile("gles2-4096", Path())
         volume = fit_level(level, 8, larger, Beside(units=1, bytes=1024), MosaicSettings())
         assert (volume.mosaic.textures, volume.mosaic.texture_shape_yx) == (2, (4096, 4096))

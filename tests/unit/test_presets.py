@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plans import plan_of_one
 
-from volprep.pipeline.make_plan import make_plan
 from volprep.scan.statistics import Gauge
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import load_preset, preset_names
@@ -33,7 +33,7 @@ def plan(scene_transfer: dict, voxels: np.ndarray):
     gauge = Gauge(info)
     gauge.add(voxels)
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [scene_transfer]})
-    return make_plan(scene, GLES3, info, gauge.result("0" * 64))
+    return plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -211,8 +211,8 @@ def test_a_palette_needs_indices_that_shaders_compute() -> None:
     tables = {"transfer": [{"preset": "labels"}], "render": {"classification": "palette"}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
     with pytest.raises(VolprepError, match=r"VP3040 classification palette .* 2.0 of profile gles2-2048"):
-        make_plan(scene, load_profile("gles2-2048", Path()), info, gauge.result("0" * 64))
-    plan = make_plan(scene, GLES3, info, gauge.result("0" * 64))
+        plan_of_one(scene, load_profile("gles2-2048", Path()), info, gauge.result("0" * 64))
+    plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     assert [(each.transfer, each.entries) for each in plan.palettes] == [("labels", 60)]
     assert not plan.lookups
 
@@ -227,7 +227,7 @@ def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are()
     ]
     tables = {"transfer": [{"name": "a", "points": points}], "render": {"classification": "preintegrated"}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
-    plan = make_plan(scene, GLES3, info, gauge.result("0" * 64))
+    plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     (table,) = plan.preintegrated
     assert table.segment_mm == plan.render.step_mm == 1.0
     item = next(each for each in plan.items if each.name == "pre-integrated table a")
@@ -247,7 +247,7 @@ def ramp_plan(scene: Scene, profile=GLES3):
     info = SourceInfo(format="raw", grid=Grid.of((9, 8, 8), (1.0, 1.0, 1.0)), stored_type="uint8")
     gauge = Gauge(info)
     gauge.add((np.arange(576).reshape(9, 8, 8) % 13).astype(np.uint8))
-    return make_plan(scene, profile, info, gauge.result("0" * 64))
+    return plan_of_one(scene, profile, info, gauge.result("0" * 64))
 
 
 def test_classified_voxels_have_four_channels_and_no_table() -> None:

@@ -12,7 +12,7 @@ from volprep.parts.levels.reduce import LABEL_FILTERS, reduced, reduced_slabs
 from volprep.parts.levels.weights import weights
 from volprep.scan import slabs
 from volprep.scan.slabs import RawVolume
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 
 FILTERS = [
     "nearest",

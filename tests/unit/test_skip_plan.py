@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plans import PlanOfOne, plan_of_one
 
-from volprep.pipeline.make_plan import make_plan
-from volprep.plan.records import Plan
 from volprep.scan.block_ranges import BlockGauge, block_ranges
 from volprep.scan.statistics import MEASURED_BLOCK, Gauge
 from volprep.scene.profiles import load_profile
@@ -30,14 +29,14 @@ def scene(points=((100.0, 0.0), (200.0, 0.5)), **skip) -> Scene:
     )
 
 
-def plan(voxels, wanted, profile=GLES3) -> Plan:
+def plan(voxels, wanted, profile=GLES3) -> PlanOfOne:
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type=voxels.dtype.name)
     gauge = Gauge(info)
     gauge.add(voxels)
-    return make_plan(wanted, profile, info, gauge.result("0" * 64))
+    return plan_of_one(wanted, profile, info, gauge.result("0" * 64))
 
 
-def item(decided: Plan, name: str = "skip table a"):
+def item(decided: PlanOfOne, name: str = "skip table a"):
     return next((each for each in decided.items if each.name == name), None)
 
 

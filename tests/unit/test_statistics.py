@@ -5,7 +5,7 @@ from volprep.scan import slabs
 from volprep.scan.statistics import measure, measure_again
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import SourceRecord
+from volprep_formats.package.channel import SourceRecord
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 

@@ -1,37 +1,43 @@
-"""The stages of a build, one file each. Every stage is a value of the type `Stage`, named STAGE in its file."""
+"""What a stage is: one step from a scan to a package. Each is a value of the type `Stage`, named STAGE in its file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
 if TYPE_CHECKING:
-    from volprep.plan.records import Plan
+    from volprep.plan.records import ChannelPlan, Plan
 
 Part = TypeVar("Part", bound=Record)
-Changes = Mapping[str, object]
-"""New values of fields of the manifest, by the field's name; what is not named stays."""
+Planned = TypeVar("Planned", bound=Record)
+
+
+@dataclass(frozen=True)
+class Work(Generic[Planned]):
+    """What a stage does, with the plan of a channel or with that of the package."""
+
+    settings: Callable[[Planned], tuple[Record, ...]]
+    """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
+    run: Callable[[Draft, Planned, Progress], Contribution]
+    """Writes files with `Draft.write` and returns what it adds to the manifest. The pipeline commits both, last."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One step from a scan to a package. It reads a draft, adds files to it, and says what changes in the manifest."""
+    """One step from a scan to a package. It reads a draft, and adds files and its part of the manifest."""
 
     name: str
     """Name of the stage and of its verb."""
     reads: tuple[str, ...]
     """Names of the stages whose output it uses; it runs again when one of them has changed."""
-    settings: "Callable[[Plan], tuple[Record, ...]]"
-    """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
-    run: "Callable[[Draft, Plan, Progress], Changes]"
-    """Writes files with `Draft.write` and gives the changes of the manifest. The pipeline commits them, last."""
-    whole: bool = False
-    """Whether it runs once for all channels; else it runs for each, with the plan of the channel."""
+    channel: "Work[ChannelPlan] | None" = None
+    """What it does for each channel."""
+    package: "Work[Plan] | None" = None
+    """What it does once for all channels; this comes first."""
 
 
 def required(part: Part | None) -> Part:
@@ -43,9 +49,3 @@ def required(part: Part | None) -> Part:
 def present(*parts: Record | None) -> tuple[Record, ...]:
     """Return those parts of a plan that it has, as settings of a stage."""
     return tuple(part for part in parts if part is not None)
-
-
-def with_textures(manifest: Manifest, textures: tuple[Texture, ...]) -> tuple[Texture, ...]:
-    """Textures of the manifest, those of the same name replaced by `textures`, in order of name."""
-    by_name = {texture.name: texture for texture in (*manifest.textures, *textures)}
-    return tuple(by_name[name] for name in sorted(by_name))

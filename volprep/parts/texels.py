@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.work import classified_name, codes_of_level, codes_of_source
-from volprep.plan.records import Plan, VolumePlan
+from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.preclassified import Voxels
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
@@ -42,14 +42,14 @@ def texel_reader(volume: RawVolume, texel: TextureFormat) -> Callable[[int, int]
     return read
 
 
-def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
+def volume_reader(draft: Draft, plan: ChannelPlan, volume: VolumePlan) -> Callable[[int, int], Texels]:
     """Return a function that reads slices z0 to z1 - 1 of a level as the texels of its textures.
 
     [z, y, x], or [z, y, x, component] where several channels share texels, or voxels are classified.
     """
     if volume.transfer is not None:
         return classified_reader(draft, plan, volume)
-    if not volume.channels:
+    if len(volume.channels) == 1:
         return texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
     each = [codes_of_level(draft, plan, volume.level, channel) for channel in volume.channels]
     readers = [texel_reader(codes, volume.format) for codes in each]
@@ -60,7 +60,7 @@ def volume_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int
     return read
 
 
-def classified_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[[int, int], Texels]:
+def classified_reader(draft: Draft, plan: ChannelPlan, volume: VolumePlan) -> Callable[[int, int], Texels]:
     """Return a function that reads slices z0 to z1 - 1 of a level of classified voxels as texels [z, y, x, RGBA]."""
     if volume.level > 0:
         z, y, x = plan.level(volume.level).shape_zyx
@@ -76,7 +76,7 @@ def classified_reader(draft: Draft, plan: Plan, volume: VolumePlan) -> Callable[
     return read
 
 
-def voxels_of(plan: Plan) -> Voxels:
+def voxels_of(plan: ChannelPlan) -> Voxels:
     """Return how codes become voxels, where they are classified."""
     volume = plan.volumes[0]
     function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
@@ -121,7 +121,7 @@ def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Tex
         shape_zyx=volume.shape_zyx,
         gl=gl_format(volume.format, "TEXTURE_3D" if volume.mosaic is None else "TEXTURE_2D", profile.api),
         level=volume.level,
-        channels=volume.channels or None,
+        channels=() if volume.transfer else volume.channels,
         mosaic=volume.mosaic,
         mipmap=volume.mipmap,
         part=part,

@@ -3,19 +3,20 @@
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from volprep.scan.slabs import RawVolume
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Level, LevelFilter, Manifest
+from volprep_formats.package.channel import Level, LevelFilter
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import source_name
 from volprep_formats.source import SourceInfo
 
 if TYPE_CHECKING:
-    from volprep.plan.records import Plan
+    from volprep.plan.records import ChannelPlan, LevelPlan
 
 SCENE = "work/scene.json"
 """The scene, with the absolute path of the source."""
@@ -23,9 +24,9 @@ FORMS = "work/forms.json"
 """Compressed forms that were tried: what trying them took is not spent again by the next verb."""
 
 
-def codes_name(level: int, channel: str | None = None) -> str:
-    """Return the name of the codes of a level; of a channel where there are several."""
-    return f"work/stored{level}.raw" if channel is None else f"work/stored{level}-{channel}.raw"
+def codes_name(level: int, channel: str) -> str:
+    """Return the name of the codes of a level of a channel."""
+    return f"work/stored{level}-{channel}.raw"
 
 
 def classified_name(level: int) -> str:
@@ -33,35 +34,33 @@ def classified_name(level: int) -> str:
     return f"work/classified{level}.raw"
 
 
-def choice_name(level: int, channel: str | None = None) -> str:
-    """Return the name of what was decided about a level when it was made; of a channel where there are several."""
-    return f"work/choice{level}.json" if channel is None else f"work/choice{level}-{channel}.json"
+def choice_name(level: int, channel: str) -> str:
+    """Return the name of what was decided about a level of a channel when it was made."""
+    return f"work/choice{level}-{channel}.json"
 
 
-def code_type(plan: "Plan") -> np.dtype[np.generic]:
+def code_type(plan: "ChannelPlan") -> np.dtype[np.generic]:
     """Type of a code."""
     return np.dtype(np.uint8 if plan.quantize.bits == 8 else np.uint16)
 
 
-def source_info(manifest: Manifest, channel: str | None) -> SourceInfo:
-    """Return what the source is; a channel of it where there are several."""
-    if channel is None:
-        return manifest.source.info
-    return next(each.source.info for each in manifest.channels or () if each.name == channel)
+def source_info(manifest: Manifest, channel: str) -> SourceInfo:
+    """Return what the source of a channel is."""
+    return next(each.source.info for each in manifest.channels if each.name == channel)
 
 
-def source_volume(draft: Draft, channel: str | None) -> RawVolume:
-    """Return the stored values of the source, which import wrote; of a channel where there are several."""
+def source_volume(draft: Draft, channel: str) -> RawVolume:
+    """Return the stored values of the source of a channel, which import wrote."""
     info = source_info(draft.manifest, channel)
     return RawVolume(draft.folder / source_name(channel), info.grid.shape_zyx, np.dtype(info.stored_type))
 
 
-def codes_of_source(draft: Draft, plan: "Plan") -> RawVolume:
+def codes_of_source(draft: Draft, plan: "ChannelPlan") -> RawVolume:
     """Return the codes of the plan's channel at the resolution of the source, which quantize wrote."""
     return RawVolume(draft.folder / codes_name(0, plan.channel), plan.grid.shape_zyx, code_type(plan))
 
 
-def codes_of_level(draft: Draft, plan: "Plan", index: int, channel: str | None = None) -> RawVolume:
+def codes_of_level(draft: Draft, plan: "ChannelPlan", index: int, channel: str | None = None) -> RawVolume:
     """Return the codes of a level that the package holds, which quantize or pyramid wrote.
 
     Of the plan's channel, or of another one that has the same bits and levels.
@@ -70,19 +69,14 @@ def codes_of_level(draft: Draft, plan: "Plan", index: int, channel: str | None =
     return RawVolume(draft.folder / name, plan.level(index).shape_zyx, code_type(plan))
 
 
-def levels_of(plan: "Plan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:
-    """Give level 0 and those that `filters` made, as far as the package holds them, as the manifest lists them."""
-    return tuple(
-        Level(
-            index=level.index,
-            factors_zyx=level.factors_zyx,
-            grid=(grid := _grid(plan.grid, level.factors_zyx)),
-            texture_from_box_per_mm_xyz=_per_mm_xyz(level.texels_zyx, grid.spacing_mm_zyx),
-            filter=filters[level.index] if level.index else "none",
-        )
-        for level in plan.levels
-        if level.index == 0 or level.index in filters
-    )
+def finest_level(plan: "ChannelPlan") -> tuple[Level, ...]:
+    """Return level 0 as the manifest lists it, if the package holds it."""
+    return tuple(_level(plan, level, "none") for level in plan.levels if level.index == 0)
+
+
+def coarser_levels(plan: "ChannelPlan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:
+    """Return the levels that `filters` made as the manifest lists them."""
+    return tuple(_level(plan, level, filters[level.index]) for level in plan.levels if level.index in filters)
 
 
 def is_current(name: str, key: str, manifest: Manifest) -> bool:
@@ -94,6 +88,17 @@ def is_current(name: str, key: str, manifest: Manifest) -> bool:
 def generator() -> str:
     """Program and version, as manifests name them."""
     return f"volprep {version('volprep')}"
+
+
+def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter) -> Level:
+    grid = _grid(plan.grid, level.factors_zyx)
+    return Level(
+        index=level.index,
+        factors_zyx=level.factors_zyx,
+        grid=grid,
+        texture_from_box_per_mm_xyz=_per_mm_xyz(level.texels_zyx, grid.spacing_mm_zyx),
+        filter=made_by,
+    )
 
 
 def _grid(grid: Grid, factors_zyx: tuple[int, int, int]) -> Grid:

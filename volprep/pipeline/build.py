@@ -7,22 +7,24 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from volprep.pipeline.drafts import import_draft, require_sound, scene_of
-from volprep.pipeline.make_plans import make_plans
+from volprep.parts.levels.records import LevelChoice
+from volprep.pipeline.drafts import require_sound
+from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.pipeline.origin import Origin, write_origin
-from volprep.pipeline.stages import plan_draft, run_stages
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import Prepared, prepare
+from volprep.pipeline.stages import run_stages
 from volprep.plan.records import Plan
-from volprep.scan.channels import opened_channel
-from volprep.scan.statistics import Measured, measure
-from volprep.scene.channels import drawn_channels, with_listed_channels
+from volprep.scan.statistics import measure
 from volprep.scene.request import Request, with_grey_ramp
+from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import output_errors
 from volprep_formats.package.storage.publish import check_target, publish
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo
 
 
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
@@ -36,44 +38,40 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
     with output_errors(target):
         target.parent.mkdir(parents=True, exist_ok=True)
     check_target(target)
+    prepared = prepare(request)
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
         _drop_unusable(partial)
-        request = request.with_listed_channels()
-        imported = import_draft(request, partial, progress)
-        draft = imported.draft
+        imported = import_draft(prepared, partial, progress)
+        draft, scene = imported.draft, imported.scene
         progress.start("plan", 1)
         # Trying compressed forms begins tasks of its own.
         progress.advance()
-        # Import gave a scan without a scene its transfer function.
-        scene = scene_of(draft) if request.scene_path is None else request.scene
-        plan = plan_draft(draft, scene, request.profile, imported.measured, progress)
+        plan = plan_draft(draft, scene, prepared.profile, progress, imported.measured)
         made = run_stages(draft, plan, scene, progress)
         progress.start("check", 1)
         require_sound(partial)
         progress.advance()
         # Before the package, so that a package never stands without it.
-        levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
-        forms = tuple(form for each in plan.every for form in each.forms)
-        scene_path = None if request.scene_path is None else str(request.scene_path)
-        origin = Origin(scene_path=scene_path, scene=scene, levels=levels, forms=forms)
-        write_origin(target, origin)
+        write_origin(target, _origin(prepared, scene, plan, made))
         publish(partial, target)
         return draft.manifest
 
 
+def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoice, ...]) -> Origin:
+    scene_path = None if prepared.scene_path is None else str(prepared.scene_path)
+    levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
+    return Origin(scene_path=scene_path, scene=scene, levels=levels, forms=plan.forms)
+
+
 def plan_build(request: Request, progress: Progress) -> Plan:
     """Return the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
-    scene = with_listed_channels(request.scene)
-    found: list[tuple[SourceInfo, Measured]] = []
-    channels = drawn_channels(scene)
-    for channel in channels:
-        first = (channels[0].name, found[0][0].grid) if found else None
-        with opened_channel(channel.name, channel.spec, first, progress) as source:
-            found.append((source.info, measure(source, progress)))
-    if request.scene_path is None:
-        scene = with_grey_ramp(scene, found[0][1].statistics, found[0][0].grid)
-    return make_plans(scene, request.profile, [info for info, _ in found], [measured for _, measured in found])
+    prepared = prepare(request)
+    scanned = [Scanned(info, measure(source, progress)) for _, info, source in prepared.sources(progress)]
+    scene = prepared.scene
+    if prepared.scene_path is None:
+        scene = with_grey_ramp(scene, scanned[0].measured.statistics, scanned[0].info.grid)
+    return make_plan(scene, prepared.profile, scanned)
 
 
 @contextmanager

@@ -11,20 +11,22 @@ from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.decision import describe_mosaic, mosaic_text
 from volprep.parts.subvolumes.decision import describe_subvolumes
 from volprep.parts.texture.mipmaps import chain_bytes, describe_mipmaps
-from volprep.parts.values.items import Grounds, describe_border, describe_codes
+from volprep.parts.values.items import Grounds, describe_codes
 from volprep.plan.functions import describe_functions
-from volprep.plan.records import PREVIEW, Plan
+from volprep.plan.records import PREVIEW, ChannelPlan, Shared
 from volprep.plan.room import Misfit, texture_bytes
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.textures.block_formats import BLOCKS
 
+PREVIEW_ITEM = PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,))
+"""The picture that every package has."""
 
-def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
+
+def describe(plan: ChannelPlan, grounds: Grounds) -> tuple[PlanItem, ...]:
     """List every decision. Each file of the package is named by exactly one item that is kept."""
     return (
-        *describe_border(plan, grounds),
-        *describe_codes(plan, grounds),
+        *describe_codes(plan, grounds.scene, grounds.values),
         *_levels(plan, grounds),
         *_layout(plan, grounds.scene),
         *describe_mipmaps(plan.levels, plan.volumes),
@@ -33,12 +35,10 @@ def describe(plan: Plan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *describe_functions(grounds.scene, plan.transfer_functions),
         *describe_tables(plan, grounds.tables),
         _shaders(plan),
-        _ray_termination(plan, grounds),
-        PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,)),
     )
 
 
-def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+def _levels(plan: ChannelPlan, grounds: Grounds) -> Iterator[PlanItem]:
     kept = {volume.level: volume for volume in plan.volumes}
     for level, fit in zip(grounds.candidates, grounds.fits, strict=True):
         shape = by(level.shape_zyx)
@@ -76,7 +76,7 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     )
 
 
-def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
+def _layout(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
     finest = plan.volumes[0]
     size = texture_bytes(finest)
     if finest.mosaic is None:
@@ -95,13 +95,13 @@ def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
         yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic, finest.filter)
 
 
-def _why_flat(plan: Plan) -> str:
+def _why_flat(plan: ChannelPlan) -> str:
     if plan.profile.max_3d_texture_size:
         return "levels are compressed, and most devices have no compressed 3D textures"
     return f"profile {plan.profile.name} has none"
 
 
-def _shaders(plan: Plan) -> PlanItem:
+def _shaders(plan: ChannelPlan) -> PlanItem:
     files = {path for program in plan.programs for path in (program.vertex, program.fragment)}
     technique = "3D texture" if plan.volumes[0].mosaic is None else "mosaic"
     technique = technique if plan.volumes[0].bricks is None else "bricks"
@@ -113,11 +113,11 @@ def _shaders(plan: Plan) -> PlanItem:
     )
 
 
-def _ray_termination(plan: Plan, grounds: Grounds) -> PlanItem:
-    wanted = grounds.scene.render.opacity_cutoff
+def early_termination(shared: Shared, scene: Scene, opacity: float) -> PlanItem:
+    """Return whether rays stop early; `opacity` is a bound on that of any ray."""
     return PlanItem(
         name="early ray termination",
-        kept=plan.render.opacity_cutoff is not None,
-        reason=f"the most opaque values, along the whole diagonal, give opacity {grounds.opacity:.6g}; "
-        f"the scene stops rays at {wanted:g}",
+        kept=shared.render.opacity_cutoff is not None,
+        reason=f"the most opaque values, along the whole diagonal, give opacity {opacity:.6g}; "
+        f"the scene stops rays at {scene.render.opacity_cutoff:g}",
     )

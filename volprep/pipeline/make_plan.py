@@ -1,181 +1,168 @@
-"""Make the plan of a scene: one decision after the other."""
+"""Make the plan of a package: what its channels have in common is decided once, the rest for each.
+
+All channels have one crop, because they have one box, and one step and one early end of rays.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.parts.bricks.decision import require_bricks
-from volprep.parts.classification.decision import StepLengths, choose_tables, require_classification
-from volprep.parts.compression.decision import CompressionGrounds, choose_compression
+from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
-from volprep.parts.editing.decision import describe_editing, for_edits, plan_editing
-from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
-from volprep.parts.programs.decision import ray_casters, technique_of
-from volprep.parts.proxy.decision import describe_proxy, plan_proxy
-from volprep.parts.skip.decision import Found, describe_skip, plan_skip
-from volprep.parts.slices.decision import plan_of_slices, refuse_slices
-from volprep.parts.subvolumes.decision import plan_subvolumes
-from volprep.parts.values.decision import choose_values
-from volprep.parts.values.items import Grounds
-from volprep.parts.values.labels import require_distinct_labels, step_voxels_of
-from volprep.pipeline.items import describe
+from volprep.parts.editing.decision import for_edits
+from volprep.parts.programs.decision import technique_of
+from volprep.parts.slices.decision import refuse_slices
+from volprep.parts.together.decision import choose_together, plan_together
+from volprep.parts.together.packing import pack_channels
+from volprep.parts.values.items import describe_border
+from volprep.parts.values.labels import require_distinct_labels
+from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
+from volprep.pipeline.items import PREVIEW_ITEM, early_termination
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
-from volprep.plan.products import NormalsPlan, ProxyPlan, SkipPlan, SubvolumesPlan
-from volprep.plan.records import CropPlan, LevelPlan, Plan, VolumePlan
+from volprep.plan.products import TogetherPlan
+from volprep.plan.records import ChannelPlan, CropPlan, Plan, Shared
 from volprep.scan.statistics import Measured
+from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
-from volprep.transfer.table import Table
-from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import RenderSettings, Statistics
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
 
 @dataclass(frozen=True)
-class Common:
-    """What is decided for several channels together."""
+class Scanned:
+    """What is known of the source of a channel."""
 
-    crop: CropPlan
-    """The part of the source that becomes level 0."""
-    step_mm: float | None = None
-    """Nominal distance of the samples, if it is not what the channel would have."""
-    cutoff: bool | None = None
-    """Whether rays may stop early, if it is not what the channel would have."""
+    info: SourceInfo
+    """What it is."""
+    measured: Measured
+    """What was measured of it."""
+    whole: WholeSource | None = None
+    """The source itself, where it has been imported. Without it compression is decided by a sample of it."""
 
 
-def make_plan(  # noqa: PLR0917 - the scene, the class of devices, what the source is, and what is given beside
-    scene: Scene,
-    profile: DeviceProfile,
-    info: SourceInfo,
-    measured: Measured,
-    common: Common | None = None,
-    whole: WholeSource | None = None,
-) -> Plan:
-    """Decide everything that the stages need to know; for one of several channels, with what they have in common.
+def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) -> Plan:
+    """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
-    Without the whole source, compression is decided by a sample of it, and the plan says so.
-
-    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3031 and VP3032 for bricks that cannot be, VP3040 for a classification
-    that the profile cannot do, VP3043 for one that mixes labels, VP3050 for normals that it cannot hold, VP3060 for
-    slices with what needs shaders, or without need, VP3070 for a compressed format that the profile does not have,
-    VP3071 for mipmaps where it has no 3D textures, VP3080 for what cannot be had where functions may be edited.
+    Raises what `begin` raises, VP1244 for what cannot be made of several channels, VP3031 and VP3032 for bricks that
+    cannot be, VP3040 for a classification that the profile cannot do, VP3043 for one that mixes labels, VP3060 for
+    slices without need, VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
-    if not profile.has_shaders:
-        return plan_of_slices(scene, profile, info, measured)
-    refuse_slices(scene, profile)
-    require_classification(scene, profile)
-    require_distinct_labels(scene)
-    require_bricks(scene, profile)
-    functions = resolved_functions(scene, info, measured)
-    values = choose_values(scene, profile, info, measured, functions)
-    crop = common.crop if common else choose_crop(scene.crop, functions, measured.ranges_zyx)
-    grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
-    compressing = CompressionGrounds(scene, profile, info, measured, functions, values, crop, grid)
-    compression = choose_compression(compressing, whole)
-    layout = compression.layout
-    levels, volumes = layout.levels, layout.volumes
-    normals = plan_normals(wanted_normals(scene), layout.profile, levels, layout.beside)
-    subvolumes = plan_subvolumes(scene, profile, grid, values.quantize.bits, volumes, functions)
-    voxel_mm = _finest_spacing_mm(grid, levels[0])
-    step_mm = step_voxels_of(scene, functions, voxel_mm) * voxel_mm
-    step_mm = common.step_mm or step_mm if common else step_mm
-    step = StepLengths(segment_mm=step_mm, voxel_mm_zyx=info.grid.spacing_mm_zyx)
-    tables = choose_tables(scene, profile, functions, values, measured, step)
-    found = Found(
-        layout.profile, crop, grid, values.quantize, values.entries, levels, volumes, measured, normals, scene.editable
-    )
-    skip = plan_skip(scene.skip, functions, found)
-    programs = tuple(program for each in functions for program in ray_casters(each.name, volumes, scene.render))
-    proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
-    # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
-    slack = (values.quantize.window[1] - values.quantize.window[0]) * (1 / 255 + 1 / (values.entries - 1))
-    opacity = _largest_opacity(functions, measured.statistics, slack, grid)
-    stops = scene.editable or opacity > scene.render.opacity_cutoff
-    stops = common.cutoff if common and common.cutoff is not None else stops
-    plan = Plan(
-        profile=profile,
-        crop=crop,
-        grid=grid,
-        transfer_functions=functions,
-        quantize=values.quantize,
-        levels=levels,
-        volumes=tables.classified(volumes),
-        subvolumes=subvolumes,
-        lookups=tables.lookups,
-        preintegrated=tables.preintegrated,
-        palettes=tables.palettes,
-        skip=skip,
-        editing=plan_editing(scene, grid, levels),
-        normals=normals,
-        proxy=proxy,
-        programs=programs,
-        render=RenderSettings(
-            step_mm=step_mm,
-            opacity_cutoff=scene.render.opacity_cutoff if stops else None,
-            projection=scene.render.projection,
-            tolerance=scene.tolerance,
-        ),
-        forms=compression.forms,
-        stages=_stages(levels, volumes, subvolumes, skip, proxy, normals),
-        items=(),
-    )
-    grounds = Grounds(scene, info, values, layout.candidates, layout.fits, opacity, tables)
-    skipping = describe_skip(skip, functions, scene.skip, found)
-    meshes = describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()
-    return plan.model_copy(
-        update={
-            "items": (
-                *describe(plan, grounds),
-                *compression.items,
-                *skipping,
-                *meshes,
-                *describe_editing(plan.editing),
-                *normal_items(normals, scene, levels),
-            )
-        }
+    _require_possible(scene, profile, len(scanned))
+    scans = _channel_scans(scene, scanned)
+    crop = _common_crop(scene, scans)
+    grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
+    begun = [begin(scan, profile, crop, grid) for scan in scans]
+    shared = Shared(profile=profile, crop=crop, grid=grid, render=_render(scene, begun))
+    finished = [channel.finished(shared) for channel in begun]
+    channels = [plan for plan, _ in finished]
+    measured = [each.measured for each in scanned]
+    drawn_together = choose_together(channels, measured, scene)
+    packed = pack_channels(channels, scene, [*drawn_together.transfers])
+    channels = [packed.plan(plan) for plan in channels]
+    together, of_picture = plan_together(channels, measured, drawn_together, packed, scene)
+    items = [
+        *describe_border(shared, scene, scanned[0].info),
+        *_of_channels(channels, [packed.described(plan, items) for plan, items in finished]),
+        *packed.items,
+        *of_picture,
+        *([early_termination(shared, scene, max(each.opacity for each in begun))] if profile.has_shaders else []),
+        PREVIEW_ITEM,
+        *_left_out(scene, channels[0]),
+    ]
+    return Plan(
+        shared=shared,
+        channels=tuple(channels),
+        together=together,
+        stages=_stages(channels, together),
+        items=tuple(items),
     )
 
 
-def _stages(  # noqa: PLR0917 - what needs a stage
-    levels: tuple[LevelPlan, ...],
-    volumes: tuple[VolumePlan, ...],
-    subvolumes: SubvolumesPlan | None,
-    skip: SkipPlan,
-    proxy: ProxyPlan | None,
-    normals: NormalsPlan | None,
-) -> tuple[str, ...]:
-    pyramid = ("pyramid",) if any(level.index for level in levels) else ()
-    pieces = ("grid",) if subvolumes is not None else ()
-    layout = {"raycast_mosaic": "mosaic", "raycast_bricks": "bricks"}.get(technique_of(volumes[0]), "texture")
-    skipping = ("skip",) if skip.tables or skip.ranges else ()
-    meshes = ("proxy",) if proxy is not None and proxy.meshes else ()
-    vectors = ("normals",) if normals is not None else ()
-    return (
-        "import",
-        "quantize",
-        *pyramid,
-        "transfer",
-        *vectors,
-        layout,
-        *skipping,
-        *meshes,
-        *pieces,
-        "shaders",
-        "seal",
+def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:
+    """Raise if the scene wants what the device class, or a volume of so many channels, cannot have."""
+    if channels > 1 and not profile.has_shaders:
+        raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
+    if channels > 1 and scene.render.classification == "preclassified":
+        raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
+    if profile.has_shaders:
+        refuse_slices(scene, profile)
+        require_classification(scene, profile)
+        require_bricks(scene, profile)
+
+
+def _channel_scans(scene: Scene, scanned: Sequence[Scanned]) -> list[ChannelScan]:
+    scans = []
+    for channel, found in zip(drawn_channels(scene), scanned, strict=True):
+        own = scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec})
+        require_distinct_labels(own)
+        functions = resolved_functions(own, found.info, found.measured)
+        scans.append(ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole))
+    return scans
+
+
+def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
+    """Return the smallest box that holds what each channel shows."""
+    crops = [choose_crop(scene.crop, scan.functions, scan.measured.ranges_zyx) for scan in scans]
+    z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
+    z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
+    return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
+
+
+def _render(scene: Scene, begun: Sequence[Begun]) -> RenderSettings:
+    """Return the finest step that any channel needs; rays stop early if those of any channel can."""
+    return RenderSettings(
+        step_mm=min(channel.step_mm for channel in begun),
+        opacity_cutoff=scene.render.opacity_cutoff if any(channel.stops for channel in begun) else None,
+        projection=scene.render.projection,
+        tolerance=scene.tolerance,
     )
 
 
-def _finest_spacing_mm(grid: Grid, finest: LevelPlan) -> float:
-    return min(h * f for h, f in zip(grid.spacing_mm_zyx, finest.factors_zyx, strict=True))
+def _stages(channels: Sequence[ChannelPlan], together: TogetherPlan | None) -> tuple[str, ...]:
+    """Return the stages that any channel needs, in order."""
+    if channels[0].slices is not None:
+        coarser = ("pyramid",) if channels[0].levels[0].index else ()
+        return ("import", "quantize", *coarser, "transfer", "slices", "seal")
+    technique = technique_of(channels[0].volumes[0])
+    layout = {"raycast_mosaic": "mosaic", "raycast_bricks": "bricks"}.get(technique, "texture")
+    tables = any(plan.skip is not None and (plan.skip.tables or plan.skip.ranges) for plan in channels)
+    needed = {
+        "pyramid": any(level.index for plan in channels for level in plan.levels),
+        "normals": any(plan.normals is not None for plan in channels),
+        "skip": tables or (together is not None and bool(together.skip_tables)),
+        "proxy": any(plan.proxy is not None and plan.proxy.meshes for plan in channels),
+        "grid": any(plan.subvolumes is not None for plan in channels),
+    }
+    order = ("import", "quantize", "pyramid", "transfer", "normals", layout, "skip", "proxy", "grid", "shaders", "seal")
+    return tuple(stage for stage in order if needed.get(stage, True))
 
 
-def _largest_opacity(
-    functions: tuple[TransferFunction, ...], statistics: Statistics, slack: float, grid: Grid
-) -> float:
-    """Bound the opacity of any ray: the largest extinction of any value of the source along the whole diagonal."""
-    low, high = statistics.minimum - slack, statistics.maximum + slack
-    extinction_per_mm = max(Table.exact(function).largest_extinction(low, high) for function in functions)
-    return 1.0 - math.exp(-extinction_per_mm * math.hypot(*grid.extent_mm_zyx))
+def _of_channels(plans: Sequence[ChannelPlan], items: Sequence[Sequence[PlanItem]]) -> list[PlanItem]:
+    """List the decisions about each channel, with its name.
+
+    Raises VP1244 for an item of two channels that would be the same file; only shaders may be.
+    """
+    listed: list[PlanItem] = []
+    claimed: set[str] = set()
+    for plan, each in zip(plans, items, strict=True):
+        for item in each:
+            files = tuple(path for path in item.files if path not in claimed)
+            if any(path in claimed and not path.startswith("shaders/") for path in item.files):
+                raise VolprepError("VP1244", path=plan.channel, what=item.name)
+            claimed |= set(files)
+            listed.append(item.model_copy(update={"channel": plan.channel, "files": files}))
+    return listed
+
+
+def _left_out(scene: Scene, plan: ChannelPlan) -> list[PlanItem]:
+    voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
+    size = voxels * plan.quantize.bits // 8
+    reason = "no transfer function is for it"
+    return [
+        PlanItem(name="channel", channel=name, kept=False, reason=reason, size_bytes=size) for name in left_out(scene)
+    ]

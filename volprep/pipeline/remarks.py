@@ -8,19 +8,17 @@ from volprep_formats.package.manifest import Manifest
 
 def remarks(manifest: Manifest) -> Iterator[str]:
     """Return what readers noticed, each channel with its name."""
-    sources = (
-        {"": manifest.source} if manifest.channels is None else {f"{c.name}: ": c.source for c in manifest.channels}
-    )
-    for name, source in sources.items():
-        for remark in source.info.remarks:
-            yield f"{name}{remark}"
+    several = len(manifest.channels) > 1
+    for channel in manifest.channels:
+        for remark in channel.source.info.remarks:
+            yield f"{channel.name}: {remark}" if several else remark
 
 
 def warnings(manifest: Manifest) -> Iterator[str]:
     """Name the transfer functions that show nothing: no value between the smallest and the largest has extinction."""
-    for function in manifest.transfer_functions:
-        channels = (channel for channel in manifest.channels or () if function.name in channel.transfers)
-        values = next((channel.statistics for channel in channels), manifest.statistics)
-        if Table.exact(function).largest_extinction(values.minimum, values.maximum) == 0.0:
-            span = f"{values.minimum:g} to {values.maximum:g}"
-            yield f"transfer function {function.name} shows none of the scan's values, {span}: its pictures are empty"
+    for channel in manifest.channels:
+        low, high = channel.statistics.minimum, channel.statistics.maximum
+        for function in channel.transfer_functions:
+            if Table.exact(function).largest_extinction(low, high) == 0.0:
+                shown = f"shows none of the scan's values, {low:g} to {high:g}"
+                yield f"transfer function {function.name} {shown}: its pictures are empty"

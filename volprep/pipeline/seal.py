@@ -6,13 +6,13 @@ What is in the package must be what the plan says, file for file and texel for t
 import math
 
 from volprep.parts.levels.chosen import lookup_of_level, own_tables, settled_items
-from volprep.parts.proxy.decision import item_of_proxy
+from volprep.parts.proxy.decision import item_name
 from volprep.parts.proxy.files import DRACO_RULE
-from volprep.parts.stage import Changes, Stage
+from volprep.parts.stage import Stage, Work
 from volprep.parts.subvolumes.decision import ITEM as SUBVOLUMES
-from volprep.plan.records import PREVIEW, Plan
+from volprep.plan.records import PREVIEW, ChannelPlan, Plan
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.manifest import Contribution, PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -23,24 +23,30 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
     return (plan,)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, _plan: Plan, progress: Progress) -> Contribution:
     from volprep.pipeline.preview import preview_png  # noqa: PLC0415 - loads OpenGL, which no other stage needs
 
     progress.start("seal", 1)
-    picture = preview_png(Package.open(draft.folder, allow_draft=True))
-    draft.write(PREVIEW, "preview", picture)
-    sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role != "work"}
-    sizes[PREVIEW] = len(picture)
+    draft.write(PREVIEW, "preview", preview_png(Package.open(draft.folder, allow_draft=True)))
+    progress.advance()
+    return Contribution(preview=PREVIEW)
+
+
+def settled(draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
+    """Return what was decided, with what only the data could decide, and with what each item really costs.
+
+    Raises VP4042 if the package is not what the plan says.
+    """
+    sizes = {record.path: record.size_bytes for record in draft.files if record.role != "work"}
     items = tuple(_with_pieces(item, draft) for item in settled_items(plan.items, draft, plan))
     _check_plan(draft, plan, items, sizes)
-    progress.advance()
-    return {"preview": PREVIEW, "plan": tuple(_priced(item, sizes) for item in items), "state": "sealed"}
+    return tuple(_priced(item, sizes) for item in items)
 
 
 def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
     """Add pieces of level 0 and meshes to the item that they belong to: which are empty was not known before."""
     meshes = draft.manifest.proxy.meshes if draft.manifest.proxy else ()
-    own = {mesh.file: mesh.draco for mesh in meshes if mesh.file and item_of_proxy(mesh.transfer, item.name)}
+    own = {mesh.file: mesh.draco for mesh in meshes if mesh.file and item.name == item_name(mesh.transfer)}
     if own:
         reason = f"{item.reason}; {sum(own.values())} of {len(own)} files compressed with Draco, {DRACO_RULE}"
         return item.model_copy(update={"files": (*item.files, *own), "reason": reason})
@@ -56,13 +62,15 @@ def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: di
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
         raise VolprepError("VP4042", finding=f"the plan and the files differ in {odd}")
-    shapes = {path: shape for each in plan.every for path, shape in _shapes(each, draft).items()}
+    shapes = {path: shape for each in plan.channels for path, shape in _shapes(each, draft).items()}
+    if plan.together is not None:
+        shapes |= {table.file: table.shape_zyx for table in plan.together.skip_tables}
     found = {texture.file: texture.shape_zyx for texture in draft.manifest.textures}
     if found != shapes:
         raise VolprepError("VP4042", finding=f"textures are {found}, planned {shapes}")
 
 
-def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
+def _shapes(plan: ChannelPlan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     """Shapes of the textures of one channel by their files, in texels."""
     shapes = {path: volume.shape_zyx for volume in plan.volumes for path in volume.files}
     shapes |= _shapes_of_bricks(plan, draft)
@@ -75,8 +83,6 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     if plan.skip is not None:
         shapes |= {table.file: table.shape_zyx for table in plan.skip.tables}
         shapes |= {ranges.file: ranges.shape_zyx for ranges in plan.skip.ranges}
-    if plan.together is not None:
-        shapes |= {table.file: table.shape_zyx for table in plan.together.skip_tables}
     if plan.slices is not None:
         shapes |= {each.file: (1, *each.shape_yx) for stack in plan.slices.stacks for each in stack.textures}
     if plan.normals is not None:
@@ -84,7 +90,7 @@ def _shapes(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     return shapes
 
 
-def _shapes_of_bricks(plan: Plan, draft: Draft) -> dict[str, tuple[int, int, int]]:
+def _shapes_of_bricks(plan: ChannelPlan, draft: Draft) -> dict[str, tuple[int, int, int]]:
     """Shapes that follow from what is stored, if that takes no more than the plan has found room for."""
     found = {texture.file: texture for texture in draft.manifest.textures}
     shapes: dict[str, tuple[int, int, int]] = {}
@@ -120,7 +126,5 @@ STAGE = Stage(
         "slices",
         "shaders",
     ),
-    settings=_settings,
-    run=_run,
-    whole=True,
+    package=Work(_settings, _run),
 )

@@ -16,12 +16,14 @@ from volprep.plan.products import (
     TogetherPlan,
 )
 from volprep_formats.grid import Count, Grid
-from volprep_formats.package.manifest import LevelFilter, PlanItem, RenderSettings
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
+from volprep_formats.source import ChannelName
 
 Index = Annotated[int, Field(ge=0)]
 PREVIEW = "preview.png"
@@ -56,6 +58,8 @@ class QuantizePlan(Record):
 class LevelPlan(Record):
     """One level that the package holds."""
 
+    channel: ChannelName
+    """Channel whose level it is."""
     index: int
     """Number of the level; 0 is the resolution of the source."""
     factors_zyx: tuple[Count, Count, Count]
@@ -66,6 +70,11 @@ class LevelPlan(Record):
     """Texels along each axis where the level is a mipmap: what is beyond its voxels repeats the last of them."""
     filter: Literal["none", "auto"] | LevelFilter
     """Filter that makes the level from level 0, none for level 0; "auto": pictures decide when it is made."""
+
+    @property
+    def name(self) -> str:
+        """What names of textures of this level end with: its channel and its number."""
+        return f"{self.channel}-{self.index}"
 
     @property
     def texels_zyx(self) -> tuple[int, int, int]:
@@ -105,8 +114,8 @@ class VolumePlan(Record):
     """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
     filter: SampleFilter = "linear"
     """How it is sampled: labels are not mixed."""
-    channels: tuple[str, ...] = ()
-    """Channels that share its texels, a component each; the first of them makes it. None where it holds one."""
+    channels: tuple[ChannelName, ...]
+    """Channels whose voxels it holds, a component of its texels each; the first of them makes it."""
     mipmap: Index | None = None
     """Which mipmap of its file it is, where levels share one; 0 is the finest."""
     bricks: BricksPlan | None = None
@@ -158,8 +167,8 @@ class PalettePlan(Record):
     """Number of entries."""
 
 
-class Plan(Record):
-    """All that the stages need to know, and the reasons."""
+class Shared(Record):
+    """What all channels of a package have in common."""
 
     profile: DeviceProfile
     """Class of devices."""
@@ -167,8 +176,19 @@ class Plan(Record):
     """The part of the source that becomes level 0."""
     grid: Grid
     """Grid of level 0: that part of the source's grid."""
+    render: RenderSettings
+    """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
+
+
+class ChannelPlan(Record):
+    """What is decided about one channel. Stages run with it, and never ask how many channels there are."""
+
+    channel: ChannelName
+    """Name of the channel."""
+    shared: Shared
+    """What it has in common with the other channels."""
     transfer_functions: tuple[TransferFunction, ...]
-    """Transfer functions, the default one first."""
+    """Transfer functions of its values, the default one first."""
     quantize: QuantizePlan
     """Bits and window."""
     levels: tuple[LevelPlan, ...]
@@ -197,23 +217,26 @@ class Plan(Record):
     """Compressed forms that were tried on the whole level or on a sample, where the scene wants one."""
     programs: tuple[ProgramPlan, ...]
     """A program for each transfer function, in their order."""
-    render: RenderSettings
-    """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
-    stages: tuple[str, ...]
-    """Names of the stages that this plan needs, in order."""
-    items: tuple[PlanItem, ...]
-    """Every decision with its reason, cost and files; of all channels."""
-    channel: str | None = None
-    """Channel that it is for, where there are several."""
-    together: TogetherPlan | None = None
-    """What is drawn of several channels together; stands in the plan of the first."""
-    others: "tuple[Plan, ...]" = ()
-    """Plans of the other channels: of the same profile and grid. What is drawn of them has names of its own."""
 
     @property
-    def every(self) -> "tuple[Plan, ...]":
-        """The plan of each channel."""
-        return (self, *self.others)
+    def profile(self) -> DeviceProfile:
+        """Class of devices."""
+        return self.shared.profile
+
+    @property
+    def crop(self) -> CropPlan:
+        """The part of the source that becomes level 0."""
+        return self.shared.crop
+
+    @property
+    def grid(self) -> Grid:
+        """Grid of level 0."""
+        return self.shared.grid
+
+    @property
+    def render(self) -> RenderSettings:
+        """How the package wants to be drawn."""
+        return self.shared.render
 
     @property
     def is_classified(self) -> bool:
@@ -223,7 +246,12 @@ class Plan(Record):
     @property
     def own_volumes(self) -> tuple[VolumePlan, ...]:
         """Those of `volumes` that are made for this channel: not those whose texels another one comes first in."""
-        return tuple(volume for volume in self.volumes if not volume.channels or volume.channels[0] == self.channel)
+        return tuple(volume for volume in self.volumes if volume.channels[0] == self.channel)
+
+    @property
+    def transfers(self) -> tuple[str, ...]:
+        """Names of its transfer functions."""
+        return tuple(function.name for function in self.transfer_functions)
 
     @property
     def tables(self) -> tuple[LookupPlan | PreintegratedPlan | PalettePlan, ...]:
@@ -240,3 +268,29 @@ class Plan(Record):
     def level(self, index: int) -> LevelPlan:
         """Return the level of this number."""
         return next(level for level in self.levels if level.index == index)
+
+
+class Plan(Record):
+    """All that the stages of a package need to know, and the reasons."""
+
+    shared: Shared
+    """What all channels have in common."""
+    channels: Annotated[tuple[ChannelPlan, ...], Field(min_length=1)]
+    """What is decided about each channel, the default one first."""
+    together: TogetherPlan | None = None
+    """What is drawn of several channels together."""
+    stages: tuple[str, ...]
+    """Names of the stages that this plan needs, in order."""
+    items: tuple[PlanItem, ...]
+    """Every decision with its reason, cost and files."""
+
+    @property
+    def forms(self) -> tuple[FormTrial, ...]:
+        """Compressed forms that were tried, of all channels."""
+        return tuple(form for channel in self.channels for form in channel.forms)
+
+    @property
+    def drawn_together(self) -> tuple[ChannelPlan, ...]:
+        """Channels of the picture of several, in the order of its transfer functions."""
+        wanted = self.together.transfers if self.together else ()
+        return tuple(next(each for each in self.channels if name in each.transfers) for name in wanted)

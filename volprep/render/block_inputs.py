@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.inputs import Inputs, find_textures
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Level
+from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     SubvolumeGrid,

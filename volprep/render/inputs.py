@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Level
+from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
@@ -60,7 +60,7 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
             for texture in package.manifest.textures
             if (texture.role, texture.part) == (sampler.role, sampler.part)
             and _is_for(texture, transfer, level)
-            and (channel is None or texture.channels is None or channel in texture.channels)
+            and (channel is None or not texture.channels or channel in texture.channels)
         ]
         # A level's own table stands for the common one.
         matches = [texture for texture in matches if texture.level == level] or matches
@@ -100,8 +100,7 @@ def _is_for(texture: Texture, transfer: str, level: int) -> bool:
 
 def _channel_of(package: Package, transfer: str) -> str | None:
     """Name of the channel of a transfer function, where the package shows several."""
-    channels = package.manifest.channels or ()
-    return next((channel.name for channel in channels if transfer in channel.transfers), None)
+    return next((channel.name for channel in package.manifest.channels if transfer in channel.transfers), None)
 
 
 def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:

@@ -19,8 +19,8 @@ from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, Shader
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channel import Level
 from volprep_formats.package.channels import package_of_transfer
-from volprep_formats.package.manifest import Level
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture

@@ -25,7 +25,7 @@ from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Level
+from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.slices.record import SliceLayout, StackAxis
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture

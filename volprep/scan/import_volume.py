@@ -12,7 +12,6 @@ from pathlib import Path
 
 from volprep.scan.slabs import bytes_of
 from volprep.scan.statistics import Gauge, Measured, source_slabs
-from volprep_formats.package.manifest import Statistics
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import source_name
 from volprep_formats.progress import Progress
@@ -21,8 +20,6 @@ from volprep_formats.tree import files_below
 
 NAME = "import"
 """Name of the stage."""
-NOT_MEASURED = Statistics(minimum=0.0, maximum=0.0, non_finite=0)
-"""What a draft says of its source before import has run."""
 
 
 def import_key(specs: Sequence[SourceSpec], version: str) -> str:
@@ -45,8 +42,8 @@ def _states(source: Path) -> list[tuple[str, int, int]]:
     return sorted(states)
 
 
-def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channel: str | None = None) -> Measured:
-    """Write the stored values of a source to the draft, as a channel if it is one of several; give what was measured.
+def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channel: str) -> Measured:
+    """Write the stored values of a source to the draft, as those of a channel; return what was measured.
 
     Raises what the reader raises, VP1090 for voxels that are no numbers, VP4020 where the draft cannot be written.
     """

@@ -16,7 +16,7 @@ from volprep.scan import slabs
 from volprep.scan.block_ranges import BlockGauge, BlockRanges
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import SourceRecord, Statistics
+from volprep_formats.package.channel import SourceRecord, Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 

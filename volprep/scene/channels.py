@@ -10,13 +10,16 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers import list_channels
 from volprep_formats.source import ChannelSpec, SourceSpec
 
+ONLY_CHANNEL = "scan"
+"""Name of the channel of a source that has one."""
+
 
 @dataclass(frozen=True)
 class SceneChannel:
     """A channel that transfer functions are for."""
 
     name: str
-    """Its name; "" for a source of one channel."""
+    """Its name."""
     spec: SourceSpec
     """Where it is."""
     transfer: tuple[SceneTransfer, ...]
@@ -51,7 +54,7 @@ def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:
     """Return the channels that transfer functions are for, that of the first one first; "all" has been listed."""
     assert scene.source.channels != "all"  # noqa: S101 - see above
     if not scene.source.channels:
-        return (SceneChannel("", scene.source, scene.transfer),)
+        return (SceneChannel(ONLY_CHANNEL, scene.source, scene.transfer),)
     specs = {channel.name: channel for channel in scene.source.channels}
     first = scene.source.channels[0].name
     names = list(dict.fromkeys(transfer.channel or first for transfer in scene.transfer))

@@ -8,14 +8,13 @@ from typing import Self
 
 from pydantic import ValidationError
 
-from volprep.scene.channels import with_listed_channels
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene, load_scene, read_toml
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Statistics
+from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import problems
@@ -42,10 +41,6 @@ class Request:
             raise VolprepError("VP1243", path=self.scene_path)
         source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
         return replace(self, scene=self.scene.model_copy(update={"source": source}))
-
-    def with_listed_channels(self) -> Self:
-        """Return the same request with "all" channels of a file listed. Raises what `with_listed_channels` does."""
-        return replace(self, scene=with_listed_channels(self.scene))
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:

@@ -8,7 +8,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import LevelFilter, Projection, Tolerance
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.manifest import Projection, Tolerance
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind

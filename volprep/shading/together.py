@@ -41,11 +41,11 @@ def drawn_together(
     """
     volumes = {transfer: _volume(manifest, name, level) for transfer, name in channel_of.items()}
     first = next(iter(volumes.values()))
-    packed = len(first.channels or ()) > 1
+    packed = len(first.channels) > 1
     channels = [
         _Channel(
             transfer,
-            component_letter(first.gl.format, (first.channels or ()).index(channel_of[transfer])) if packed else None,
+            component_letter(first.gl.format, first.channels.index(channel_of[transfer])) if packed else None,
             classification(classified, transfer, manifest.textures, manifest.palettes),
         )
         for transfer in channel_of
@@ -64,7 +64,7 @@ def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
     return next(
         texture
         for texture in manifest.textures
-        if (texture.role, texture.level) == ("volume", level) and channel in (texture.channels or ())
+        if (texture.role, texture.level) == ("volume", level) and channel in texture.channels
     )
 
 

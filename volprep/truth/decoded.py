@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
-from volprep_formats.package.manifest import Manifest, Quantization
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.reader import Package

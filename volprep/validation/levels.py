@@ -10,7 +10,7 @@ from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES
 from volprep.validation.records import LevelComparison
 from volprep.validation.subject import Subject, errors
-from volprep_formats.package.manifest import Level
+from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
 
 

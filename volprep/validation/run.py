@@ -81,7 +81,7 @@ def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Sub
     """Return the subject of the picture of several channels, where there is one."""
     together = package.manifest.together
     if together is not None:
-        channel_of = {name: each.name for each in package.manifest.channels or () for name in each.transfers}
+        channel_of = {name: each.name for each in package.manifest.channels for name in each.transfers}
         drawn = {name: channels[channel_of[name]] for name in together.transfers}
         first = drawn[together.transfers[0]]
         yield Subject(package, first.scan, first.shape_hw[0], drawn)

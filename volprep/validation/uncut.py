@@ -60,7 +60,7 @@ def _shaders(package: Package, program: Program, render: RenderSettings, *, skip
 
 
 def _together(manifest: Manifest, program: Program, level: int) -> tuple[Sampling, Classification]:
-    channel_of = {name: channel.name for channel in manifest.channels or () for name in channel.transfers}
+    channel_of = {name: channel.name for channel in manifest.channels for name in channel.transfers}
     transfers = manifest.together.transfers if manifest.together else ()
     spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
     drawn = {name: channel_of[name] for name in transfers}

@@ -34,7 +34,7 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
         voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
     else:
         voxels = _from_mipmap(package, textures[0], files[0])
-    return voxels[..., package.component_of(textures[0])] if len(textures[0].channels or ()) > 1 else voxels
+    return voxels[..., package.component_of(textures[0])] if len(textures[0].channels) > 1 else voxels
 
 
 def _shape(package: Package, level: int | None) -> tuple[int, int, int]:

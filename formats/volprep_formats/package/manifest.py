@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Channel, ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.compression.record import CompressedForm
 from volprep_formats.package.parts.editing.record import Editing
@@ -17,7 +18,7 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256
 from volprep_formats.record import Record
-from volprep_formats.source import ChannelName, SourceInfo, StoredType
+from volprep_formats.source import ChannelName
 
 FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
 """What a file of a package is for."""
@@ -34,83 +35,6 @@ class FileRecord(Record):
     """Size of the file."""
     sha256: Sha256
     """SHA-256 of the file's bytes."""
-
-
-class SourceRecord(Record):
-    """The scan that the package was made from. Nothing in it can name a patient."""
-
-    info: SourceInfo
-    """What the reader said."""
-    sha256: Sha256
-    """Digest of the geometry and the stored values; a source with another digest is another scan."""
-
-
-class Statistics(Record):
-    """What one pass over the source found. Values are physical."""
-
-    minimum: float
-    """Smallest finite value."""
-    maximum: float
-    """Largest finite value."""
-    non_finite: Annotated[int, Field(ge=0)]
-    """Number of voxels that are NaN or infinite."""
-
-
-class Quantization(Record):
-    """How physical values became stored values, and what that lost."""
-
-    bits: Literal[8, 16]
-    """Bits of a stored value."""
-    window: tuple[float, float]
-    """Physical values of the smallest and the largest code."""
-    slope: float
-    """physical = slope · stored + intercept."""
-    intercept: float
-    """physical = slope · stored + intercept."""
-    rmse: Annotated[float, Field(ge=0.0)]
-    """Root mean square error of the voxels inside the window, in physical units."""
-    max_error: Annotated[float, Field(ge=0.0)]
-    """Largest error of a voxel inside the window, in physical units."""
-    clipped_below: Annotated[int, Field(ge=0)]
-    """Number of voxels below the window."""
-    clipped_above: Annotated[int, Field(ge=0)]
-    """Number of voxels above the window."""
-
-
-LevelFilter = Literal[
-    "nearest",
-    "bilinear",
-    "box",
-    "binomial",
-    "gaussian",
-    "lanczos3",
-    "minimum",
-    "maximum",
-    "median",
-    "mode",
-    "mode-foreground",
-    "feature-preserving",
-    "least-squares",
-    "appearance",
-    "transmittance",
-]
-"""Filters that make a level from level 0."""
-
-
-class Level(Record):
-    """One resolution of the volume."""
-
-    index: Annotated[int, Field(ge=0)]
-    """0 is the resolution of the source."""
-    factors_zyx: tuple[Count, Count, Count]
-    """Voxels of level 0 along each axis that make one voxel of this level."""
-    grid: Grid
-    """Positions of the voxels."""
-    texture_from_box_per_mm_xyz: Vector
-    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing), with n
-    texels, of which a mipmap may have more than the level has voxels."""
-    filter: Literal["none"] | LevelFilter
-    """Filter that made the level from level 0; none for level 0."""
 
 
 class Tolerance(Record):
@@ -157,6 +81,8 @@ class PlanItem(Record):
 
     name: str
     """What was decided about."""
+    channel: ChannelName | None = None
+    """Channel for which it was decided; absent for what concerns all."""
     kept: bool
     """Whether the package has it."""
     reason: str
@@ -165,6 +91,29 @@ class PlanItem(Record):
     """Files that exist because of this item."""
     size_bytes: ByteCount = 0
     """What it costs where it is kept, or would have cost where it is left out."""
+
+
+class Contribution(Record):
+    """What one run of a stage adds to the manifest, for one channel or for the package. Nobody else changes it."""
+
+    channel: ChannelPart | None = None
+    """What it says of its channel."""
+    textures: tuple[Texture, ...] = ()
+    """Textures that it wrote."""
+    palettes: tuple[Palette, ...] = ()
+    """Palettes of transfer functions."""
+    skipping: Skipping | None = None
+    """Empty-space skipping."""
+    programs: tuple[Program, ...] = ()
+    """Shader programs."""
+    editing: Editing | None = None
+    """What an app needs when its users edit transfer functions."""
+    subvolumes: SubvolumeFiles | None = None
+    """Level 0 in sub-volumes."""
+    proxy: Proxy | None = None
+    """Proxy geometry."""
+    preview: PackagePath | None = None
+    """Picture of the package."""
 
 
 class StageRecord(Record):
@@ -176,28 +125,32 @@ class StageRecord(Record):
     """Digest of its settings and of the keys of the stages it reads; while it is the same, the stage need not run."""
     files: tuple[PackagePath, ...] = ()
     """Files that the stage wrote."""
+    made: tuple[Contribution, ...] = ()
+    """What it added to the manifest: for the package, for each channel, or for both."""
 
 
-class Channel(Record):
-    """One of several channels. All have the grid of level 0 in common, and levels as far as they fit."""
+class Heading(Record):
+    """What a manifest says of the package as a whole: it follows from scene, profile and plan."""
 
-    name: ChannelName
-    """Name, unique in the package."""
-    source: SourceRecord
-    """Scan that it was made from; its grid is that of the first channel."""
-    statistics: Statistics
-    """Values of the scan."""
-    stored_type: StoredType | None = None
-    """Type of its values in the working data and the volume textures."""
-    quantization: Quantization | None = None
-    """How its stored values map to physical values."""
-    levels: tuple[Level, ...] = ()
-    """Levels of this channel in the package, finest first."""
-    transfers: tuple[str, ...]
-    """Names of the transfer functions of its values. Programs of these draw its textures."""
+    name: str
+    """Name of the scene."""
+    generator: str
+    """Program and version that wrote the package."""
+    profile: DeviceProfile
+    """Class of devices that the package is for."""
+    grid: Grid | None = None
+    """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
+    together: Together | None = None
+    """Channels that are drawn into one picture, which is the default one then."""
+    compression: tuple[CompressedForm, ...] = ()
+    """Compressed forms that were considered for the finest level, and what each loses."""
+    render: RenderSettings | None = None
+    """How the package wants to be drawn."""
+    plan: tuple[PlanItem, ...] = ()
+    """What was decided, kept or left out, and why."""
 
 
-class Manifest(Record):
+class Manifest(Heading):
     """The manifest of a package."""
 
     format: Literal["volpkg"] = "volpkg"
@@ -206,32 +159,10 @@ class Manifest(Record):
     """Version of the format: major.minor. A reader refuses a higher major version."""
     state: Literal["draft", "sealed"]
     """A draft is under construction; only a sealed package may be shipped."""
-    name: str
-    """Name of the scene."""
-    generator: str
-    """Program and version that wrote the package."""
-    profile: DeviceProfile
-    """Class of devices that the package is for."""
-    source: SourceRecord
-    """Scan that the package was made from; with several channels, that of the first."""
-    statistics: Statistics
-    """Values of the scan."""
-    channels: Annotated[tuple[Channel, ...], Field(min_length=2)] | None = None
-    """Channels, where there are several; what the manifest says of its source is said of the first of them."""
-    together: Together | None = None
-    """Channels that are drawn into one picture, which is the default one then."""
-    grid: Grid | None = None
-    """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
-    stored_type: StoredType | None = None
-    """Type of the values in the working data and the volume textures."""
-    quantization: Quantization | None = None
-    """How stored values map to physical values."""
-    levels: tuple[Level, ...] = ()
-    """Levels in the package, finest first."""
-    transfer_functions: tuple[TransferFunction, ...] = ()
-    """Transfer functions, the default one first."""
+    channels: tuple[Channel, ...] = ()
+    """Channels of the volume; at least one in a package, none in a draft before its source is imported."""
     textures: tuple[Texture, ...] = ()
-    """Textures."""
+    """Textures, in order of name."""
     palettes: tuple[Palette, ...] = ()
     """Palettes of transfer functions, which shaders hold as constants."""
     skipping: Skipping | None = None
@@ -244,15 +175,35 @@ class Manifest(Record):
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
     """Proxy geometry."""
-    compression: tuple[CompressedForm, ...] = ()
-    """Compressed forms that were considered for the finest level, and what each loses."""
-    render: RenderSettings | None = None
-    """How the package wants to be drawn."""
     preview: PackagePath | None = None
     """Picture of the package, PNG."""
-    plan: tuple[PlanItem, ...] = ()
-    """What was decided, kept or left out, and why."""
     stages: tuple[StageRecord, ...] = ()
     """Stages that have run; drafts only."""
     files: tuple[FileRecord, ...] = ()
     """Every file but the manifest, in order of path."""
+
+    @property
+    def transfer_functions(self) -> tuple[TransferFunction, ...]:
+        """Transfer functions of all channels, the default one first."""
+        return tuple(function for channel in self.channels for function in channel.transfer_functions)
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Levels that any channel has, finest first, each as the first channel that has it says."""
+        by_index = {level.index: level for channel in reversed(self.channels) for level in channel.levels}
+        return tuple(by_index[index] for index in sorted(by_index))
+
+    @property
+    def source(self) -> SourceRecord:
+        """Scan of the first channel, whose grid all have."""
+        return self.channels[0].source
+
+    @property
+    def statistics(self) -> Statistics:
+        """Values of the scan of the first channel, or of the only one."""
+        return self.channels[0].statistics
+
+    @property
+    def quantization(self) -> Quantization | None:
+        """How the stored values of the first channel, or of the only one, map to physical values."""
+        return self.channels[0].quantization

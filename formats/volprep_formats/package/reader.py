@@ -50,7 +50,7 @@ class Package:
 
     def component_of(self, texture: Texture) -> int:
         """Component of the texels of a volume that holds the channel, 0 for red or luminance."""
-        held = texture.channels or ()
+        held = texture.channels
         return held.index(self._channel) if self._channel in held else 0
 
     def read_bytes(self, path: str) -> bytes:

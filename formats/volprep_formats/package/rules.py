@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_rules import channel_contradictions
 from volprep_formats.package.channels import channel_views
-from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.bricks.rules import bricks_contradictions
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.editing.rules import editing_contradictions
@@ -37,12 +38,8 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     yield from _roles(manifest)
     if manifest.state == "sealed":
         yield from _compression(manifest)
-    if manifest.channels is None:
-        for texture in manifest.textures:
-            if texture.channels is not None:
-                yield f"texture {texture.name} is of channels {', '.join(texture.channels)}, but there is one channel"
-        yield from _of_one_channel(manifest)
-        return
+    if not manifest.channels and manifest.state == "sealed":
+        yield "it is sealed without a channel"
     yield from channel_contradictions(manifest)
     yield from together_contradictions(manifest)
     for name, view in channel_views(manifest).items():
@@ -77,7 +74,7 @@ def _unique(manifest: Manifest) -> Iterator[str]:
         "program": (program.name for program in manifest.programs),
         "palette": (palette.transfer for palette in manifest.palettes),
         "transfer function": (transfer.name for transfer in manifest.transfer_functions),
-        "plan item": (item.name for item in manifest.plan),
+        "plan item": (f"{item.name} of {item.channel}" if item.channel else item.name for item in manifest.plan),
     }
     for kind, names in named.items():
         yield from (f"{kind} {name} is named {count} times" for name, count in Counter(names).items() if count > 1)
@@ -122,9 +119,7 @@ def _compression(manifest: Manifest) -> Iterator[str]:
     """A form that was kept is the form of its level's textures."""
     for form in (form for form in manifest.compression if form.kept):
         volumes = [each for each in manifest.textures if (each.role, each.level) == ("volume", form.level)]
-        found = {
-            each.gl.internal_format for each in volumes if form.channel is None or form.channel in (each.channels or ())
-        }
+        found = {each.gl.internal_format for each in volumes if form.channel in each.channels}
         if found != {BLOCKS[form.format].gl_name}:
             yield f"level {form.level} is said to be compressed as {form.format}, but its textures are not"
 
@@ -304,7 +299,7 @@ def _filters(manifest: Manifest) -> Iterator[str]:
 
 def _parts(manifest: Manifest) -> Iterator[str]:
     """The textures of a mosaic are there, once each, and agree with each other."""
-    parts: dict[tuple[str, int | None, str | None, tuple[str, ...] | None], list[Texture]] = {}
+    parts: dict[tuple[str, int | None, str | None, tuple[str, ...]], list[Texture]] = {}
     for texture in manifest.textures:
         if texture.mosaic is None:
             if texture.part and texture.role != "slices":
@@ -345,15 +340,16 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
 def _complete(manifest: Manifest) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
-    needed = ["grid", "stored_type", "quantization", "levels", "transfer_functions", "textures", "render"]
+    needed = ["grid", "textures", "render"]
     if not manifest.profile.has_shaders:
         what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
         needed.append("programs")
         what, drawn = "program", {program.transfer for program in manifest.programs}
-    for field in needed:
-        if not getattr(manifest, field):
-            yield f"it is sealed without {field}"
+    of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
+    missing = [field for field in needed if not getattr(manifest, field)]
+    missing += [field for channel in manifest.channels for field in of_channel if not getattr(channel, field)]
+    yield from (f"it is sealed without {field}" for field in missing)
     for transfer in manifest.transfer_functions:
         if transfer.name not in drawn:
             yield f"no {what} draws the transfer function {transfer.name}"

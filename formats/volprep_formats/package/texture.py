@@ -87,8 +87,9 @@ class Texture(Record):
     """How to upload it."""
     level: int | None = None
     """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
-    channels: Annotated[tuple[ChannelName, ...], Field(min_length=1, max_length=4)] | None = None
-    """In a package of several channels those that the texture holds; several are components of the same texels."""
+    channels: Annotated[tuple[ChannelName, ...], Field(max_length=4)] = ()
+    """Channels whose data the texture holds; several are components of the same texels. None for what belongs to a
+    transfer function."""
     mosaic: MosaicLayout | None = None
     """Layout of the slices, for a volume in 2D textures."""
     bricks: BrickLayout | None = None

@@ -51,12 +51,12 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSour
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
-    """Names of the channels of a package, "" for the only one. Raises what `Package` raises."""
+    """Names of the channels of a package. Raises what `Package` raises."""
     return [*channel_packages(Package.open(path, allow_draft=True))]
 
 
 def open_level(path: Path, level: int | None = None, channel: str | int | None = None) -> VolumeSource:
-    """Open a level of the package or draft at `path`, the finest if None, of the only channel if None.
+    """Open a level of the package or draft at `path`, the finest if None, of the default channel if None.
 
     Level 0 of a draft is the whole scan as it was imported. Raises VP1221 and VP1222 (choice of a channel), VP1250 (no
     such level), VP1253 (colours in place of values), VP4008 (working data of another size) and what `Package` and the
@@ -67,7 +67,7 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
     package = packages[name]
     manifest = package.manifest
-    working = source_name(name or None)
+    working = source_name(name)
     work = next((record for record in manifest.files if record.path == working), None)
     if work is not None and level in {None, 0}:
         return _working_volume(package, work)

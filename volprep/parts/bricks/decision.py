@@ -57,7 +57,7 @@ def as_bricks(
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
         return Misfit(f"{needed} bytes, if no brick is empty, and {beside.bytes} beside them are more than {limit}")
-    name, index = f"volume-{level.index}", f"bricks-{level.index}"
+    name, index = f"volume-{level.name}", f"bricks-{level.name}"
     return VolumePlan(
         level=level.index,
         names=(name,),
@@ -65,6 +65,7 @@ def as_bricks(
         format=texel,
         shape_zyx=layout.texture_zyx,
         mosaic=None,
+        channels=(level.channel,),
         filter=wanted.filter,
         bricks=BricksPlan(
             size=size,

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.stage import Stage, Work
 from volprep.parts.texels import texels_of, volume_texture
 from volprep.parts.work import codes_of_level
-from volprep.plan.records import BricksPlan, LevelPlan, Plan, VolumePlan
+from volprep.plan.records import BricksPlan, ChannelPlan, LevelPlan, VolumePlan
 from volprep.scan.block_ranges import BlockRanges, block_ranges
 from volprep.scan.slabs import RawVolume, bytes_of
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.storage.draft import Draft
@@ -24,22 +25,22 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     volumes = [volume for volume in plan.volumes if volume.bricks is not None]
     return (*volumes, *plan.transfer_functions, *plan.tables)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     volumes = [(volume, volume.bricks) for volume in plan.volumes if volume.bricks is not None]
     progress.start("bricks", len(volumes))
     textures: list[Texture] = []
     for volume, bricks in volumes:
         textures += _bricks(draft, plan, volume, bricks)
         progress.advance()
-    return {"textures": with_textures(draft.manifest, tuple(textures))}
+    return Contribution(textures=tuple(textures))
 
 
-def _bricks(draft: Draft, plan: Plan, volume: VolumePlan, bricks: BricksPlan) -> tuple[Texture, Texture]:
+def _bricks(draft: Draft, plan: ChannelPlan, volume: VolumePlan, bricks: BricksPlan) -> tuple[Texture, Texture]:
     codes = codes_of_level(draft, plan, volume.level)
     ranges = block_ranges(codes.read_slab, codes.shape_zyx, bricks.size)
     stored = _stored(draft, plan, plan.level(volume.level), bricks, ranges)
@@ -58,11 +59,14 @@ def _bricks(draft: Draft, plan: Plan, volume: VolumePlan, bricks: BricksPlan) ->
         shape_zyx=layout.bricks_zyx,
         gl=gl_format("RGBA8", "TEXTURE_3D", plan.profile.api),
         level=volume.level,
+        channels=volume.channels,
         filter="nearest",
     )
 
 
-def _stored(draft: Draft, plan: Plan, level: LevelPlan, bricks: BricksPlan, ranges: BlockRanges) -> NDArray[np.bool_]:
+def _stored(
+    draft: Draft, plan: ChannelPlan, level: LevelPlan, bricks: BricksPlan, ranges: BlockRanges
+) -> NDArray[np.bool_]:
     """Return which bricks are stored: those that are not of one value, and of which something is seen; at least one."""
     found = with_reach(ranges, bricks.reach)
     stored: NDArray[np.bool_] = found.low != found.high
@@ -85,4 +89,4 @@ def _pool(
         yield bytes_of(texels_of(layer, volume.format))
 
 
-STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
+STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run))

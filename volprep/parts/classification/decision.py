@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
 from volprep.plan.probe import PictureError, difference_of_views
-from volprep.plan.records import LookupPlan, PalettePlan, Plan, PreintegratedPlan, VolumePlan
+from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
 from volprep.transfer.palette import even_palette
@@ -121,7 +121,7 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
     return Tables(preintegrated=tuple(planned), reasons=tuple(texts))
 
 
-def describe_tables(plan: Plan, tables: Tables) -> Iterator[PlanItem]:
+def describe_tables(plan: ChannelPlan, tables: Tables) -> Iterator[PlanItem]:
     """Say with what samples are classified, and why it has the size that it has."""
     kinds = ((plan.lookups, "lookup table"), (plan.preintegrated, "pre-integrated table"))
     reasons = iter(tables.reasons)

@@ -8,15 +8,17 @@ which its tables come.
 from collections.abc import Iterator
 
 from volprep.parts.levels.chosen import lookup_of_level, own_tables
-from volprep.parts.stage import Changes, Stage, present, with_textures
+from volprep.parts.stage import Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
-from volprep.plan.records import LookupPlan, Plan, PreintegratedPlan
+from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import Array, lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
+from volprep_formats.package.channel import ChannelPart
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
 from volprep_formats.package.parts.editing.record import Editing, JointHistogram, encode_histogram
 from volprep_formats.package.storage.draft import Draft
@@ -34,25 +36,25 @@ class _Step(Record):
     step_mm: float
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
     step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
     return (*common, *present(step, plan.editing))
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     progress.start("transfer", len(plan.transfer_functions))
     functions = {function.name: function for function in plan.transfer_functions}
-    return {
-        "transfer_functions": plan.transfer_functions,
-        "textures": with_textures(draft.manifest, tuple(_textures(draft, plan, functions, progress))),
-        "palettes": tuple(_palettes(plan, functions, progress)),
-        "editing": None if plan.editing is None else _editing(draft, plan, plan.editing),
-    }
+    return Contribution(
+        channel=ChannelPart(name=plan.channel, transfer_functions=plan.transfer_functions),
+        textures=tuple(_textures(draft, plan, functions, progress)),
+        palettes=tuple(_palettes(plan, functions, progress)),
+        editing=None if plan.editing is None else _editing(draft, plan, plan.editing),
+    )
 
 
 def _textures(
-    draft: Draft, plan: Plan, functions: dict[str, TransferFunction], progress: Progress
+    draft: Draft, plan: ChannelPlan, functions: dict[str, TransferFunction], progress: Progress
 ) -> Iterator[Texture]:
     for lookup in plan.lookups:
         yield from _lookups(draft, plan, lookup, functions[lookup.transfer])
@@ -67,7 +69,7 @@ def _textures(
         progress.advance()
 
 
-def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
+def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
     """Return the tables of levels that have one of their own, and the common one where a level has none."""
     own = own_tables(draft, plan, lookup.transfer)
     tables: dict[int | None, Array] = dict(own.items())
@@ -83,7 +85,7 @@ def _lookups(draft: Draft, plan: Plan, lookup: LookupPlan, function: TransferFun
         yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
 
 
-def _editing(draft: Draft, plan: Plan, wanted: EditingPlan) -> Editing:
+def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
     codes = codes_of_source(draft, plan)
     histograms = []
     for planned in wanted.histograms:
@@ -98,7 +100,7 @@ def _editing(draft: Draft, plan: Plan, wanted: EditingPlan) -> Editing:
     return Editing(histograms=tuple(histograms))
 
 
-def _texture(draft: Draft, plan: Plan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
+def _texture(draft: Draft, plan: ChannelPlan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
     depth, height, width, _ = table.texels.shape
     shape_zyx = (depth, height, width)
     image = ktx2.Ktx2Image(KTX2_FORMAT[planned.format], shape_zyx, table.texels, 2)
@@ -114,7 +116,7 @@ def _texture(draft: Draft, plan: Plan, planned: LookupPlan | PreintegratedPlan, 
     )
 
 
-def _palettes(plan: Plan, functions: dict[str, TransferFunction], progress: Progress) -> Iterator[Palette]:
+def _palettes(plan: ChannelPlan, functions: dict[str, TransferFunction], progress: Progress) -> Iterator[Palette]:
     for planned in plan.palettes:
         colours, extinctions = even_palette(functions[planned.transfer], plan.quantize.window, planned.entries)
         entries = zip(colours.tolist(), extinctions.tolist(), strict=True)
@@ -128,4 +130,4 @@ def _palettes(plan: Plan, functions: dict[str, TransferFunction], progress: Prog
         progress.advance()
 
 
-STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), settings=_settings, run=_run)
+STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), channel=Work(_settings, _run))

@@ -45,6 +45,8 @@ _RAW_BITS = 8.0
 class CompressionGrounds:
     """What the decision rests on."""
 
+    channel: str
+    """Name of the channel."""
     scene: Scene
     """What the user wants."""
     profile: DeviceProfile
@@ -137,7 +139,7 @@ def _misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
 
 
 def _laid_out(grounds: CompressionGrounds, form: CompressedFormat | None) -> Layout:
-    return lay_out(grounds.scene, grounds.profile, grounds.grid, grounds.values, form)
+    return lay_out(grounds.channel, grounds.scene, grounds.profile, grounds.grid, grounds.values, form)
 
 
 def _level_data(grounds: CompressionGrounds, layout: Layout) -> LevelData:
@@ -204,6 +206,7 @@ class _Patches:
         error = PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
         square = float(np.mean((255 * decoded - self._texels) ** 2))
         return FormTrial(
+            channel=layout.levels[0].channel,
             format=name,
             kept=within_share(error, self._tolerance),
             level=layout.levels[0].index,

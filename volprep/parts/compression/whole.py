@@ -101,6 +101,7 @@ class WholeLevel:
             square = self._decode(blocks, volume, form, decoded)
             error, pictures = self._compare(decoded, form)
         trial = FormTrial(
+            channel=self._data.level.channel,
             format=form,
             kept=within_share(error, self._data.tolerance),
             level=volume.level,

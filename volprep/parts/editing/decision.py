@@ -47,7 +47,7 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
         histograms=tuple(
             HistogramPlan(
                 level=level.index,
-                file=f"histograms/level-{level.index}.bin",
+                file=f"histograms/{level.name}.bin",
                 reference_mm=reference_mm(grid.coarser(level.factors_zyx).spacing_mm_zyx),
             )
             for level in coarser

@@ -28,7 +28,7 @@ from volprep.parts.levels.reduce import reduced_slabs
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 
 Array = NDArray[np.float64]
 Slices = Iterator[tuple[NDArray[Any], int]]

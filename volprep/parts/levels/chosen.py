@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.parts.work import choice_name
-from volprep.plan.records import LookupPlan, Plan
+from volprep.plan.records import ChannelPlan, LookupPlan, Plan
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
 
 Array = NDArray[np.float64]
 
 
-def choices_of(draft: Draft, plan: Plan) -> tuple[LevelChoice, ...]:
+def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
     """Return what was decided about the levels of a plan that are coarser than level 0."""
     named = {record.path for record in draft.manifest.files}
     names = [choice_name(level.index, plan.channel) for level in plan.levels]
     return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
 
 
-def own_tables(draft: Draft, plan: Plan, transfer: str) -> dict[int, Array]:
+def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Array]:
     """Return the tables of levels that have one of their own for a transfer function, by level."""
     return {
         choice.level: np.array(table.entries)
@@ -39,28 +39,31 @@ def lookup_of_level(lookup: LookupPlan, level: int) -> LookupPlan:
 
 def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
     """Complete the plan's items by what only the data could decide: how levels are made, and with which tables."""
-    textures = {texture.name: texture for texture in draft.manifest.textures}
-    settled = {item.name: item for each in plan.every for item in _decided(draft, each)}
+    textures = {texture.name for texture in draft.manifest.textures}
+    settled = {(item.channel, item.name): item for each in plan.channels for item in _decided(draft, each)}
+    # A common table that no level needs was not written.
     common = {
-        lookup.file: f"{_prefix(each)}lookup table {lookup.transfer}"
-        for each in plan.every
-        for lookup in each.lookups
-        if lookup.name not in textures
+        (each.channel, f"lookup table {table.transfer}"): table for each in plan.channels for table in each.lookups
     }
-    unused = {
-        name: {"kept": False, "files": (), "reason": "every level has a table of its own"} for name in common.values()
-    }
-    planned = [settled.pop(item.name, item) for item in items]
-    return tuple(item.model_copy(update=unused.get(item.name, {})) for item in (*planned, *settled.values()))
+    unused = {key for key, table in common.items() if table.name not in textures}
+    planned = [settled.pop((item.channel, item.name), item) for item in items]
+    reason = "every level has a table of its own"
+    return tuple(
+        item.model_copy(update={"kept": False, "files": (), "reason": reason})
+        if (item.channel, item.name) in unused
+        else item
+        for item in (*planned, *settled.values())
+    )
 
 
-def _decided(draft: Draft, plan: Plan) -> Iterator[PlanItem]:
+def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
     lookups = {lookup.transfer: lookup for lookup in plan.lookups}
     made = "fitted to the level" if plan.editing is None else "of its joint histogram"
     for choice in choices_of(draft, plan):
         if len({trial.filter for trial in choice.trials}) > 1:
             yield PlanItem(
-                name=f"{_prefix(plan)}filter of level {choice.level}",
+                name=f"filter of level {choice.level}",
+                channel=plan.channel,
                 kept=True,
                 reason=f"{choice.filter}: its light along random rays is nearest to that of level 0; {_listed(choice)}",
             )
@@ -69,7 +72,8 @@ def _decided(draft: Draft, plan: Plan) -> Iterator[PlanItem]:
             file = lookup_of_level(lookups[adapted.transfer], choice.level).file
             kept = adapted.transfer in own
             yield PlanItem(
-                name=f"{_prefix(plan)}lookup table {adapted.transfer} of level {choice.level}",
+                name=f"lookup table {adapted.transfer} of level {choice.level}",
+                channel=plan.channel,
                 kept=kept,
                 reason=f"along random rays light is {adapted.rmse:.2g} from that of level 0 with a table {made}, "
                 f"{common.rmse:.2g} with the common one",
@@ -92,7 +96,3 @@ def _listed(choice: LevelChoice) -> str:
         found = errors.setdefault(trial.filter, {})
         found[trial.transfer] = min(trial.rmse, found.get(trial.transfer, trial.rmse))
     return ", ".join(f"{name} {np.mean(list(each.values())):.2g}" for name, each in errors.items())
-
-
-def _prefix(plan: Plan) -> str:
-    return "" if plan.channel is None else f"{plan.channel}: "

@@ -27,7 +27,7 @@ from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import Voxels, medium_of_texels
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 
 Array = NDArray[np.float64]
 Factors = tuple[int, int, int]

@@ -10,7 +10,7 @@ from volprep.plan.room import Beside, Misfit, one_channel, too_large
 from volprep.scene.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.textures.block_formats import CompressedFormat
@@ -36,7 +36,11 @@ def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
 
 
 def candidate_levels(
-    grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: Literal["auto"] | LevelFilter = "auto"
+    channel: str,
+    grid: Grid,
+    coarsest_longest_axis: int,
+    profile: DeviceProfile,
+    made_by: Literal["auto"] | LevelFilter = "auto",
 ) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
@@ -50,7 +54,13 @@ def candidate_levels(
         z, y, x = (-(-n // f) for n, f in zip(grid.shape_zyx, factors, strict=True))
         index = len(levels)
         levels.append(
-            LevelPlan(index=index, factors_zyx=factors, shape_zyx=(z, y, x), filter=made_by if index else "none")
+            LevelPlan(
+                channel=channel,
+                index=index,
+                factors_zyx=factors,
+                shape_zyx=(z, y, x),
+                filter=made_by if index else "none",
+            )
         )
         if max(z, y, x) <= coarsest_longest_axis:
             return levels
@@ -100,7 +110,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: 
             f"{by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} hold at most "
             f"{profile.max_3d_texture_size} along an axis"
         )
-    name = f"volume-{level.index}"
+    name = f"volume-{level.name}"
     return VolumePlan(
         level=level.index,
         names=(name,),
@@ -108,6 +118,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: 
         format=texel,
         shape_zyx=level.shape_zyx,
         mosaic=None,
+        channels=(level.channel,),
         filter=between,
     )
 

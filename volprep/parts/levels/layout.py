@@ -36,14 +36,22 @@ class Layout:
     """Their textures."""
 
 
-def lay_out(
-    scene: Scene, profile: DeviceProfile, grid: Grid, values: ValueChoice, form: CompressedFormat | None
+def lay_out(  # noqa: PLR0917 - the channel, the device class, and what was decided before
+    channel: str,
+    scene: Scene,
+    profile: DeviceProfile,
+    grid: Grid,
+    values: ValueChoice,
+    form: CompressedFormat | None,
 ) -> Layout:
-    """Lay levels out, compressed in `form` if there is one. Raises VP3022 when the profile holds no level."""
+    """Lay the levels of a channel out, compressed in `form` if there is one.
+
+    Raises VP3022 when the profile holds no level.
+    """
     # Devices compress no 3D textures, so that compressed levels, and what is sampled beside them, are mosaics.
     layouts = profile if form is None else profile.model_copy(update={"max_3d_texture_size": 0})
     list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
-    candidates = list_levels(grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
+    candidates = list_levels(channel, grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     beside = Beside(units=1 if table_bytes else 0, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits

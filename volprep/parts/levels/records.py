@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 from volprep_formats.record import Record
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.parts.levels.weights import LinearFilter, Weights, weights
 from volprep.scan.slabs import RawVolume, slab_ranges
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import LevelFilter
 
 Voxels = NDArray[Any]
 Factors = tuple[int, int, int]

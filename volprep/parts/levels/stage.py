@@ -10,13 +10,14 @@ from collections.abc import Iterator
 from volprep.parts.levels.choice import Array, Chooser, Classified, level_slices
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.parts.levels.records import LevelChoice
-from volprep.parts.stage import Changes, Stage, present
+from volprep.parts.stage import Stage, Work, present
 from volprep.parts.texels import voxels_of
-from volprep.parts.work import choice_name, classified_name, codes_name, codes_of_source, levels_of
-from volprep.plan.records import LevelPlan, Plan
+from volprep.parts.work import choice_name, classified_name, coarser_levels, codes_name, codes_of_source
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.lookup import lookup_table
-from volprep_formats.package.manifest import LevelFilter
+from volprep_formats.package.channel import ChannelPart, LevelFilter
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -27,12 +28,12 @@ FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 """Those that depend on no transfer function, for packages whose users edit them."""
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups)
     return (*common, *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
     # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
@@ -58,10 +59,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             draft.write(name, "work", _bytes(codes))
         filters[level.index] = choice.filter
         draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
-    return {"levels": levels_of(plan, filters)}
+    return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters)))
 
 
-def _candidates(level: LevelPlan, plan: Plan) -> tuple[LevelFilter, ...]:
+def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
     if level.filter == "none":
         msg = f"level {level.index} has no filter"
         raise ValueError(msg)
@@ -72,7 +73,7 @@ def _candidates(level: LevelPlan, plan: Plan) -> tuple[LevelFilter, ...]:
     return CANDIDATES if plan.editing is None else FREE_CANDIDATES
 
 
-def _tables(plan: Plan) -> dict[str, Array]:
+def _tables(plan: ChannelPlan) -> dict[str, Array]:
     """Return the lookup table of each transfer function over all codes."""
     entries = {lookup.transfer: lookup.entries for lookup in plan.lookups}
     return {
@@ -92,4 +93,4 @@ def _bytes(codes: RawVolume) -> Iterator[memoryview]:
         yield bytes_of(codes.read_slab(z0, z1))
 
 
-STAGE = Stage(name="pyramid", reads=("quantize",), settings=_settings, run=_run)
+STAGE = Stage(name="pyramid", reads=("quantize",), channel=Work(_settings, _run))

@@ -156,7 +156,7 @@ def _no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProf
 
 
 def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout, between: SampleFilter = "linear") -> VolumePlan:
-    names = part_names(f"mosaic-{level.index}", layout.textures)
+    names = part_names(f"mosaic-{level.name}", layout.textures)
     return VolumePlan(
         level=level.index,
         names=names,
@@ -164,5 +164,6 @@ def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout, between:
         format=texel,
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,
+        channels=(level.channel,),
         filter=between,
     )

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 
 from volprep.parts.mosaic.packing import Texels, pack_mosaic
-from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.stage import Stage, Work
 from volprep.parts.texels import encode_strip, volume_reader, volume_texture
-from volprep.plan.records import Plan, VolumePlan
+from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -14,11 +15,11 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return tuple(volume for volume in plan.volumes if volume.mosaic is not None)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     mosaics = [(volume, volume.mosaic) for volume in plan.own_volumes if volume.mosaic is not None]
     progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
     textures = []
@@ -27,7 +28,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         for part, path in enumerate(volume.files):
             draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
             textures.append(volume_texture(volume, part, plan.profile))
-    return {"textures": with_textures(draft.manifest, tuple(textures))}
+    return Contribution(textures=tuple(textures))
 
 
 def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> Iterator[bytes | memoryview]:
@@ -38,4 +39,4 @@ def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> I
         progress.advance()
 
 
-STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), settings=_settings, run=_run)
+STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), channel=Work(_settings, _run))

@@ -73,7 +73,7 @@ def _fitted(
     level: LevelPlan, settings: NormalSettings, profile: DeviceProfile, beside: Beside
 ) -> NormalTexturePlan | Misfit:
     """Lay out the normals of a level as a 3D texture, or as a mosaic that leaves the volume a texture unit."""
-    name = f"normals-{level.index}"
+    name = f"normals-{level.name}"
     if profile.max_3d_texture_size:
         return _texture(level, (name,), None)
     units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)

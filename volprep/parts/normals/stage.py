@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.normals.gradient import direction_matrix, length_scale
-from volprep.parts.stage import Changes, Stage, present, required, with_textures
+from volprep.parts.stage import Stage, Work, present, required
 from volprep.parts.work import codes_of_source
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
-from volprep.plan.records import LevelPlan, Plan
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.truth.normal_codes import LARGEST_LENGTH
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normals
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -28,11 +29,11 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (plan.grid, plan.quantize, *plan.levels, *present(plan.normals))
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     normals = required(plan.normals)
     source = codes_of_source(draft, plan)
     progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
@@ -55,6 +56,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             shape_zyx=texture.shape_zyx,
             gl=gl_format(normals.format, "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D", plan.profile.api),
             level=texture.level,
+            channels=(plan.channel,),
             mosaic=texture.mosaic,
             filter=normals.filter,
             normals=meaning,
@@ -62,13 +64,13 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         for texture in normals.textures
         for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True))
     )
-    return {"textures": with_textures(draft.manifest, textures)}
+    return Contribution(textures=textures)
 
 
 class _Encoder:
     """Encodes the gradients of level 0, for one level after the other."""
 
-    def __init__(self, plan: Plan, normals: NormalsPlan, source: RawVolume, progress: Progress) -> None:
+    def __init__(self, plan: ChannelPlan, normals: NormalsPlan, source: RawVolume, progress: Progress) -> None:
         self._plan = plan
         self._normals = normals
         self._source = source
@@ -134,4 +136,4 @@ class _Encoder:
         return slab, halo
 
 
-STAGE = Stage(name="normals", reads=("quantize",), settings=_settings, run=_run)
+STAGE = Stage(name="normals", reads=("quantize",), channel=Work(_settings, _run))

@@ -112,11 +112,6 @@ def item_name(transfer: str) -> str:
     return f"proxy geometry {transfer}"
 
 
-def item_of_proxy(transfer: str, item: str) -> bool:
-    """Return whether an item is the one of a transfer function; of several channels, each has its name in front."""
-    return item == item_name(transfer) or item.endswith(f": {item_name(transfer)}")
-
-
 def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:
     if wanted.transfers and transfer not in wanted.transfers:
         return "the scene does not want it"

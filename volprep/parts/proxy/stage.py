@@ -12,22 +12,23 @@ from volprep.parts.proxy.sound import problems_of
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Changes, Stage, present, required
+from volprep.parts.stage import Stage, Work, present, required
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
-from volprep.plan.records import Plan
+from volprep.plan.records import ChannelPlan
 from volprep.scan.block_ranges import BlockRanges
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.proxy.record import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (*present(plan.proxy), plan.grid, *plan.levels, *plan.tables)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     proxy = required(plan.proxy)
     progress.start("proxy", len(proxy.meshes))
     ranges: dict[int, BlockRanges] = {}
@@ -38,10 +39,12 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             ranges[wanted.level] = ranges_on_gpu(draft, plan, level, proxy.block)
         meshes.append(_mesh(draft, plan, proxy, wanted, ranges[wanted.level]))
         progress.advance()
-    return {"proxy": Proxy(epsilon=proxy.epsilon, meshes=tuple(meshes), depth=DEPTH)}
+    return Contribution(proxy=Proxy(epsilon=proxy.epsilon, meshes=tuple(meshes), depth=DEPTH))
 
 
-def _mesh(draft: Draft, plan: Plan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges) -> ProxyMeshFile:
+def _mesh(
+    draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges
+) -> ProxyMeshFile:
     level = plan.level(wanted.level)
     threshold = threshold_per_mm(proxy.epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, wanted.level), threshold)
@@ -66,4 +69,4 @@ def _mesh(draft: Draft, plan: Plan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ran
     return record.model_copy(update={"file": wanted.file, "draco": draco, **counts})
 
 
-STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer", "mosaic"), settings=_settings, run=_run)
+STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer", "mosaic"), channel=Work(_settings, _run))

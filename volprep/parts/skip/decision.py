@@ -254,7 +254,7 @@ def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRanges
     texel, layout = one_channel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)
     assert texel is not None  # noqa: S101 - the level itself has this format
     assert layout is not None  # noqa: S101 - and is larger
-    name = f"ranges-{level.index}"
+    name = f"ranges-{level.name}"
     return BlockRangesPlan(
         level=level.index,
         name=name,

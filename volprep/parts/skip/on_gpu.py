@@ -2,7 +2,7 @@
 
 from volprep.parts.texels import texel_reader, texels_on_gpu, volume_reader
 from volprep.parts.work import codes_of_level
-from volprep.plan.records import LevelPlan, Plan
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.block_ranges import BlockRanges, block_ranges, enclosed
 from volprep_formats.package.storage.draft import Draft
 
@@ -10,7 +10,7 @@ _ROUNDING = 1 / 255
 """GPUs may decode ASTC to 8 bits, rounded either way, and EAC to 11 bits or to 16 made of them."""
 
 
-def ranges_on_gpu(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> BlockRanges:
+def ranges_on_gpu(draft: Draft, plan: ChannelPlan, level: LevelPlan, block: int) -> BlockRanges:
     """Measure the blocks of a level of `block` cells along an edge; a compressed level must have its textures.
 
     Of classified voxels the opacity is measured.

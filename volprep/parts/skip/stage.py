@@ -15,12 +15,13 @@ from volprep.parts.skip.occupancy import Occupied, occupied_blocks, opaque_block
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Changes, Stage, present, required, with_textures
+from volprep.parts.stage import Stage, Work, present, required
 from volprep.parts.texels import texels_of, voxels_of
 from volprep.plan.products import BlockRangesPlan, SkipTablePlan
-from volprep.plan.records import LevelPlan, Plan
+from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.slabs import bytes_of
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -30,10 +31,9 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (
         *present(plan.skip),
-        *_tables_together(plan),
         plan.grid,
         *plan.levels,
         *plan.volumes,
@@ -41,7 +41,7 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
     )
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     skip = required(plan.skip)
     progress.start("skip", len(plan.levels))
     textures: list[Texture] = []
@@ -54,10 +54,6 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             texture, table = _table(draft, plan, level, wanted, _occupied(draft, plan, level, wanted.transfer, ranges))
             textures.append(texture)
             tables.append(table)
-        for wanted in (table for table in _tables_together(plan) if table.level == level.index):
-            texture, table = _table(draft, plan, level, wanted, _occupied_together(draft, plan, level, wanted.block))
-            textures.append(texture)
-            tables.append(table)
         for shipped in (ranges for ranges in skip.ranges if ranges.level == level.index):
             ranges = _measured(draft, plan, level, shipped.block, measured)
             textures.append(_write_ranges(draft, plan, shipped, ranges))
@@ -67,25 +63,47 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
                 )
             )
         progress.advance()
-    return {
-        "textures": with_textures(draft.manifest, tuple(textures)),
-        "skipping": Skipping(epsilon=skip.epsilon, tables=tuple(tables), ranges=tuple(records)),
-    }
+    return Contribution(
+        textures=tuple(textures),
+        skipping=Skipping(epsilon=skip.epsilon, tables=tuple(tables), ranges=tuple(records)),
+    )
 
 
-def _measured(draft: Draft, plan: Plan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]) -> BlockRanges:
+def _settings_together(plan: Plan) -> tuple[Record, ...]:
+    parts = [(each.skip, *each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
+    return (*present(plan.together), plan.shared.grid, *(record for part in parts for record in present(*part)))
+
+
+def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
+    """Write the tables of the picture of several channels."""
+    wanted = plan.together.skip_tables if plan.together else ()
+    if not wanted:
+        return Contribution()
+    progress.start("skip", len(wanted))
+    group = plan.drawn_together
+    textures: list[Texture] = []
+    tables: list[SkipTable] = []
+    for planned in wanted:
+        level = group[0].level(planned.level)
+        texture, table = _table(draft, group[0], level, planned, _occupied_together(draft, plan, level, planned.block))
+        textures.append(texture)
+        tables.append(table)
+        progress.advance()
+    epsilon = required(group[0].skip).epsilon
+    return Contribution(textures=tuple(textures), skipping=Skipping(epsilon=epsilon, tables=tuple(tables)))
+
+
+def _measured(
+    draft: Draft, plan: ChannelPlan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]
+) -> BlockRanges:
     """Ranges of the blocks of a level; transfer functions share them."""
     if block not in measured:
         measured[block] = ranges_on_gpu(draft, plan, level, block)
     return measured[block]
 
 
-def _tables_together(plan: Plan) -> tuple[SkipTablePlan, ...]:
-    return () if plan.together is None else plan.together.skip_tables
-
-
 def _occupied(
-    draft: Draft, plan: Plan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
+    draft: Draft, plan: ChannelPlan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
 ) -> Occupied:
     """Return which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
     epsilon = required(plan.skip).epsilon / channels
@@ -99,20 +117,20 @@ def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -
     """Return which blocks any of the channels shows that are drawn together."""
     transfers = plan.together.transfers if plan.together else ()
     each = [
-        _occupied(draft, part, level, function.name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
-        for part in plan.every
-        for function in part.transfer_functions
-        if function.name in transfers
+        _occupied(draft, part, level, name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
+        for name, part in zip(transfers, plan.drawn_together, strict=True)
     ]
     found: Occupied = np.any(each, axis=0)
     return found
 
 
 def _table(
-    draft: Draft, plan: Plan, level: LevelPlan, wanted: SkipTablePlan, occupied: Occupied
+    draft: Draft, plan: ChannelPlan, level: LevelPlan, wanted: SkipTablePlan, occupied: Occupied
 ) -> tuple[Texture, SkipTable]:
     entries = skip_table(occupied, wanted.kind)
-    texture = _write(draft, plan, wanted, entries).model_copy(update={"role": "skip", "transfer": wanted.transfer})
+    texture = _write(draft, plan, wanted, entries).model_copy(
+        update={"role": "skip", "transfer": wanted.transfer, "channels": ()}
+    )
     z, y, x = (1 / (wanted.block * spacing) for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     return texture, SkipTable(
         texture=wanted.name,
@@ -131,13 +149,15 @@ def _shape_zyx(occupied: Occupied) -> Triple:
     return z, y, x
 
 
-def _write_ranges(draft: Draft, plan: Plan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:
+def _write_ranges(draft: Draft, plan: ChannelPlan, wanted: BlockRangesPlan, ranges: BlockRanges) -> Texture:
     both = np.concatenate([ranges.low, ranges.high])
     texels = both.astype(np.float16) if both.dtype == np.float32 else texels_of(both, wanted.format)
     return _write(draft, plan, wanted, texels)
 
 
-def _write(draft: Draft, plan: Plan, wanted: SkipTablePlan | BlockRangesPlan, texels: NDArray[np.generic]) -> Texture:
+def _write(
+    draft: Draft, plan: ChannelPlan, wanted: SkipTablePlan | BlockRangesPlan, texels: NDArray[np.generic]
+) -> Texture:
     dimensions: ktx2.Dimensions = 3 if wanted.mosaic is None else 2
 
     def file() -> Iterator[bytes | memoryview]:
@@ -156,8 +176,14 @@ def _write(draft: Draft, plan: Plan, wanted: SkipTablePlan | BlockRangesPlan, te
         shape_zyx=wanted.shape_zyx,
         gl=gl_format(wanted.format, "TEXTURE_2D" if wanted.mosaic else "TEXTURE_3D", plan.profile.api),
         level=wanted.level,
+        channels=(plan.channel,),
         mosaic=wanted.mosaic,
     )
 
 
-STAGE = Stage(name="skip", reads=("quantize", "pyramid", "transfer", "mosaic"), settings=_settings, run=_run)
+STAGE = Stage(
+    name="skip",
+    reads=("quantize", "pyramid", "transfer", "mosaic"),
+    channel=Work(_settings, _run),
+    package=Work(_settings_together, _run_together),
+)

@@ -2,27 +2,21 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from volprep.parts.classification.decision import Tables
 from volprep.parts.levels.decision import by, candidate_levels, filter_of
 from volprep.parts.slices.atlases import code_colours, fit_atlases, layouts, slice_shape_yx
-from volprep.parts.values.decision import choose_values
-from volprep.parts.values.items import Grounds, describe_border, describe_codes
-from volprep.plan.crop import choose_crop
-from volprep.plan.functions import describe_functions, resolved_functions
 from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
-from volprep.plan.records import PREVIEW, LevelPlan, Plan
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Misfit
-from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene, SliceSettings
 from volprep.transfer.palette import best_palette
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import PlanItem, RenderSettings
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.slices.record import AXES
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.source import SourceInfo
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 from volprep_formats.textures.paletted import PALETTE_BYTES
 
@@ -33,53 +27,44 @@ def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3060", problem=f"profile {profile.name} has shaders, which draw a whole volume")
 
 
-def plan_of_slices(scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured) -> Plan:
-    """Decide everything for a device class without shaders.
+@dataclass(frozen=True)
+class SlicesChoice:
+    """The stacks of slices of a channel, and the levels that do not fit."""
 
-    Raises VP3060 for what needs shaders and for a form that the profile does not have, VP3022 when no level fits, and
-    VP3020 to VP3025 as `make_plan` does.
+    level: LevelPlan
+    """Level that is drawn."""
+    slices: SlicesPlan
+    """Its stacks."""
+    misfits: tuple[tuple[LevelPlan, Misfit], ...]
+    """Finer levels, and why they do not fit."""
+    settings: SliceSettings
+    """What the scene wants."""
+
+
+def plan_of_slices(
+    channel: str, scene: Scene, profile: DeviceProfile, grid: Grid, functions: tuple[TransferFunction, ...]
+) -> SlicesChoice:
+    """Decide which level becomes stacks of slices, on a device class without shaders.
+
+    Raises VP3060 for what needs shaders and for a form that the profile does not have, VP3022 when no level fits.
     """
     settings = scene.slices or SliceSettings()
     texel = _texel(scene, settings, profile)
-    functions = resolved_functions(scene, info, measured)
-    values = choose_values(scene, profile, info, measured, functions)
-    crop = choose_crop(scene.crop, functions, measured.ranges_zyx)
-    grid = info.grid.part(crop.start_zyx, crop.stop_zyx)
     made_by = filter_of(scene)
     if made_by == "auto":
         # Voxels are classified before anything is between them. What is fitted to values between voxels shows worse:
         # engine and shell at half resolution, views along the axes: 1.1 to 1.9 times the error of box.
         made_by = "box"
-    candidates = candidate_levels(grid, scene.pyramid.coarsest_longest_axis, profile, made_by)
+    candidates = candidate_levels(channel, grid, scene.pyramid.coarsest_longest_axis, profile, made_by)
     fits = [_fitted(level, grid, settings, texel, profile, functions) for level in candidates]
     found = next((pair for pair in zip(candidates, fits, strict=True) if isinstance(pair[1], SlicesPlan)), None)
+    misfits = [fit for fit in fits if isinstance(fit, Misfit)]
     if found is None:
-        reason = fits[-1].reason if isinstance(fits[-1], Misfit) else ""
+        reason = misfits[-1].reason
         raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=reason)
     level, slices = found
     assert isinstance(slices, SlicesPlan)  # noqa: S101 - what `found` was chosen by
-    plan = Plan(
-        profile=profile,
-        crop=crop,
-        grid=grid,
-        transfer_functions=functions,
-        quantize=values.quantize,
-        levels=(level,),
-        volumes=(),
-        lookups=(),
-        slices=slices,
-        programs=(),
-        render=RenderSettings(
-            step_mm=min(stack.distance_mm for stack in slices.stacks),
-            projection=scene.render.projection,
-            tolerance=scene.tolerance,
-        ),
-        stages=("import", "quantize", *(("pyramid",) if level.index else ()), "transfer", "slices", "seal"),
-        items=(),
-    )
-    misfits: list[Misfit] = [fit for fit in fits if isinstance(fit, Misfit)]
-    grounds = Grounds(scene, info, values, candidates, list(misfits), 0.0, Tables())
-    return plan.model_copy(update={"items": tuple(_items(plan, slices, grounds, settings))})
+    return SlicesChoice(level, slices, tuple(zip(candidates, misfits, strict=False)), settings)
 
 
 def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> TextureFormat:
@@ -153,14 +138,13 @@ def _texels(stack: SliceStackPlan) -> int:
     return sum(math.prod(texture.shape_yx) for texture in stack.textures)
 
 
-def _items(plan: Plan, slices: SlicesPlan, grounds: Grounds, settings: SliceSettings) -> Iterator[PlanItem]:
-    yield from describe_border(plan, grounds)
-    yield from describe_codes(plan, grounds)
-    for level, misfit in zip(grounds.candidates, grounds.fits, strict=False):
-        if isinstance(misfit, Misfit):
-            size = math.prod(level.shape_zyx) * len(settings.stacks) * BYTES_PER_TEXEL[slices.format]
-            yield PlanItem(name=f"level {level.index}", kept=False, reason=misfit.reason, size_bytes=size)
-    (held,) = plan.levels
+def describe_slices(plan: ChannelPlan, choice: SlicesChoice) -> Iterator[PlanItem]:
+    """List what was decided about levels and stacks of slices."""
+    slices, settings = choice.slices, choice.settings
+    for level, misfit in choice.misfits:
+        size = math.prod(level.shape_zyx) * len(settings.stacks) * BYTES_PER_TEXEL[slices.format]
+        yield PlanItem(name=f"level {level.index}", kept=False, reason=misfit.reason, size_bytes=size)
+    held = choice.level
     yield PlanItem(
         name=f"level {held.index}",
         kept=True,
@@ -176,11 +160,9 @@ def _items(plan: Plan, slices: SlicesPlan, grounds: Grounds, settings: SliceSett
     yield PlanItem(
         name="shaders", kept=False, reason=f"profile {plan.profile.name} has none: it blends textured polygons"
     )
-    yield from describe_functions(grounds.scene, plan.transfer_functions)
-    yield PlanItem(name="preview", kept=True, reason="a picture for people who browse packages", files=(PREVIEW,))
 
 
-def _stack_item(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> PlanItem:
+def _stack_item(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> PlanItem:
     layout = stack.textures[0].layout
     count = sum(texture.layout.slices for texture in stack.textures)
     rows, columns = layout.slice_shape_yx
@@ -202,7 +184,7 @@ def _rounded(voxels: int) -> int:
     return 1 << (voxels - 1).bit_length()
 
 
-def _colours(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
+def _colours(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
     if slices.format == "RGBA8":
         return "four bytes a voxel"
     colours = code_colours(function, plan.quantize.window, stack.distance_mm)
@@ -212,7 +194,7 @@ def _colours(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, function: Tr
     return f"a palette of {len(palette.colours)} colours is {palette.maximum * 255:.3g}/255 off at worst over all codes"
 
 
-def _oblique(plan: Plan, stack: SliceStackPlan, function: TransferFunction) -> str:
+def _oblique(plan: ChannelPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
     """Return what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
     texels = code_colours(function, plan.quantize.window, stack.distance_mm)
     opacity = float(texels[:, 3].max()) / 255

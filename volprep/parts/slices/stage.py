@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.slices.atlases import atlas_codes, code_colours
-from volprep.parts.stage import Changes, Stage, required, with_textures
+from volprep.parts.stage import Stage, Work, required
 from volprep.parts.work import codes_of_level
 from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
-from volprep.plan.records import Plan
+from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.palette import best_palette
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
@@ -23,11 +24,11 @@ Bytes = NDArray[np.uint8]
 _CODES = 256
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (required(plan.slices), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     slices = required(plan.slices)
     codes = codes_of_level(draft, plan, slices.level)
     functions = {function.name: function for function in plan.transfer_functions}
@@ -48,7 +49,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
             layout = texture.layout.model_copy(update={"largest_opacity": largest})
             textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
             progress.advance()
-    return {"textures": with_textures(draft.manifest, tuple(textures))}
+    return Contribution(textures=tuple(textures))
 
 
 def _histogram(codes: RawVolume) -> NDArray[np.float64]:
@@ -64,7 +65,9 @@ def _rgba(colours: Bytes, atlas: Bytes) -> Iterator[bytes | memoryview]:
         yield bytes_of(colours[row])
 
 
-def _record(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int) -> Texture:
+def _record(
+    plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int
+) -> Texture:
     return Texture(
         name=texture.name,
         role="slices",
@@ -80,5 +83,5 @@ def _record(plan: Plan, slices: SlicesPlan, stack: SliceStackPlan, texture: Slic
     )
 
 
-STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), settings=_settings, run=_run)
+STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run))
 """Reads transfer, because that stage drops the textures of transfer functions that it does not know."""

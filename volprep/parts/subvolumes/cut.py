@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
-from volprep_formats.package.manifest import Level
+from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     SubvolumeGrid,

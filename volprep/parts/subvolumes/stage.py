@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.stage import Changes, Stage, present, required
+from volprep.parts.stage import Stage, Work, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
 from volprep.parts.texels import texel_reader, texels_of
 from volprep.parts.work import codes_of_source
 from volprep.plan.products import SubvolumesPlan
-from volprep.plan.records import Plan
+from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.table import Table
-from volprep_formats.package.manifest import SubvolumeFiles
+from volprep_formats.package.manifest import Contribution, SubvolumeFiles
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     Subvolume,
@@ -33,11 +33,11 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (*present(plan.subvolumes), plan.quantize, *plan.transfer_functions, *plan.tables)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     wanted = required(plan.subvolumes)
     codes = codes_of_source(draft, plan)
     z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
@@ -58,11 +58,11 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
     )
     draft.write(GRID, "grid", encode_grid(grid))
     files = tuple(piece.file for piece in subvolumes if piece.file is not None)
-    return {"subvolumes": SubvolumeFiles(grid=GRID, pieces=files, whole=wanted.whole)}
+    return Contribution(subvolumes=SubvolumeFiles(grid=GRID, pieces=files, whole=wanted.whole))
 
 
 def _pieces(
-    draft: Draft, plan: Plan, codes: RawVolume, cuts_zyx: tuple[Cuts, Cuts, Cuts], progress: Progress
+    draft: Draft, plan: ChannelPlan, codes: RawVolume, cuts_zyx: tuple[Cuts, Cuts, Cuts], progress: Progress
 ) -> Iterator[Subvolume]:
     counts = [len(cuts) - 1 for cuts in cuts_zyx]
     row: NDArray[Any] = np.empty((0, 0, 0), codes.dtype)
@@ -74,7 +74,7 @@ def _pieces(
         progress.advance()
 
 
-def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolume:
+def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], file: str) -> Subvolume:
     wanted = required(plan.subvolumes)
     low, high = int(codes.min()), int(codes.max())
     if not wanted.pieces or _is_empty(plan, wanted, low, high):
@@ -85,7 +85,7 @@ def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolum
     return Subvolume(minimum=low, maximum=high, file=file)
 
 
-def _is_empty(plan: Plan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
+def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
     """Return whether a piece of codes from `low` to `high` shows nothing that a constant piece of `low` does not."""
     if low == high:
         return True
@@ -105,4 +105,4 @@ def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryv
         yield bytes_of(read(z0, z1))
 
 
-STAGE = Stage(name="grid", reads=("quantize",), settings=_settings, run=_run)
+STAGE = Stage(name="grid", reads=("quantize",), channel=Work(_settings, _run))

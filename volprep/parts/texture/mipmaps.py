@@ -15,13 +15,14 @@ from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelFilter, PlanItem
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.gl_formats import size_bytes
 
 
 def mipmap_levels(
-    grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: Literal["auto"] | LevelFilter
+    channel: str, grid: Grid, coarsest_longest_axis: int, profile: DeviceProfile, made_by: Literal["auto"] | LevelFilter
 ) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
@@ -31,7 +32,7 @@ def mipmap_levels(
         raise VolprepError("VP3071", profile=profile.name)
     longest = max(grid.shape_zyx)
     last = next(index for index in range(32) if -(-longest // 2**index) <= coarsest_longest_axis)
-    return [_level(grid, index, last, made_by) for index in range(last + 1)]
+    return [_level(channel, grid, index, last, made_by) for index in range(last + 1)]
 
 
 def in_one_texture(
@@ -91,10 +92,11 @@ def _misfit(chain: Sequence[VolumePlan], profile: DeviceProfile, beside: Beside)
     return None
 
 
-def _level(grid: Grid, index: int, last: int, made_by: Literal["auto"] | LevelFilter) -> LevelPlan:
+def _level(channel: str, grid: Grid, index: int, last: int, made_by: Literal["auto"] | LevelFilter) -> LevelPlan:
     padded = [_padded(n, last) for n in grid.shape_zyx]
     z, y, x = (min(2**index, n) for n in padded)
     return LevelPlan(
+        channel=channel,
         index=index,
         factors_zyx=(z, y, x),
         shape_zyx=tuple(-(-n // f) for n, f in zip(grid.shape_zyx, (z, y, x), strict=True)),

@@ -5,10 +5,11 @@ from itertools import groupby
 
 import numpy as np
 
-from volprep.parts.stage import Changes, Stage, with_textures
+from volprep.parts.stage import Stage, Work
 from volprep.parts.texels import volume_reader, volume_texture
-from volprep.plan.records import Plan, VolumePlan
+from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of, slab_ranges
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -16,12 +17,12 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
     return (*(volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None), *classified)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
     progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
     for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
@@ -29,10 +30,10 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
         texels = [_texels(draft, plan, volume, progress) for volume in chain]
         draft.write(file, "texture", ktx2.encode_levels(KTX2_FORMAT[chain[0].format], chain[0].shape_zyx, 3, texels))
     textures = tuple(volume_texture(volume, 0, plan.profile) for volume in volumes)
-    return {"textures": with_textures(draft.manifest, textures)}
+    return Contribution(textures=textures)
 
 
-def _texels(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
+def _texels(draft: Draft, plan: ChannelPlan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
     read = volume_reader(draft, plan, volume)
     shape_zyx = plan.level(volume.level).shape_zyx
     depth, height, width = shape_zyx
@@ -45,4 +46,4 @@ def _texels(draft: Draft, plan: Plan, volume: VolumePlan, progress: Progress) ->
         progress.advance(z1 - z0)
 
 
-STAGE = Stage(name="texture", reads=("quantize", "pyramid"), settings=_settings, run=_run)
+STAGE = Stage(name="texture", reads=("quantize", "pyramid"), channel=Work(_settings, _run))

@@ -13,8 +13,9 @@ from typing import NoReturn
 from volprep.parts.programs.decision import ray_casters
 from volprep.parts.skip.decision import Found, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
+from volprep.parts.together.packing import Packed
 from volprep.plan.products import SkipTablePlan, TogetherPlan
-from volprep.plan.records import LevelPlan, Plan
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep.transfer.table import Table
@@ -34,7 +35,7 @@ class DrawnTogether:
     """What was left out."""
 
 
-def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: Scene) -> DrawnTogether:
+def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], scene: Scene) -> DrawnTogether:
     """Choose the channels of the picture that the scene wants; none where fewer than two show something.
 
     Raises VP1245 for what cannot be drawn together.
@@ -45,17 +46,14 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
     seen: dict[str, str] = {}
     items: list[PlanItem] = []
     for name in names:
-        plan, found = next(
-            (plan, each)
-            for plan, each in zip(plans, measured, strict=True)
-            if name in {function.name for function in plan.transfer_functions}
-        )
+        pairs = zip(plans, measured, strict=True)
+        plan, found = next((plan, each) for plan, each in pairs if name in plan.transfers)
         if plan.channel in seen:
             _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
         function = _function(plan, name)
         low, high = found.statistics.minimum, found.statistics.maximum
         if Table.exact(function).largest_extinction(low, high) > 0:
-            seen[plan.channel or ""] = name
+            seen[plan.channel] = name
             continue
         reason = f"{name} shows none of its values, {low:g} to {high:g}"
         items.append(PlanItem(name=f"{scene.together.name}: channel {plan.channel}", kept=False, reason=reason))
@@ -70,19 +68,19 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
 
 
 def plan_together(
-    plans: Sequence[Plan], measured: Sequence[Measured], drawn: DrawnTogether, packing: PlanItem, scene: Scene
+    plans: Sequence[ChannelPlan], measured: Sequence[Measured], drawn: DrawnTogether, packed: Packed, scene: Scene
 ) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
     """Return the programs of the picture, where there is one, and what was decided.
 
-    `packing` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
+    `packed` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
     """
     if not drawn.transfers or scene.together is None:
         return None, drawn.items
     name = scene.together.name
     group = [plan for plan in plans if plan.channel in drawn.transfers]
-    packed = bool(group[0].volumes[0].channels)
-    if not packed and group[0].volumes[0].mosaic is not None:
-        _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packing.reason}")
+    shares = bool(packed.volumes)
+    if not shares and group[0].volumes[0].mosaic is not None:
+        _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packed.reason}")
     common = set.intersection(*({volume.level for volume in plan.volumes} for plan in group))
     levels = [volume for volume in group[0].volumes if volume.level in common and _fits(group, volume.level)]
     if not levels:
@@ -94,7 +92,7 @@ def plan_together(
         name=name,
         kept=True,
         reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
-        f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
+        f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours",
         files=tuple(program.fragment for program in programs),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
@@ -105,15 +103,15 @@ def plan_together(
 
 
 def _skipping(
-    group: Sequence[Plan],
-    founds: Mapping[str | None, Found],
+    group: Sequence[ChannelPlan],
+    founds: Mapping[str, Found],
     drawn: DrawnTogether,
     levels: Sequence[LevelPlan],
     scene: Scene,
 ) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
     """Decide whether rays skip what all channels leave empty."""
     name = scene.together.name if scene.together else ""
-    media = [(_function(plan, drawn.transfers[plan.channel or ""]), founds[plan.channel]) for plan in group]
+    media = [(_function(plan, drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
     tables, reason, size = skip_together(scene.skip, name, media, levels)
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
         tables, reason = (), "beside all channels there is no room for it"
@@ -122,11 +120,11 @@ def _skipping(
     return tables, item
 
 
-def _function(plan: Plan, name: str) -> TransferFunction:
+def _function(plan: ChannelPlan, name: str) -> TransferFunction:
     return next(function for function in plan.transfer_functions if function.name == name)
 
 
-def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
+def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
     """What a decision about empty space rests on, of one channel."""
     return Found(
         profile=plan.profile,
@@ -141,12 +139,12 @@ def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
     )
 
 
-def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
+def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     if scene.render.lighting != "none":
         yield "channels are lit by normals of their own, and where they overlap there is no common one"
     if scene.render.classification not in {"lookup", "palette"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
-    labels = [str(plan.channel) for plan in group if plan.quantize.labels]
+    labels = [plan.channel for plan in group if plan.quantize.labels]
     if labels:
         yield f"{', '.join(labels)} holds labels, which are no densities"
     if any(volume.bricks is not None for plan in group for volume in plan.volumes):
@@ -158,7 +156,7 @@ def _refuse(scene: Scene, reason: str) -> NoReturn:
     raise VolprepError("VP1245", path=scene.name, name=name, reason=reason)
 
 
-def _fits(group: Sequence[Plan], level: int, skip_bytes: int = 0) -> bool:
+def _fits(group: Sequence[ChannelPlan], level: int, skip_bytes: int = 0) -> bool:
     """Return whether a device holds a level of all channels, their tables and a skip table at one time."""
     profile = group[0].profile
     # Channels that share texels have the same files.

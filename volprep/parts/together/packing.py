@@ -10,12 +10,13 @@ are drawn together.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.parts.mosaic.packing import Packing
 from volprep.parts.texture.mipmaps import in_one_texture
-from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
@@ -24,19 +25,50 @@ from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import size_bytes
 
 _FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
+ITEM = "packed channels"
 _COMPONENTS = ("first", "second", "third", "fourth")
 _OF_ONE_CHANNEL = frozenset(("four channels", "several textures", "overlapping slices"))
 """What is said of mosaics that hold one channel."""
 
 
-def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) -> tuple[list[Plan], PlanItem]:
-    """Put channels into common texels where that is wanted and possible; give the plans, and what was decided.
+@dataclass(frozen=True)
+class Packed:
+    """Levels that several channels share, or none; and what was decided."""
+
+    volumes: tuple[VolumePlan, ...]
+    """Textures in common, of each level."""
+    reason: str
+    """Why channels share texels, or why they do not."""
+    items: tuple[PlanItem, ...]
+    """The decision, where there is one to make."""
+
+    def plan(self, plan: ChannelPlan) -> ChannelPlan:
+        """Return the plan of a channel with the textures that it shares."""
+        return plan.model_copy(update={"volumes": self.volumes}) if self._holds(plan) else plan
+
+    def described(self, plan: ChannelPlan, items: Sequence[PlanItem]) -> tuple[PlanItem, ...]:
+        """Return the items of a channel as they are where it shares textures."""
+        if not self._holds(plan):
+            return tuple(items)
+        held = {f"level {volume.level}": volume for volume in self.volumes}
+        return tuple(
+            _shared(plan, item, held[item.name]) if item.name in held else item
+            for item in items
+            if item.name not in _OF_ONE_CHANNEL
+        )
+
+    def _holds(self, plan: ChannelPlan) -> bool:
+        return any(plan.channel in volume.channels for volume in self.volumes)
+
+
+def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence[str]) -> Packed:
+    """Put channels into common texels where that is wanted and possible.
 
     `together` names the channels that are drawn into one picture.
     """
     wanted = scene.textures.channels
     group = [plan for plan in plans if wanted != "auto" or plan.channel in together]
-    names = tuple(plan.channel or "" for plan in group)
+    names = tuple(plan.channel for plan in group)
     apart = sum(texture_bytes(volume) for plan in (group or plans) for volume in plan.volumes)
     reason = "the scene keeps them apart" if wanted == "apart" else next(_obstacles(group), None)
     volumes = [] if reason else [_packed(group, level, names, scene.mosaic.gutter) for level in group[0].levels]
@@ -46,21 +78,22 @@ def pack_channels(plans: Sequence[Plan], scene: Scene, together: Sequence[str]) 
     misfit = next((volume for volume in volumes if isinstance(volume, Misfit)), None)
     if reason or misfit is not None:
         reason = reason or f"packed they do not fit: {misfit.reason if misfit else ''}"
-        return list(plans), PlanItem(name="packed channels", kept=False, reason=reason, size_bytes=apart)
+        item = PlanItem(name=ITEM, kept=False, reason=reason, size_bytes=apart)
+        return Packed((), reason, (item,) if len(plans) > 1 else ())
     made = tuple(volume for volume in volumes if isinstance(volume, VolumePlan))
     layout = "3D texture" if made[0].mosaic is None else mosaic_text(made[0].mosaic)
     reason = f"one fetch from a {made[0].format} {layout} gives {', '.join(names)}; apart they take {apart} bytes"
     item = PlanItem(
-        name="packed channels",
+        name=ITEM,
         kept=True,
         reason=reason,
         files=tuple(dict.fromkeys(file for volume in made for file in volume.files)),
         size_bytes=sum(texture_bytes(volume) for volume in made),
     )
-    return [_with_volumes(plan, made) if plan in group else plan for plan in plans], item
+    return Packed(made, reason, (item,))
 
 
-def _obstacles(group: Sequence[Plan]) -> Iterator[str]:
+def _obstacles(group: Sequence[ChannelPlan]) -> Iterator[str]:
     """Return what keeps channels from sharing texels, what matters most first; each assumes the ones before."""
     if len(group) < 2:
         yield "each program draws one channel, and would fetch the others in vain"
@@ -86,7 +119,7 @@ def _obstacles(group: Sequence[Plan]) -> Iterator[str]:
         yield f"profile {profile.name} has no texture format of {len(group)} components"
 
 
-def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gutter: int) -> VolumePlan | Misfit:
+def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ...], gutter: int) -> VolumePlan | Misfit:
     """Lay out a level of several channels, or say why it does not fit."""
     profile, name = group[0].profile, f"packed-{level.index}"
     texel = first_of(_FORMATS[len(names)], profile)
@@ -112,7 +145,7 @@ def _packed(group: Sequence[Plan], level: LevelPlan, names: tuple[str, ...], gut
     return too_large(volume, profile, beside) or volume
 
 
-def _beside(group: Sequence[Plan], level: int) -> Beside:
+def _beside(group: Sequence[ChannelPlan], level: int) -> Beside:
     """Return what a program that draws all channels samples beside their level: a table and the normals of each."""
     units = size = 0
     for plan in group:
@@ -126,19 +159,8 @@ def _beside(group: Sequence[Plan], level: int) -> Beside:
     return Beside(units=units, bytes=size)
 
 
-def _with_volumes(plan: Plan, volumes: tuple[VolumePlan, ...]) -> Plan:
-    """Return the plan of a channel whose levels are in common textures."""
-    held = {f"level {volume.level}": volume for volume in volumes}
-    items = tuple(
-        _shared(plan, item, held[item.name]) if item.name in held else item
-        for item in plan.items
-        if item.name not in _OF_ONE_CHANNEL
-    )
-    return plan.model_copy(update={"volumes": volumes, "items": items})
-
-
-def _shared(plan: Plan, item: PlanItem, volume: VolumePlan) -> PlanItem:
-    place = _COMPONENTS[volume.channels.index(plan.channel or "")]
+def _shared(plan: ChannelPlan, item: PlanItem, volume: VolumePlan) -> PlanItem:
+    place = _COMPONENTS[volume.channels.index(plan.channel)]
     shape = by(plan.level(volume.level).shape_zyx)
     reason = f"{shape} voxels in the {place} component of {', '.join(volume.names)}"
     return item.model_copy(update={"reason": reason, "files": (), "size_bytes": 0})

@@ -10,7 +10,7 @@ from volprep.parts.classification.decision import Tables
 from volprep.parts.levels.decision import by
 from volprep.parts.values.decision import SHARE, ValueChoice, has_bits
 from volprep.parts.values.labels import label_reason
-from volprep.plan.records import LevelPlan, Plan, VolumePlan
+from volprep.plan.records import ChannelPlan, LevelPlan, Shared, VolumePlan
 from volprep.plan.room import Misfit, has_exact_16_bits
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
@@ -31,41 +31,38 @@ class Grounds:
     """Levels that there could be."""
     fits: list[VolumePlan | Misfit]
     """How the device class can hold each of them."""
-    opacity: float
-    """Bound on the opacity of any ray."""
     tables: Tables
     """What the package classifies with."""
 
 
-def describe_border(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+def describe_border(shared: Shared, scene: Scene, info: SourceInfo) -> Iterator[PlanItem]:
     """Return whether an empty border was left out."""
-    source = grounds.info.grid.shape_zyx
-    cropped = math.prod(source) - math.prod(plan.grid.shape_zyx)
-    stored_bytes = np.dtype(grounds.info.stored_type).itemsize
-    if grounds.scene.crop == "none":
+    source = info.grid.shape_zyx
+    cropped = math.prod(source) - math.prod(shared.grid.shape_zyx)
+    stored_bytes = np.dtype(info.stored_type).itemsize
+    if scene.crop == "none":
         yield PlanItem(name="empty border", kept=True, reason="the scene keeps the whole scan")
     elif cropped:
         yield PlanItem(
             name="empty border",
             kept=False,
-            reason=f"no transfer function shows it; {by(plan.grid.shape_zyx)} of {by(source)} voxels remain",
+            reason=f"no transfer function shows it; {by(shared.grid.shape_zyx)} of {by(source)} voxels remain",
             size_bytes=cropped * stored_bytes,
         )
 
 
-def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
+def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iterator[PlanItem]:
     """Return how values become codes."""
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
-    values = grounds.values
-    tolerance = grounds.scene.tolerance
+    tolerance = scene.tolerance
     change = f"they change the sample of rays by {values.error.text}"
     limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
     exact = "every stored value of the source has a code of its own; " if values.exact else ""
     wide = PlanItem(
         name="16-bit values",
         kept=plan.quantize.bits == 16,
-        reason=_why_not_wide(plan, grounds),
+        reason=_why_not_wide(plan, scene),
         size_bytes=voxels,
     )
     if plan.quantize.labels:
@@ -78,11 +75,11 @@ def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
         yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
         yield wide
         return
-    reason = f"window {low:g} to {high:g}; {_why_wide(grounds)}; {_wide_texels(plan)}; {change}; {limit}"
+    reason = f"window {low:g} to {high:g}; {_why_wide(scene, values)}; {_wide_texels(plan)}; {change}; {limit}"
     yield wide.model_copy(update={"reason": reason})
 
 
-def _wide_texels(plan: Plan) -> str:
+def _wide_texels(plan: ChannelPlan) -> str:
     if has_exact_16_bits(plan.profile):
         return "R16 texels hold codes as they are"
     return (
@@ -91,19 +88,19 @@ def _wide_texels(plan: Plan) -> str:
     )
 
 
-def _why_wide(grounds: Grounds) -> str:
-    if grounds.scene.editable:
+def _why_wide(scene: Scene, values: ValueChoice) -> str:
+    if scene.editable:
         return "8 bits would not give every value a code, and users may edit transfer functions"
-    narrow = grounds.values.narrow_error
+    narrow = values.narrow_error
     if narrow is not None:
         return f"8 bits would change the sample of rays by {narrow.text}"
-    return "the scene asks for 16 bits" if grounds.scene.quantize.bits == 16 else "the profile has no narrower format"
+    return "the scene asks for 16 bits" if scene.quantize.bits == 16 else "the profile has no narrower format"
 
 
-def _why_not_wide(plan: Plan, grounds: Grounds) -> str:
+def _why_not_wide(plan: ChannelPlan, scene: Scene) -> str:
     if plan.quantize.labels:
         return "labels have 8 bits"
-    if grounds.scene.quantize.bits == 8:
+    if scene.quantize.bits == 8:
         return "the scene asks for 8 bits"
     if not has_bits(plan.profile, 16):
         return f"profile {plan.profile.name} has no texture format for them"

@@ -13,34 +13,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep.parts.stage import Changes, Stage
-from volprep.parts.work import code_type, codes_name, levels_of, source_info, source_volume
-from volprep.plan.records import Plan
+from volprep.parts.stage import Stage, Work
+from volprep.parts.work import code_type, codes_name, finest_level, source_info, source_volume
+from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Quantization
+from volprep_formats.package.channel import ChannelPart, Quantization
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
 
-def _settings(plan: Plan) -> tuple[Record, ...]:
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (plan.crop, plan.quantize, *plan.levels[:1])
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Changes:
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     losses: list[_native.QuantizationLoss] = []
     draft.write(codes_name(0, plan.channel), "work", _codes(draft, plan, losses, progress))
-    return {
-        "stored_type": code_type(plan).name,
-        "grid": plan.grid,
-        "quantization": _quantization(plan, losses),
-        "levels": levels_of(plan, {}),
-    }
+    part = ChannelPart(
+        name=plan.channel,
+        stored_type="uint8" if plan.quantize.bits == 8 else "uint16",
+        quantization=_quantization(plan, losses),
+        levels=finest_level(plan),
+    )
+    return Contribution(channel=part)
 
 
 def _codes(
-    draft: Draft, plan: Plan, losses: list[_native.QuantizationLoss], progress: Progress
+    draft: Draft, plan: ChannelPlan, losses: list[_native.QuantizationLoss], progress: Progress
 ) -> Iterator[memoryview]:
     """Return the codes slab by slab; what each slab lost is added to `losses`."""
     source = source_volume(draft, plan.channel)
@@ -57,7 +59,7 @@ def _codes(
         progress.advance(z1 - z0)
 
 
-def _quantization(plan: Plan, losses: list[_native.QuantizationLoss]) -> Quantization:
+def _quantization(plan: ChannelPlan, losses: list[_native.QuantizationLoss]) -> Quantization:
     low, high = plan.quantize.window
     # The kernel's losses add up exactly: the slabs leave no trace.
     total = reduce(operator.add, losses)
@@ -75,4 +77,4 @@ def _quantization(plan: Plan, losses: list[_native.QuantizationLoss]) -> Quantiz
     )
 
 
-STAGE = Stage(name="quantize", reads=("import",), settings=_settings, run=_run)
+STAGE = Stage(name="quantize", reads=("import",), channel=Work(_settings, _run))

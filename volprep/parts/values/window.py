@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from volprep_formats.package.manifest import Statistics
+from volprep_formats.package.channel import Statistics
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 

@@ -10,12 +10,12 @@ import hashlib
 import shutil
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Self, cast
+from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import FileRecord, FileRole, Manifest, StageRecord, SubvolumeFiles
+from volprep_formats.package.assemble import assembled
+from volprep_formats.package.manifest import FileRecord, FileRole, Heading, Manifest, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
-from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.storage.chunks import write_all, write_chunks
 from volprep_formats.package.storage.files import (
     MANIFEST,
@@ -29,7 +29,6 @@ from volprep_formats.package.storage.files import (
     sync_folder,
 )
 from volprep_formats.package.storage.lock import Lock
-from volprep_formats.package.texture import Texture
 
 _STAGE = ".stage"
 
@@ -45,8 +44,8 @@ class Draft:
         self._lock: Lock | None = None
 
     @classmethod
-    def create(cls, folder: Path, manifest: Manifest) -> Self:
-        """Make the folder of a new draft, and its parents. `manifest` names no files yet.
+    def create(cls, folder: Path, heading: Heading) -> Self:
+        """Make the folder of a new draft, and its parents.
 
         Takes an empty folder, and one that a killed `create` left. Raises VP4023 where `folder` holds anything else,
         VP4020 where it cannot be written.
@@ -55,6 +54,7 @@ class Draft:
             folder.mkdir(parents=True, exist_ok=True)
             if any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
                 raise VolprepError("VP4023", path=folder)
+            manifest = assembled(heading, (), (), "draft")
             replace_file(folder / MANIFEST, encode_manifest(manifest))
             sync_folder(folder.parent)
         return cls(folder, manifest)
@@ -81,6 +81,14 @@ class Draft:
     def manifest(self) -> Manifest:
         """The manifest as of the last commit."""
         return self._manifest
+
+    @property
+    def files(self) -> tuple[FileRecord, ...]:
+        """Files of the last commit, and those written since."""
+        return (
+            *(record for record in self._manifest.files if record.path not in self._pending),
+            *self._pending.values(),
+        )
 
     def write(self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
         """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
@@ -116,18 +124,20 @@ class Draft:
             folder.mkdir(parents=True, exist_ok=True)
         return folder / name
 
-    def commit(self, stage: StageRecord, drop: Collection[str] = (), /, **manifest_updates: object) -> None:
-        """Add what `stage` wrote: the one step from the draft before the stage to the draft after it.
+    def commit(
+        self, stage: StageRecord, heading: Heading | None = None, drop: Collection[str] = (), *, seal: bool = False
+    ) -> None:
+        """Add what `stage` made: the one step from the draft before the stage to the draft after it.
 
-        The record's `files` are filled in here: all files written since the last commit. The files of an earlier
-        run of the same stage, and the records and files of the stages after it and of those in `drop`, are dropped,
-        and with them the textures, programs and the preview that name them. `state="sealed"` ends the draft: working
-        data and stage records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
+        The record's `files` are filled in here: all files written since the last commit. What an earlier run of the
+        same stage, the stages after it, and those in `drop` have made is dropped, files and contributions alike.
+        `heading` replaces what the manifest says of the package as a whole. `seal` ends the draft: working data and
+        stage records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
         """
         before = self._manifest
         with output_errors(self._folder):
             staging = self._begin()
-            after = _after(before, stage, drop, self._pending, manifest_updates)
+            after = _after(before, stage, heading or before, drop, self._pending, seal=seal)
             self._check_staged()
             manifest = staging / MANIFEST_IN_MAKING
             manifest.write_bytes(encode_manifest(after))
@@ -184,56 +194,22 @@ def recover(folder: Path) -> None:
 def _after(
     before: Manifest,
     stage: StageRecord,
+    heading: Heading,
     drop: Collection[str],
     pending: dict[str, FileRecord],
-    updates: dict[str, object],
+    *,
+    seal: bool,
 ) -> Manifest:
-    """Make the manifest as it is after `stage` wrote `pending`."""
+    """Return the manifest as it is after `stage` wrote `pending`."""
     names = [record.name for record in before.stages]
     earlier = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
     kept = tuple(record for record in earlier if record.name not in drop)
     owned = {path for record in kept for path in record.files}
     files = {record.path: record for record in before.files if record.path in owned} | pending
-    stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
-    if updates.get("state") == "sealed":
+    if seal:
         files = {path: record for path, record in files.items() if record.role != "work"}
-        stages = ()
-    gone = {record.path for record in before.files} - files.keys()
-    textures = cast("tuple[Texture, ...]", updates.get("textures", before.textures))
-    fields = dict(before) | {
-        "programs": tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys()),
-        "subvolumes": _subvolumes(before.subvolumes, files),
-        "skipping": before.skipping if _has_tables(before, files) else None,
-        "proxy": _proxy(before.proxy, files),
-        "preview": before.preview if before.preview in files else None,
-    }
-    records = {
-        "stages": stages,
-        "files": tuple(files[path] for path in sorted(files)),
-        "textures": tuple(texture for texture in textures if texture.file not in gone),
-    }
-    return Manifest.model_validate(fields | updates | records)
-
-
-def _has_tables(before: Manifest, files: dict[str, FileRecord]) -> bool:
-    """Return whether the files of empty-space skipping are still there."""
-    return all(texture.file in files for texture in before.textures if texture.role in {"skip", "ranges"})
-
-
-def _subvolumes(before: SubvolumeFiles | None, files: dict[str, FileRecord]) -> SubvolumeFiles | None:
-    if before is None or before.grid not in files:
-        return None
-    programs = tuple(program for program in before.programs if {program.vertex, program.fragment} <= files.keys())
-    return before.model_copy(update={"programs": programs})
-
-
-def _proxy(before: Proxy | None, files: dict[str, FileRecord]) -> Proxy | None:
-    """Return the meshes while all their files are there; programs while their shaders are."""
-    if before is None or any(mesh.file is not None and mesh.file not in files for mesh in before.meshes):
-        return None
-    shaders = {before.depth} & files.keys()
-    programs = tuple(each for each in before.programs if shaders and {each.vertex, each.fragment} <= files.keys())
-    return before.model_copy(update={"programs": programs})
+    stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
+    return assembled(heading, stages, files.values(), "sealed" if seal else "draft")
 
 
 def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:

@@ -16,9 +16,9 @@ MANIFEST_IN_MAKING = f".{MANIFEST}.new"
 """What a process that is killed while it writes the manifest may leave."""
 
 
-def source_name(channel: str | None) -> str:
-    """Return the name of the stored values of the source in a draft; of a channel where there are several."""
-    return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"
+def source_name(channel: str) -> str:
+    """Return the name of the stored values of a channel of the source in a draft."""
+    return f"work/level0-{channel}.raw"
 
 
 _SYNCS = 8

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 
 from volprep_formats.grid import blocks_along
-from volprep_formats.package.manifest import Level, Manifest
+from volprep_formats.package.channel import Level
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
 

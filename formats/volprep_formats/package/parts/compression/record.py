@@ -6,6 +6,7 @@ from pydantic import Field
 
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
+from volprep_formats.source import ChannelName
 from volprep_formats.textures.block_formats import CompressedFormat
 
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -16,8 +17,8 @@ class CompressedForm(Record):
 
     format: CompressedFormat
     """Format of its textures."""
-    channel: str | None = None
-    """Channel that it was considered for, where there are several."""
+    channel: ChannelName
+    """Channel that it was considered for."""
     kept: bool
     """Whether the package has it."""
     level: Annotated[int, Field(ge=0)]

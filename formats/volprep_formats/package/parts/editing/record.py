@@ -31,8 +31,8 @@ class JointHistogram(Record):
     """File of the matrix."""
     reference_mm: Annotated[float, Field(gt=0.0)]
     """Length of the path whose opacities are averaged: half a voxel of the level."""
-    channel: ChannelName | None = None
-    """Channel that it is for, in a package of several."""
+    channel: ChannelName
+    """Channel that it is for."""
 
 
 class Editing(Record):

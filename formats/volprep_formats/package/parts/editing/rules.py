@@ -18,8 +18,8 @@ def editing_contradictions(manifest: Manifest) -> Iterator[str]:
         if level not in levels:
             yield f"a joint histogram is for level {level}, which is not among the levels"
     for histogram in manifest.editing.histograms:
-        if histogram.channel is not None:
-            yield f"joint histogram {histogram.file} is of channel {histogram.channel}, but there is one channel"
+        if histogram.channel not in {channel.name for channel in manifest.channels}:
+            yield f"joint histogram {histogram.file} is of channel {histogram.channel}, which is not there"
         for function in manifest.transfer_functions:
             if (histogram.level, function.name) not in tables:
                 yield f"level {histogram.level} has a joint histogram, but no table of its own for {function.name}"

@@ -9,7 +9,7 @@ from volprep_formats.package.program import Program
 
 def together_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of programs that draw no single transfer function; others are another matter."""
-    channels = manifest.channels or ()
+    channels = manifest.channels
     of_transfer = {name: channel.name for channel in channels for name in channel.transfers}
     known = {function.name for function in manifest.transfer_functions}
     wanted = manifest.together
@@ -33,7 +33,7 @@ def together_contradictions(manifest: Manifest) -> Iterator[str]:
 
 def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) -> Iterator[str]:
     transfers = manifest.together.transfers if manifest.together else ()
-    levels = {channel.name: {level.index for level in channel.levels} for channel in manifest.channels or ()}
+    levels = {channel.name: {level.index for level in channel.levels} for channel in manifest.channels}
     for name in transfers:
         missing = set(program.levels) - levels[of_transfer[name]]
         yield from (f"draws level {level}, which channel {of_transfer[name]} has not" for level in sorted(missing))
@@ -41,7 +41,7 @@ def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) 
     if program.classification == "lookup" and tables != Counter(transfers):
         yield f"samples tables of {', '.join(sorted(map(str, tables)))}, and draws {', '.join(transfers)}"
     named = {of_transfer.get(each.transfer or "") for each in program.samplers if each.role == "volume"}
-    volumes = [set(texture.channels or ()) for texture in manifest.textures if texture.role == "volume"]
+    volumes = [set(texture.channels) for texture in manifest.textures if texture.role == "volume"]
     sampled = set[str]().union(*(held for held in volumes if held & named))
     unread = sorted({of_transfer[name] for name in transfers} - sampled)
     yield from (f"samples no volume of channel {name}" for name in unread)

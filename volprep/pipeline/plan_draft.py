@@ -1,0 +1,50 @@
+"""The plan of a draft whose source has been imported."""
+
+import json
+
+from volprep.parts.compression.whole import WholeSource
+from volprep.parts.work import FORMS, source_volume
+from volprep.pipeline.make_plan import Scanned, make_plan
+from volprep.plan.form_trial import FormTrial
+from volprep.plan.records import Plan
+from volprep.scan.statistics import Measured, measure_again
+from volprep.scene.scene import Scene
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Progress
+
+
+def plan_draft(
+    draft: Draft,
+    scene: Scene,
+    profile: DeviceProfile,
+    progress: Progress,
+    measured: tuple[Measured, ...] | None = None,
+) -> Plan:
+    """Make the plan for a draft; `measured` is what import has just found, if it ran.
+
+    A scene that wants compression has forms tried on the whole source, unless an earlier verb has done it. Raises what
+    `make_plan` raises.
+    """
+    channels = draft.manifest.channels
+    volumes = [source_volume(draft, channel.name) for channel in channels]
+    if measured is None:
+        pairs = zip(channels, volumes, strict=True)
+        measured = tuple(measure_again(each.source, each.statistics, volume) for each, volume in pairs)
+    tried = _tried(draft)
+    scanned = [
+        Scanned(
+            channel.source.info,
+            found,
+            WholeSource(volume, channel.source.info, channel.source.sha256, progress, tried),
+        )
+        for channel, found, volume in zip(channels, measured, volumes, strict=True)
+    ]
+    return make_plan(scene, profile, scanned)
+
+
+def _tried(draft: Draft) -> list[FormTrial]:
+    """Compressed forms that were tried when an earlier plan was made for the draft."""
+    if all(record.path != FORMS for record in draft.manifest.files):
+        return []
+    return [FormTrial.model_validate(each) for each in json.loads(draft.read_bytes(FORMS))]
