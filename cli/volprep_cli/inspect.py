@@ -85,8 +85,10 @@ def _size(manifest: "Manifest") -> int:
 
 
 def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]:
+    from volprep_formats.package.manifest import titles  # noqa: PLC0415 - keeps volprep --help fast
+
     yield "", ("GENERAL", ""), _general(manifest)
-    if manifest.channels is not None:
+    if len(manifest.channels) > 1:
         header = ("channel", "values", "stored as", "largest error", "transfer functions")
         yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
     yield (
@@ -153,8 +155,8 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
         "PLAN",
         ("item", "", "cost", "reason"),
         [
-            (item.name, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
-            for item in manifest.plan
+            (title, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
+            for title, item in zip(titles(manifest.plan), manifest.plan, strict=True)
         ],
     )
     yield (
