@@ -16,6 +16,13 @@ Part = TypeVar("Part", bound=Record)
 Planned = TypeVar("Planned", bound=Record)
 
 
+Shapes = dict[str, tuple[int, int, int]]
+
+
+def _no_textures(_draft: Draft, _plan: Record) -> Shapes:
+    return {}
+
+
 @dataclass(frozen=True)
 class Work(Generic[Planned]):
     """What a stage does, with the plan of a channel or with that of the package."""
@@ -24,6 +31,9 @@ class Work(Generic[Planned]):
     """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
     run: Callable[[Draft, Planned, Progress], Contribution]
     """Writes files with `Draft.write` and returns what it adds to the manifest. The pipeline commits both, last."""
+    shapes: Callable[[Draft, Planned], Shapes] | None = _no_textures
+    """The textures that it must make: depth, height and width in texels by file, for which the plan found room. None if
+    it checks that itself, because shapes follow from the data."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from volprep.parts.programs.stage import STAGE as SHADERS
 from volprep.parts.proxy.stage import STAGE as PROXY
 from volprep.parts.skip.stage import STAGE as SKIP
 from volprep.parts.slices.stage import STAGE as SLICES
-from volprep.parts.stage import Stage
+from volprep.parts.stage import Planned, Stage, Work
 from volprep.parts.subvolumes.stage import STAGE as GRID
 from volprep.parts.texture.stage import STAGE as TEXTURE
 from volprep.parts.values.stage import STAGE as QUANTIZE
@@ -83,11 +83,21 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
 
 
 def _made(stage: Stage, draft: Draft, plan: Plan, progress: Progress) -> Iterator[Contribution]:
+    """Return what a stage makes. Raises VP4042 if a texture is not as large as its budget was checked for."""
     if stage.package is not None:
-        yield stage.package.run(draft, plan, progress)
+        yield _done(stage.package, draft, plan, progress)
     if stage.channel is not None:
         for channel in plan.channels:
-            yield stage.channel.run(draft, channel, progress)
+            yield _done(stage.channel, draft, channel, progress)
+
+
+def _done(work: Work[Planned], draft: Draft, plan: Planned, progress: Progress) -> Contribution:
+    made = work.run(draft, plan, progress)
+    found = {texture.file: texture.shape_zyx for texture in made.textures}
+    planned = found if work.shapes is None else work.shapes(draft, plan)
+    if found != planned:
+        raise VolprepError("VP4042", finding=f"textures are {found}, planned {planned}")
+    return made
 
 
 def _heading(plan: Plan, scene: Scene) -> Heading:

@@ -5,13 +5,15 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count
-from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.parts.editing.record import Editing
+from volprep_formats.package.parts.normals.record import NormalMeaning
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
+from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.program import ClassificationName, Lighting, Technique
-from volprep_formats.package.texture import MosaicLayout, SampleFilter
+from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
@@ -37,46 +39,32 @@ class ProgramPlan(Record):
     """Name of the transfer function that it draws."""
 
 
-class SkipTablePlan(Record):
-    """The skip table of one transfer function on one level."""
+class BlockTexturePlan(TextureContent):
+    """A texture with an entry for each block of a level."""
 
-    transfer: str
-    """Name of the transfer function."""
     level: int
     """Level."""
     name: str
     """Name of the texture."""
     file: PackagePath
     """Its KTX 2 file."""
-    kind: SkipKind
-    """What an entry means."""
     block: Count
     """Cells along an edge of a block."""
     format: TextureFormat
     """Format of a texel."""
-    shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width in texels; depth is 1 for a mosaic."""
-    mosaic: MosaicLayout | None
-    """Layout of the table's slices where it is a mosaic."""
 
 
-class BlockRangesPlan(Record):
+class SkipTablePlan(BlockTexturePlan):
+    """The skip table of one transfer function on one level."""
+
+    transfer: str
+    """Name of the transfer function."""
+    kind: SkipKind
+    """What an entry means."""
+
+
+class BlockRangesPlan(BlockTexturePlan):
     """The least and greatest texel of each block of one level, for apps that make tables."""
-
-    level: int
-    """Level."""
-    name: str
-    """Name of the texture."""
-    file: PackagePath
-    """Its KTX 2 file."""
-    block: Count
-    """Cells along an edge of a block."""
-    format: TextureFormat
-    """Format of a texel: that of the level."""
-    shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width in texels; depth is 1 for a mosaic."""
-    mosaic: MosaicLayout | None
-    """Layout of the slices where it is a mosaic."""
 
 
 class SkipPlan(Record):
@@ -92,7 +80,7 @@ class SkipPlan(Record):
     """One for each level, where apps are to make tables."""
 
 
-class NormalTexturePlan(Record):
+class NormalTexturePlan(TextureContent):
     """The normals of one level: its texture, or the textures of its mosaic."""
 
     level: int
@@ -101,21 +89,11 @@ class NormalTexturePlan(Record):
     """Name of each texture: one, unless a mosaic takes several."""
     files: tuple[PackagePath, ...]
     """The KTX 2 file of each."""
-    shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width of each in texels; depth is 1 for a mosaic."""
-    mosaic: MosaicLayout | None
-    """Layout of the slices where they are a mosaic; none where they are a 3D texture."""
 
 
-class NormalsPlan(Record):
+class NormalsPlan(NormalMeaning):
     """Normals of every level that the package holds."""
 
-    kernel: GradientKernel
-    """How differences are taken."""
-    code: NormalCode
-    """What the bytes mean."""
-    space: NormalSpace
-    """Axes of the vectors."""
     magnitude: bool
     """Whether the last channel holds the length of the gradient."""
     format: TextureFormat
@@ -163,22 +141,9 @@ class SlicesPlan(Record):
     """Stacks of each transfer function."""
 
 
-class HistogramPlan(Record):
-    """The joint histogram of one level."""
-
-    level: int
-    """Level."""
-    file: PackagePath
-    """Its file."""
-    reference_mm: Annotated[float, Field(gt=0.0)]
-    """Length of the path whose opacities are averaged."""
-
-
-class EditingPlan(Record):
+class EditingPlan(Editing):
     """What users need who edit transfer functions."""
 
-    histograms: tuple[HistogramPlan, ...]
-    """One for each level that needs a table of its own."""
     headroom_per_mm: Annotated[float, Field(gt=0.0)]
     """Extinction that tables of 8 bits can hold at least, whatever the transfer functions are now."""
 
@@ -230,13 +195,9 @@ class ProxyPlan(Record):
     """Programs that begin at these meshes."""
 
 
-class TogetherPlan(Record):
-    """One picture of several channels."""
+class TogetherPlan(Together):
+    """One picture of several channels: those that show something."""
 
-    name: str
-    """Name of the picture."""
-    transfers: tuple[str, ...]
-    """Transfer functions that show something, each of another channel."""
     programs: tuple[ProgramPlan, ...]
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()

@@ -16,10 +16,10 @@ from volprep.plan.products import (
     TogetherPlan,
 )
 from volprep_formats.grid import Count, Grid
-from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
-from volprep_formats.package.texture import MosaicLayout, SampleFilter
+from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
@@ -39,13 +39,9 @@ class CropPlan(Record):
     """Voxel after the last one along each axis."""
 
 
-class QuantizePlan(Record):
+class QuantizePlan(Codes):
     """How physical values become stored values."""
 
-    bits: Literal[8, 16]
-    """Bits of a stored value."""
-    window: tuple[float, float]
-    """Physical values of the smallest code, 0, and the largest, 2^bits - 1."""
     labels: bool = False
     """Whether values are labels, which must be whole numbers from 0 to 255 and become codes as they are."""
 
@@ -55,15 +51,11 @@ class QuantizePlan(Record):
         return "nearest" if self.labels else "linear"
 
 
-class LevelPlan(Record):
+class LevelPlan(Resolution):
     """One level that the package holds."""
 
     channel: ChannelName
     """Channel whose level it is."""
-    index: int
-    """Number of the level; 0 is the resolution of the source."""
-    factors_zyx: tuple[Count, Count, Count]
-    """Voxels of level 0 along each axis that make one voxel of this level; powers of two."""
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along each axis."""
     padded_zyx: tuple[Count, Count, Count] | None = None
@@ -97,33 +89,21 @@ class BricksPlan(Record):
     """Its KTX 2 file."""
 
 
-class VolumePlan(Record):
+class VolumePlan(TextureContent):
     """The texture of one level, or the textures of its mosaic."""
 
     level: int
     """Level that it holds."""
+    channels: tuple[ChannelName, ...]
+    """Channels whose voxels it holds, a component of its texels each; the first of them makes it."""
     names: tuple[str, ...]
     """Name of each texture: one, unless a mosaic takes several."""
     files: tuple[PackagePath, ...]
     """The KTX 2 file of each."""
     format: TextureFormat
     """Format of a texel."""
-    shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width of each in texels; depth is 1 for a mosaic."""
-    mosaic: MosaicLayout | None
-    """Layout of the slices where the level is a mosaic; none where it is a 3D texture."""
-    filter: SampleFilter = "linear"
-    """How it is sampled: labels are not mixed."""
-    channels: tuple[ChannelName, ...]
-    """Channels whose voxels it holds, a component of its texels each; the first of them makes it."""
-    mipmap: Index | None = None
-    """Which mipmap of its file it is, where levels share one; 0 is the finest."""
     bricks: BricksPlan | None = None
     """The bricks that the texture holds, `shape_zyx` with room for all of them; none where it is the level itself."""
-    transfer: str | None = None
-    """Name of the transfer function by which its voxels are classified; none where it holds values."""
-    reference_mm: float | None = None
-    """For classified voxels: length of the path whose opacity they have."""
 
 
 class LookupPlan(Record):

@@ -31,13 +31,18 @@ class Statistics(Record):
     """Number of voxels that are NaN or infinite."""
 
 
-class Quantization(Record):
-    """How physical values became stored values, and what that lost."""
+class Codes(Record):
+    """Codes for physical values."""
 
     bits: Literal[8, 16]
     """Bits of a stored value."""
     window: tuple[float, float]
-    """Physical values of the smallest and the largest code."""
+    """Physical values of the smallest code, 0, and the largest, 2^bits - 1."""
+
+
+class Quantization(Codes):
+    """How physical values became stored values, and what that lost."""
+
     slope: float
     """physical = slope · stored + intercept."""
     intercept: float
@@ -72,13 +77,18 @@ LevelFilter = Literal[
 """Filters that make a level from level 0."""
 
 
-class Level(Record):
-    """One resolution of the volume."""
+class Resolution(Record):
+    """How coarse a level is."""
 
     index: Annotated[int, Field(ge=0)]
-    """0 is the resolution of the source."""
+    """Number of the level; 0 is the resolution of the source."""
     factors_zyx: tuple[Count, Count, Count]
     """Voxels of level 0 along each axis that make one voxel of this level."""
+
+
+class Level(Resolution):
+    """One resolution of the volume."""
+
     grid: Grid
     """Positions of the voxels."""
     texture_from_box_per_mm_xyz: Vector

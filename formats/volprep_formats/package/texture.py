@@ -69,7 +69,30 @@ SampleFilter = Literal["linear", "nearest"]
 """How a texture is sampled between its texels."""
 
 
-class Texture(Record):
+class TextureContent(Record):
+    """What a texture holds, and how it is sampled: known when it is planned."""
+
+    shape_zyx: tuple[Count, Count, Count]
+    """Depth, height and width in texels; depth is 1 for a 2D texture."""
+    level: int | None = None
+    """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
+    channels: Annotated[tuple[ChannelName, ...], Field(max_length=4)] = ()
+    """Channels whose data the texture holds; several are components of the same texels. None for what belongs to a
+    transfer function."""
+    mosaic: MosaicLayout | None = None
+    """Layout of the slices, for a volume in 2D textures."""
+    mipmap: Annotated[int, Field(ge=0)] | None = None
+    """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
+    texture, and read this mipmap of it."""
+    transfer: str | None = None
+    """Name of the transfer function, for a table, and for voxels that are classified by it."""
+    reference_mm: float | None = None
+    """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
+    filter: SampleFilter = "linear"
+    """Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic."""
+
+
+class Texture(TextureContent):
     """One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE."""
 
     name: str
@@ -81,35 +104,17 @@ class Texture(Record):
     file: PackagePath
     """KTX 2 file; where gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold, the bytes for
     glCompressedTexImage2D."""
-    shape_zyx: tuple[Count, Count, Count]
-    """Depth, height and width in texels; depth is 1 for a 2D texture."""
     gl: GlFormat
     """How to upload it."""
-    level: int | None = None
-    """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
-    channels: Annotated[tuple[ChannelName, ...], Field(max_length=4)] = ()
-    """Channels whose data the texture holds; several are components of the same texels. None for what belongs to a
-    transfer function."""
-    mosaic: MosaicLayout | None = None
-    """Layout of the slices, for a volume in 2D textures."""
     bricks: BrickLayout | None = None
     """Layout of the bricks, for a volume that holds its level as bricks."""
-    mipmap: Annotated[int, Field(ge=0)] | None = None
-    """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
-    texture, and read this mipmap of it."""
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of its mosaic or its stack of slices it is, from 0."""
-    transfer: str | None = None
-    """Name of the transfer function, for a table, and for voxels that are classified by it."""
-    reference_mm: float | None = None
-    """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
     max_extinction_per_mm: float | None = None
     """For a table of 8 bits: extinction = this · a², where a is the alpha channel. Larger ones are held as this: a step
     of the package lets none of the light behind it through."""
     segment_mm: float | None = None
     """For a pre-integrated table: length of the segments whose colours it holds."""
-    filter: SampleFilter = "linear"
-    """Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic."""
     normals: Normals | None = None
     """What the texels mean, for normals."""
     encoder: str | None = None

@@ -1,5 +1,6 @@
 """Levels become bricks in one 3D texture: those of which a transfer function shows something, and where each is."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +15,7 @@ from volprep.parts.work import codes_of_level
 from volprep.plan.records import BricksPlan, ChannelPlan, LevelPlan, VolumePlan
 from volprep.scan.block_ranges import BlockRanges, block_ranges
 from volprep.scan.slabs import RawVolume, bytes_of
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
@@ -46,7 +48,9 @@ def _bricks(draft: Draft, plan: ChannelPlan, volume: VolumePlan, bricks: BricksP
     stored = _stored(draft, plan, plan.level(volume.level), bricks, ranges)
     count = int(np.count_nonzero(stored))
     layout = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, plan.profile.max_3d_texture_size, count)
-    assert layout is not None  # noqa: S101 - the plan has found room for all of them
+    if layout is None or math.prod(layout.texture_zyx) > math.prod(volume.shape_zyx):
+        finding = f"{count} bricks of level {volume.level} have no room in {volume.shape_zyx}"
+        raise VolprepError("VP4042", finding=finding)
     draft.write(volume.files[0], "texture", _pool(volume, codes, stored, layout))
     entries = constant_entry(ranges.low.astype(np.float64) / (2**plan.quantize.bits - 1))
     entries[stored] = places_of(stored, layout)
@@ -89,4 +93,4 @@ def _pool(
         yield bytes_of(texels_of(layer, volume.format))
 
 
-STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run))
+STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run, shapes=None))

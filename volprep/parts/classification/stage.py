@@ -8,7 +8,7 @@ which its tables come.
 from collections.abc import Iterator
 
 from volprep.parts.levels.chosen import lookup_of_level, own_tables
-from volprep.parts.stage import Stage, Work, present
+from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
@@ -20,7 +20,7 @@ from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep_formats.package.channel import ChannelPart
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
-from volprep_formats.package.parts.editing.record import Editing, JointHistogram, encode_histogram
+from volprep_formats.package.parts.editing.record import Editing, encode_histogram
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
@@ -87,17 +87,11 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
 
 def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
     codes = codes_of_source(draft, plan)
-    histograms = []
-    for planned in wanted.histograms:
-        level = plan.level(planned.level)
+    for histogram in wanted.histograms:
+        level = plan.level(histogram.level)
         shares = joint_shares(codes, codes_of_level(draft, plan, level.index), level.factors_zyx)
-        draft.write(planned.file, "histogram", encode_histogram(shares))
-        histograms.append(
-            JointHistogram(
-                level=level.index, file=planned.file, reference_mm=planned.reference_mm, channel=plan.channel
-            )
-        )
-    return Editing(histograms=tuple(histograms))
+        draft.write(histogram.file, "histogram", encode_histogram(shares))
+    return Editing(histograms=wanted.histograms)
 
 
 def _texture(draft: Draft, plan: ChannelPlan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
@@ -130,4 +124,14 @@ def _palettes(plan: ChannelPlan, functions: dict[str, TransferFunction], progres
         progress.advance()
 
 
-STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), channel=Work(_settings, _run))
+def _shapes(draft: Draft, plan: ChannelPlan) -> Shapes:
+    shapes: Shapes = {table.file: (1, table.entries, table.entries) for table in plan.preintegrated}
+    for lookup in plan.lookups:
+        own = own_tables(draft, plan, lookup.transfer)
+        if own.keys() != {level.index for level in plan.levels}:
+            shapes[lookup.file] = (1, 1, lookup.entries)
+        shapes |= {lookup_of_level(lookup, level).file: (1, 1, lookup.entries) for level in own}
+    return shapes
+
+
+STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))

@@ -7,14 +7,14 @@ that shows one function only.
 
 from collections.abc import Iterator
 
-from volprep.plan.products import EditingPlan, HistogramPlan
+from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
 from volprep.transfer.joint_histogram import reference_mm
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.parts.editing.record import BINS
+from volprep_formats.package.parts.editing.record import BINS, JointHistogram
 from volprep_formats.package.profile import DeviceProfile
 
 _HEADROOM = 4.0
@@ -45,9 +45,10 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
     coarser = [level for level in levels if level.index > 0 and not scene.source.labels]
     return EditingPlan(
         histograms=tuple(
-            HistogramPlan(
+            JointHistogram(
                 level=level.index,
                 file=f"histograms/{level.name}.bin",
+                channel=level.channel,
                 reference_mm=reference_mm(grid.coarser(level.factors_zyx).spacing_mm_zyx),
             )
             for level in coarser

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.mosaic.packing import Texels, pack_mosaic
-from volprep.parts.stage import Stage, Work
+from volprep.parts.stage import Shapes, Stage, Work
 from volprep.parts.texels import encode_strip, volume_reader, volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of
@@ -39,4 +39,8 @@ def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> I
         progress.advance()
 
 
-STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), channel=Work(_settings, _run))
+def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
+    return {path: volume.shape_zyx for volume in plan.own_volumes if volume.mosaic for path in volume.files}
+
+
+STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))

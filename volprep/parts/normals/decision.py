@@ -93,6 +93,7 @@ def _texture(level: LevelPlan, names: tuple[str, ...], layout: MosaicLayout | No
         files=tuple(f"textures/{name}.ktx2" for name in names),
         shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
         mosaic=layout,
+        channels=(level.channel,),
     )
 
 

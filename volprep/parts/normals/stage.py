@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.normals.gradient import direction_matrix, length_scale
-from volprep.parts.stage import Stage, Work, present, required
+from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.work import codes_of_source
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
@@ -136,4 +136,9 @@ class _Encoder:
         return slab, halo
 
 
-STAGE = Stage(name="normals", reads=("quantize",), channel=Work(_settings, _run))
+def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
+    textures = required(plan.normals).textures
+    return {path: texture.shape_zyx for texture in textures for path in texture.files}
+
+
+STAGE = Stage(name="normals", reads=("quantize",), channel=Work(_settings, _run, _shapes))

@@ -15,7 +15,7 @@ from volprep.parts.skip.occupancy import Occupied, occupied_blocks, opaque_block
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Stage, Work, present, required
+from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.texels import texels_of, voxels_of
 from volprep.plan.products import BlockRangesPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
@@ -181,9 +181,19 @@ def _write(
     )
 
 
+def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
+    skip = required(plan.skip)
+    shapes = {table.file: table.shape_zyx for table in skip.tables}
+    return shapes | {ranges.file: ranges.shape_zyx for ranges in skip.ranges}
+
+
+def _shapes_together(_draft: Draft, plan: Plan) -> Shapes:
+    return {table.file: table.shape_zyx for table in (plan.together.skip_tables if plan.together else ())}
+
+
 STAGE = Stage(
     name="skip",
     reads=("quantize", "pyramid", "transfer", "mosaic"),
-    channel=Work(_settings, _run),
-    package=Work(_settings_together, _run_together),
+    channel=Work(_settings, _run, _shapes),
+    package=Work(_settings_together, _run_together, _shapes_together),
 )

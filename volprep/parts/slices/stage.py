@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.slices.atlases import atlas_codes, code_colours
-from volprep.parts.stage import Stage, Work, required
+from volprep.parts.stage import Shapes, Stage, Work, required
 from volprep.parts.work import codes_of_level
 from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan
@@ -83,5 +83,9 @@ def _record(
     )
 
 
-STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run))
+def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
+    return {each.file: (1, *each.shape_yx) for stack in required(plan.slices).stacks for each in stack.textures}
+
+
+STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run, _shapes))
 """Reads transfer, because that stage drops the textures of transfer functions that it does not know."""

@@ -5,7 +5,7 @@ from itertools import groupby
 
 import numpy as np
 
-from volprep.parts.stage import Stage, Work
+from volprep.parts.stage import Shapes, Stage, Work
 from volprep.parts.texels import volume_reader, volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of, slab_ranges
@@ -46,4 +46,9 @@ def _texels(draft: Draft, plan: ChannelPlan, volume: VolumePlan, progress: Progr
         progress.advance(z1 - z0)
 
 
-STAGE = Stage(name="texture", reads=("quantize", "pyramid"), channel=Work(_settings, _run))
+def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
+    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
+    return {path: volume.shape_zyx for volume in volumes for path in volume.files}
+
+
+STAGE = Stage(name="texture", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))

@@ -20,8 +20,8 @@ NormalSpace = Literal["box", "patient"]
 """Axes of the vectors: those of the volume, as box space has them, or those of the patient (LPS)."""
 
 
-class Normals(Record):
-    """Unit vectors along the gradient: towards larger values. What shines outwards is their negative."""
+class NormalMeaning(Record):
+    """What the texels of normals mean."""
 
     kernel: GradientKernel
     """How the gradient was measured at level 0; coarser levels have the mean over their voxels."""
@@ -29,6 +29,11 @@ class Normals(Record):
     """What the bytes mean. Codes of two numbers must not be filtered: their texture is sampled with NEAREST."""
     space: NormalSpace
     """Axes of the vectors."""
+
+
+class Normals(NormalMeaning):
+    """Unit vectors along the gradient: towards larger values. What shines outwards is their negative."""
+
     largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
     """Length of the gradient where the texel's last channel is 1, in units of the physical value per millimetre; absent
     where the texels hold no length."""
