@@ -83,7 +83,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     if volume.shape != grid.shape_zyx:
         msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
         raise ValueError(msg)
-    _require_finite(volume)
+    require_finite(volume)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle(
@@ -139,7 +139,7 @@ def oracle_of_media(
         if volume.shape != grid.shape_zyx:
             msg = f"a volume has shape {volume.shape}, the grid {grid.shape_zyx}"
             raise ValueError(msg)
-        _require_finite(volume)
+        require_finite(volume)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle_sum(
         volumes,
@@ -160,7 +160,8 @@ def _rows(function: TransferFunction) -> NDArray[np.float64]:
     return np.array([[point.value, *point.colour, point.extinction_per_mm] for point in function.points])
 
 
-def _require_finite(volume: NDArray[np.generic]) -> None:
+def require_finite(volume: NDArray[np.generic]) -> None:
+    """Raise VP6001 if a voxel is not finite: the field around it is not defined."""
     if volume.dtype.kind != "f":
         return
     # Slice by slice: a mask of the whole volume would cost a quarter of its memory again.

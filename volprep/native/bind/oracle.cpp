@@ -52,8 +52,10 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
                               lit ? &vectors : nullptr};
     const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
                                   extinctions_per_mm.data()};
-    const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
-                                box_from_clip.data(), rgba.data(), bound.data()};
+    const OraclePicture picture{
+        {static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)), box_from_clip.data()},
+        rgba.data(),
+        bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
         volprep::render_oracle(static_cast<const T*>(volume.data()), source, transfer, tolerance, picture, threads);

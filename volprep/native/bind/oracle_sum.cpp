@@ -68,8 +68,10 @@ void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& sl
                             .extent_mm_xyz = {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
                             .nearest = false,
                             .normals = nullptr};
-    const OraclePicture picture{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
-                                box_from_clip.data(), rgba.data(), bound.data()};
+    const OraclePicture picture{
+        {static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)), box_from_clip.data()},
+        rgba.data(),
+        bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volumes", volumes[0], [&]<typename T>() {
         std::vector<OracleMedium<T>> media;
         for (std::size_t i = 0; i < count; ++i) {

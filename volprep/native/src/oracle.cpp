@@ -50,14 +50,15 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
                                volume.normals == nullptr ? nullptr : &normals};
     std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
     std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
-    const int64_t pixels = picture.height * picture.width;
+    const int64_t width = picture.view.width;
+    const int64_t pixels = picture.view.height * width;
 #pragma omp parallel num_threads(resolve_threads(threads))
     {
         oracle::Cuts cuts;
         // Rays differ in cost by a factor of a hundred: small portions.
 #pragma omp for schedule(dynamic, 64)
         for (int64_t pixel = 0; pixel < pixels; ++pixel) {
-            const oracle::Ray ray = oracle::pixel_ray(picture, pixel / picture.width, pixel % picture.width);
+            const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
             const oracle::Beam beam = gather_ray(field, ray, prepared, tolerance, cuts);
             std::copy_n(beam.colour, 3, picture.rgba + 4 * pixel);
             picture.rgba[4 * pixel + 3] = 1.0 - beam.transmittance;

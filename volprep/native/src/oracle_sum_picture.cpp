@@ -1,6 +1,5 @@
 // Rays through several fields on one grid: all fields have the same cells, and a block is left out where all are empty.
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include "volprep/oracle/frame.hpp"
@@ -79,45 +78,20 @@ void gather_cell_of_all(Beam& beam, const Scene<Voxel>& scene, const AxisWalk ax
     }
 }
 
-// As gather_ray of one field (walk.hpp), which also knows labels.
 template <typename Voxel>
 Beam gather_ray_of_all(const Scene<Voxel>& scene, const oracle::Ray& ray, double tolerance, Work& work) noexcept {
-    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-    const oracle::Field<Voxel>& field = scene.fields.front();
     Beam beam;
-    double from_mm;
-    double to_mm;
-    if (!clip_to_box(ray, field.extent_mm, from_mm, to_mm)) return beam;
-    double size_mm = ray.length_mm;
-    for (int axis = 0; axis < 3; ++axis) {
-        size_mm = std::max({size_mm, std::fabs(ray.origin_mm[axis]), field.extent_mm[axis]});
-    }
-    const RayLimits limits{tolerance, to_mm - from_mm, 8.0 * kEpsilon * size_mm, scene.colour_max};
-    double relative_error = 32.0 * kEpsilon;
-    AxisWalk axes[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double spacing = field.spacing_mm[axis];
-        relative_error += limits.position_error_mm / spacing;
-        axes[axis] = {ray.origin_mm[axis] / spacing - 0.5, ray.direction[axis] / spacing, field.count(axis) - 1, 0,
-                      0.0};
-        axes[axis].enter(from_mm);
-    }
-    double t_mm = from_mm;
-    const int64_t blocks[3] = {field.blocks.x, field.blocks.y, field.blocks.z};
-    while (t_mm < to_mm && !beam.stopped) {
-        const int64_t block =
-            (axes[2].block(blocks[2]) * blocks[1] + axes[1].block(blocks[1])) * blocks[0] + axes[0].block(blocks[0]);
-        if (scene.empty_blocks[static_cast<std::size_t>(block)] != 0) {
-            double end = to_mm;
-            for (int axis = 0; axis < 3; ++axis) end = std::min(end, axes[axis].block_end_t_mm(blocks[axis]));
-            for (int axis = 0; axis < 3; ++axis) axes[axis].jump(end, blocks[axis]);
-            t_mm = end;
+    oracle::RayWalk walk;
+    if (!enter_box(walk, scene.fields.front(), ray)) return beam;
+    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
+    while (walk.inside() && !beam.stopped) {
+        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
+            walk.leave_block(walk.block_end_mm());
             continue;
         }
-        const double next = std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
-        gather_cell_of_all(beam, scene, axes, t_mm, next, relative_error, limits, work);
-        for (AxisWalk& axis : axes) axis.leave_until(next);
-        t_mm = next;
+        const double next = walk.cell_end_mm();
+        gather_cell_of_all(beam, scene, walk.axes, walk.t_mm, next, walk.relative_error, limits, work);
+        walk.leave_cell(next);
     }
     return beam;
 }
@@ -128,13 +102,14 @@ template <typename Voxel>
 void render_oracle_sum(const OracleMedium<Voxel>* media, int64_t count, const OracleVolume& volume, double tolerance,
                        const OraclePicture& picture, int threads) noexcept {
     const Scene<Voxel> scene = prepare(media, count, volume, threads);
-    const int64_t pixels = picture.height * picture.width;
+    const int64_t width = picture.view.width;
+    const int64_t pixels = picture.view.height * width;
 #pragma omp parallel num_threads(resolve_threads(threads))
     {
         Work work;
 #pragma omp for schedule(dynamic, 64)
         for (int64_t pixel = 0; pixel < pixels; ++pixel) {
-            const oracle::Ray ray = oracle::pixel_ray(picture, pixel / picture.width, pixel % picture.width);
+            const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
             const Beam beam = gather_ray_of_all(scene, ray, tolerance, work);
             std::copy_n(beam.colour, 3, picture.rgba + 4 * pixel);
             picture.rgba[4 * pixel + 3] = 1.0 - beam.transmittance;

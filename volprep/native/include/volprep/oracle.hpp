@@ -46,12 +46,16 @@ struct OracleVolume {
     const OracleNormals* normals;  // none where nothing is lit
 };
 
-struct OraclePicture {
+struct OracleView {
     int64_t height;
     int64_t width;
     const double* box_from_clip;  // [4, 4], clip coordinates to box space, columns are vectors
-    double* rgba;                 // [height, width, 4], premultiplied linear
-    double* bound;                // [height, width], of each of the four channels
+};
+
+struct OraclePicture {
+    OracleView view;
+    double* rgba;   // [height, width, 4], premultiplied linear
+    double* bound;  // [height, width], of each of the four channels
 };
 
 // Voxels must be finite. threads = 0: as many as OpenMP gives. The result does not depend on it.

@@ -23,13 +23,13 @@ inline void unproject(const double* matrix, long double x, long double y, long d
 }
 
 // The ray through the centre of a pixel, from the near to the far plane. Of length 0 where the camera has none.
-inline Ray pixel_ray(const OraclePicture& picture, int64_t row, int64_t column) {
-    const long double x = static_cast<long double>(2 * column + 1) / static_cast<long double>(picture.width) - 1.0L;
-    const long double y = 1.0L - static_cast<long double>(2 * row + 1) / static_cast<long double>(picture.height);
+inline Ray pixel_ray(const OracleView& view, int64_t row, int64_t column) {
+    const long double x = static_cast<long double>(2 * column + 1) / static_cast<long double>(view.width) - 1.0L;
+    const long double y = 1.0L - static_cast<long double>(2 * row + 1) / static_cast<long double>(view.height);
     long double near[3];
     long double far[3];
-    unproject(picture.box_from_clip, x, y, -1.0L, near);
-    unproject(picture.box_from_clip, x, y, 1.0L, far);
+    unproject(view.box_from_clip, x, y, -1.0L, near);
+    unproject(view.box_from_clip, x, y, 1.0L, far);
     const long double length = std::hypot(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
     Ray ray{};
     if (!(length > 0.0L && std::isfinite(static_cast<double>(length)))) return ray;

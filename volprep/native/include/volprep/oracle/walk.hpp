@@ -143,6 +143,62 @@ inline bool clip_to_box(const Ray& ray, const double extent_mm[3], double& from_
     return from_mm < to_mm;
 }
 
+// A ray on its way through the box: cell by cell, or over a whole block at once.
+struct RayWalk {
+    AxisWalk axes[3];
+    int64_t blocks[3];
+    double t_mm;               // where the ray is
+    double to_mm;              // where it leaves the box
+    double position_error_mm;  // how far rounding may move a point
+    double relative_error;     // how far rounding may move a value, as part of the range of the cell's voxels
+
+    bool inside() const noexcept { return t_mm < to_mm; }
+    int64_t block() const noexcept {
+        return (axes[2].block(blocks[2]) * blocks[1] + axes[1].block(blocks[1])) * blocks[0] + axes[0].block(blocks[0]);
+    }
+    double cell_end_mm() const noexcept {
+        return std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
+    }
+    double block_end_mm() const noexcept {
+        double end = to_mm;
+        for (int axis = 0; axis < 3; ++axis) end = std::min(end, axes[axis].block_end_t_mm(blocks[axis]));
+        return end;
+    }
+    void leave_cell(double end_mm) noexcept {
+        for (AxisWalk& axis : axes) axis.leave_until(end_mm);
+        t_mm = end_mm;
+    }
+    void leave_block(double end_mm) noexcept {
+        for (int axis = 0; axis < 3; ++axis) axes[axis].jump(end_mm, blocks[axis]);
+        t_mm = end_mm;
+    }
+};
+
+// Puts the walk where the ray enters the box. False where it misses it.
+template <typename Voxel>
+bool enter_box(RayWalk& walk, const Field<Voxel>& field, const Ray& ray) noexcept {
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    if (!clip_to_box(ray, field.extent_mm, walk.t_mm, walk.to_mm)) return false;
+    // Coordinates are a sum and a product of numbers up to this size; 8 units in the last place cover them and the
+    // camera.
+    double size_mm = ray.length_mm;
+    for (int axis = 0; axis < 3; ++axis) {
+        size_mm = std::max({size_mm, std::fabs(ray.origin_mm[axis]), field.extent_mm[axis]});
+    }
+    walk.position_error_mm = 8.0 * kEpsilon * size_mm;
+    walk.relative_error = 32.0 * kEpsilon;  // of a sum of eight products with weights up to 1
+    const int64_t blocks[3] = {field.blocks.x, field.blocks.y, field.blocks.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double spacing = field.spacing_mm[axis];
+        walk.relative_error += walk.position_error_mm / spacing;
+        walk.axes[axis] = {ray.origin_mm[axis] / spacing - (field.nearest ? 1.0 : 0.5), ray.direction[axis] / spacing,
+                           field.count(axis) - (field.nearest ? 2 : 1), 0, 0.0};
+        walk.axes[axis].enter(walk.t_mm);
+        walk.blocks[axis] = blocks[axis];
+    }
+    return true;
+}
+
 // Vectors along the ray's way through a cell. False where none of its corners has a normal.
 template <typename Voxel>
 bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWalk axes[3], const double middle[3],
@@ -243,68 +299,46 @@ inline bool runs_in_face(const AxisWalk& axis, double from_mm, double to_mm, dou
 template <typename Voxel>
 Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& transfer, double tolerance,
                 Cuts& cuts) noexcept {
-    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
     Beam beam;
-    double from_mm;
-    double to_mm;
-    if (!clip_to_box(ray, field.extent_mm, from_mm, to_mm)) return beam;
-
-    // Coordinates are a sum and a product of numbers up to this size; 8 units in the last place cover them and the
-    // camera.
-    double size_mm = ray.length_mm;
-    for (int axis = 0; axis < 3; ++axis) {
-        size_mm = std::max({size_mm, std::fabs(ray.origin_mm[axis]), field.extent_mm[axis]});
-    }
-    const RayLimits limits{tolerance, to_mm - from_mm, 8.0 * kEpsilon * size_mm, transfer.colour_max};
-    double relative_error = 32.0 * kEpsilon;  // of a sum of eight products with weights up to 1
-    AxisWalk axes[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double spacing = field.spacing_mm[axis];
-        relative_error += limits.position_error_mm / spacing;
-        axes[axis] = {ray.origin_mm[axis] / spacing - (field.nearest ? 1.0 : 0.5), ray.direction[axis] / spacing,
-                      field.count(axis) - (field.nearest ? 2 : 1), 0, 0.0};
-        axes[axis].enter(from_mm);
-        if (field.nearest && runs_in_face(axes[axis], from_mm, to_mm, limits.position_error_mm / spacing)) {
-            beam.depth_error += kEpsilon;
+    RayWalk walk;
+    if (!enter_box(walk, field, ray)) return beam;
+    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, transfer.colour_max};
+    for (int axis = 0; field.nearest && axis < 3; ++axis) {
+        const double error = walk.position_error_mm / field.spacing_mm[axis];
+        if (runs_in_face(walk.axes[axis], walk.t_mm, walk.to_mm, error)) {
+            beam.depth_error += std::numeric_limits<double>::epsilon();
             beam.colour_error += limits.colour_max;
         }
     }
-    double t_mm = from_mm;
     // Voxel by voxel: a ray that meets a face at an angle may meet it sooner or later.
     RayLimits in_voxel = limits;
     double face_error_mm = limits.position_error_mm;
     const auto meets_face = [&](int axis) {
         face_error_mm = std::max(face_error_mm, limits.position_error_mm / std::fabs(ray.direction[axis]));
     };
-    const int64_t blocks[3] = {field.blocks.x, field.blocks.y, field.blocks.z};
-    while (t_mm < to_mm && !beam.stopped) {
-        const int64_t block =
-            (axes[2].block(blocks[2]) * blocks[1] + axes[1].block(blocks[1])) * blocks[0] + axes[0].block(blocks[0]);
-        if (field.empty_blocks[block] != 0) {
-            double end = to_mm;
-            for (int axis = 0; axis < 3; ++axis) end = std::min(end, axes[axis].block_end_t_mm(blocks[axis]));
+    while (walk.inside() && !beam.stopped) {
+        if (field.empty_blocks[walk.block()] != 0) {
+            const double end = walk.block_end_mm();
             face_error_mm = limits.position_error_mm;
             for (int axis = 0; axis < 3; ++axis) {
-                if (axes[axis].block_end_t_mm(blocks[axis]) <= end) meets_face(axis);
-                axes[axis].jump(end, blocks[axis]);
+                if (walk.axes[axis].block_end_t_mm(walk.blocks[axis]) <= end) meets_face(axis);
             }
-            t_mm = end;
+            walk.leave_block(end);
             continue;
         }
-        const double next = std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
+        const double next = walk.cell_end_mm();
         if (field.nearest) {
             const double entry_error_mm = face_error_mm;
             face_error_mm = limits.position_error_mm;
             for (int axis = 0; axis < 3; ++axis) {
-                if (axes[axis].next_t_mm <= next) meets_face(axis);
+                if (walk.axes[axis].next_t_mm <= next) meets_face(axis);
             }
             in_voxel.position_error_mm = std::max(entry_error_mm, face_error_mm);
-            gather_voxel(beam, field, axes, next - t_mm, transfer, in_voxel, cuts);
+            gather_voxel(beam, field, walk.axes, next - walk.t_mm, transfer, in_voxel, cuts);
         } else {
-            gather_walk_cell(beam, field, ray, axes, t_mm, next, relative_error, transfer, limits, cuts);
+            gather_walk_cell(beam, field, ray, walk.axes, walk.t_mm, next, walk.relative_error, transfer, limits, cuts);
         }
-        for (AxisWalk& axis : axes) axis.leave_until(next);
-        t_mm = next;
+        walk.leave_cell(next);
     }
     return beam;
 }
