@@ -10,31 +10,14 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.profile import TextureFormat
-from volprep_formats.package.program import ClassificationName, Lighting, Technique
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
 
-class ProgramPlan(Record):
+class ProgramPlan(ProgramDesign):
     """One shader program."""
-
-    name: str
-    """Name of the program."""
-    technique: Technique
-    """How it samples the volume."""
-    classification: ClassificationName = "lookup"
-    """How it classifies samples."""
-    lighting: Lighting = "none"
-    """What lights it."""
-    vertex: PackagePath
-    """Vertex shader, which programs share."""
-    fragment: PackagePath
-    """Fragment shader."""
-    levels: tuple[int, ...]
-    """Levels that it draws."""
-    transfer: str
-    """Name of the transfer function that it draws."""
 
 
 class SkipTablePlan(Record):

@@ -142,6 +142,7 @@ def proxy_program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
     return program.model_copy(
         update={
             "name": name,
+            "rays": "mesh",
             "vertex": VERTEX,
             "fragment": f"shaders/{name}.frag",
             "levels": tuple(level for level in program.levels if level in levels),
