@@ -156,7 +156,7 @@ def test_the_text_has_only_what_the_layout_needs(shape_zyx, packing, textures, a
     text = fetch_text(layout, SPACING)
     assert [word for word in absent if word in text] == []
     assert text.count("uniform highp sampler2D") == layout.textures
-    assert ("unit_texel" in text) == (layout.textures > 1)
+    assert ("unit_tile_texel" in text) == (layout.textures > 1)
 
 
 PRINTED = """

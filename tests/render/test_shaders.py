@@ -101,7 +101,7 @@ def test_the_loop_of_es_2_is_long_enough_for_the_longest_ray_at_the_finest_step(
     )
     program = package.manifest.programs[0]
     assert program.step_mm_min == pytest.approx(0.1)
-    bound = re.search(r"for \(float i = 0\.5; i < ([\d.]+); i\+\+\)", package.read_text(program.fragment))
+    bound = re.search(r"for \(float k = 0\.0; k < ([\d.]+); k\+\+\)", package.read_text(program.fragment))
     assert bound is not None
     assert float(bound[1]) >= np.linalg.norm([50.0, 4.0, 3.0]) / program.step_mm_min
 
@@ -113,7 +113,7 @@ def test_the_loop_of_es_3_ends_where_float32_ends_to_count(tmp_path):
 
 def test_a_constant_that_no_part_uses_is_an_error():
     with pytest.raises(VolprepError, match=r"VP9001 .*\['UNUSED'\]"):
-        compose("vertex", "es300", {}, {"UNUSED": "1.0"})
+        compose("vertex/picture", "es300", {}, {"UNUSED": "1.0"})
 
 
 @pytest.mark.parametrize(

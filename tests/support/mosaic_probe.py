@@ -11,6 +11,7 @@ from volprep.render.egl import Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.shading import raycast_mosaic
 from volprep.shading.compose import compose
+from volprep.shading.feature import Feature
 from volprep_formats.package.texture import GlFormat, MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]
@@ -24,9 +25,15 @@ def fetch_text(
 ) -> str:
     """The part of a fragment shader that samples a mosaic."""
     sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx, between=between)
-    composed = compose(sampling.parts["sampling"], sampling.dialect, sampling.parts, sampling.constants)
-    head, _, rest = composed.partition("\n")
-    return f"{head}\nprecision highp float;\nvarying vec4 v_near;\n{rest}"
+    return declarations("sampling", sampling, "precision highp float;\nvarying vec4 v_near;\n")
+
+
+def declarations(slot: str, feature: Feature, before: str = "") -> str:
+    """What a feature declares in one slot, behind the version of the language."""
+    parts = feature.slots[slot]
+    assert parts is not None
+    head, _, rest = compose(parts, "es100", feature.slots, feature.words).partition("\n")
+    return f"{head}\n{before}{rest}"
 
 
 def tolerance(layout: MosaicLayout, driver: Driver) -> float:
@@ -95,7 +102,7 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
         filter=between,
     )
     with ExitStack() as stack:
-        vertex = ShaderText("vertex", compose("vertex", "es100", {}, {}))
+        vertex = ShaderText("vertex", compose("vertex/picture", "es100", {}, {}))
         program = stack.enter_context(gl.program("probe", vertex, ShaderText("fragment", fragment)))
         samplers = raycast_mosaic.sampling(layout, spacing_mm_zyx).samplers
         # A volume of one voxel is the same everywhere.

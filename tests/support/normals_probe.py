@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 import numpy as np
-from mosaic_probe import MosaicProbe, fetch_text
+from mosaic_probe import MosaicProbe, declarations, fetch_text
 from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.gl import Gl, PictureTarget, ShaderText
 from volprep.shading.compose import compose
-from volprep.shading.lighting import headlight
+from volprep.shading.lighting import normals_of
 from volprep_formats.package.parts.normals.record import NormalCode, Normals
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures.gl_formats import gl_format
@@ -41,12 +41,11 @@ def normals_probe(
     # The volume lies in a mosaic of its own.
     volume = fit_mosaic((depth, height, width), Packing(gutter=1), Room(4096))
     assert volume is not None
-    lighting = headlight(texture)
-    constants = {word: value for word, value in lighting.constants.items() if word != "LEAST_SQUARED"}
-    _, _, normals = compose("normals_mosaic", "es100", lighting.parts, constants).partition("\n")
+    lighting = normals_of(texture)
+    _, _, normals = declarations("lighting", lighting).partition("\n")
     fragment = ShaderText("fragment", fetch_text(volume, spacing_mm_zyx) + normals + _MAIN)
     with ExitStack() as stack:
-        vertex = ShaderText("vertex", compose("vertex", "es100", {}, {}))
+        vertex = ShaderText("vertex", compose("vertex/picture", "es100", {}, {}))
         program = stack.enter_context(gl.program("probe", vertex, fragment))
         assert {sampler.name for sampler in lighting.samplers} == set(program.uniforms) - {"u_box_from_clip"}
         textures = {}

@@ -23,7 +23,7 @@ from volprep.parts.skip.decision import skip_table_plan
 from volprep.parts.texture import stage as texture
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.parts.work import coarser_levels, codes_name, finest_level
-from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan, SkipPlan
+from volprep.plan.products import ProxyMeshPlan, ProxyPlan, SkipPlan
 from volprep.plan.records import (
     ChannelPlan,
     CropPlan,
@@ -43,7 +43,7 @@ from volprep_formats.package.channel import ChannelPart, SourceRecord, Statistic
 from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, ProgramDesign
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -197,7 +197,7 @@ def _plan(  # noqa: PLR0917 - all that a test chose
             ),
         ),
         programs=(
-            ProgramPlan(
+            ProgramDesign(
                 name="ray-caster",
                 technique="raycast_texture3d" if texture3d else "raycast_mosaic",
                 vertex="ray.vert",

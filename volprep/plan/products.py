@@ -12,31 +12,10 @@ from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import TextureFormat
-from volprep_formats.package.program import ClassificationName, Lighting, Technique
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
-
-
-class ProgramPlan(Record):
-    """One shader program."""
-
-    name: str
-    """Name of the program."""
-    technique: Technique
-    """How it samples the volume."""
-    classification: ClassificationName = "lookup"
-    """How it classifies samples."""
-    lighting: Lighting = "none"
-    """What lights it."""
-    vertex: PackagePath
-    """Vertex shader, which programs share."""
-    fragment: PackagePath
-    """Fragment shader."""
-    levels: tuple[int, ...]
-    """Levels that it draws."""
-    transfer: str
-    """Name of the transfer function that it draws."""
 
 
 class BlockTexturePlan(TextureContent):
@@ -161,7 +140,7 @@ class SubvolumesPlan(Record):
     """KTX 2 file of the whole level, the texture of level 0 where the package has it; none if it is not wanted."""
     keep_empty: bool
     """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
-    programs: tuple[ProgramPlan, ...] = ()
+    programs: tuple[ProgramDesign, ...] = ()
     """A program for each transfer function that draws the pieces around a point; none without files of pieces."""
 
 
@@ -191,14 +170,14 @@ class ProxyPlan(Record):
     """Part of the samples that it saves each transfer function, from blocks of 16³ voxels."""
     meshes: tuple[ProxyMeshPlan, ...]
     """One for each level of each transfer function for which it pays."""
-    programs: tuple[ProgramPlan, ...]
+    programs: tuple[ProgramDesign, ...]
     """Programs that begin at these meshes."""
 
 
 class TogetherPlan(Together):
     """One picture of several channels: those that show something."""
 
-    programs: tuple[ProgramPlan, ...]
+    programs: tuple[ProgramDesign, ...]
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what all channels leave empty, where enough is."""

@@ -8,7 +8,6 @@ from volprep.plan.form_trial import FormTrial
 from volprep.plan.products import (
     EditingPlan,
     NormalsPlan,
-    ProgramPlan,
     ProxyPlan,
     SkipPlan,
     SlicesPlan,
@@ -19,6 +18,7 @@ from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
@@ -195,7 +195,7 @@ class ChannelPlan(Record):
     """Normals, where the scene wants them or its lighting needs them."""
     forms: tuple[FormTrial, ...] = ()
     """Compressed forms that were tried on the whole level or on a sample, where the scene wants one."""
-    programs: tuple[ProgramPlan, ...]
+    programs: tuple[ProgramDesign, ...]
     """A program for each transfer function, in their order."""
 
     @property

@@ -18,6 +18,7 @@ from volprep.render.egl import Context, Driver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
+from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channels import package_of_transfer
@@ -28,6 +29,7 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
+_STEP_CODES = ("VP5019", "VP5024")
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 
@@ -72,6 +74,7 @@ class Renderer:
             context = stack.enter_context(Context(self._package.manifest.profile.api))
             self._gl = Gl(context)
             stack.callback(self._gl.close)
+            self._loop_limit = LoopLimit(self._gl)
             self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders()))
             check_uniforms(self._program, self._textures, self._linked)
             self._handles = {
@@ -119,7 +122,8 @@ class Renderer:
         """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
 
         `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. `step_mm` is the distance of the
-        samples; the package's own if absent. Raises VP5009 for an impossible size, VP5019 for an impossible step.
+        samples; the package's own if absent. Raises VP5009 for an impossible size, VP5019 for an impossible step,
+        VP5024 for one that takes more turns of a loop than the driver makes.
         """
         target = self._draw(box_from_clip, shape_hw, step_mm)
         return self._gl.read(target)
@@ -158,16 +162,32 @@ class Renderer:
         self._gl.draw(self._linked, Bindings(self._handles, uniforms), target, self._triangle)
         return target
 
+    def draws_step(self, step_mm: float) -> bool:
+        """Return whether rays can take samples so far apart. Call it in an open renderer."""
+        try:
+            self._step(step_mm)
+        except VolprepError as error:
+            if error.code not in _STEP_CODES:
+                raise
+            return False
+        return True
+
     def _step(self, step_mm: float | None) -> float:
-        render = self._package.manifest.render
-        if step_mm is None and render is not None:
-            return render.step_mm
+        manifest, program, level = self._package.manifest, self.program, self._level.index
+        if step_mm is None and manifest.render is not None:
+            step_mm = manifest.render.step_mm
         if step_mm is None or not 0.0 < step_mm < float("inf"):
             raise VolprepError("VP5019", step_mm=step_mm, reason="it must be a positive number")
-        finest = self._program.step_mm_min
+        finest = program.step_mm_min
         if finest is not None and step_mm < finest:
             reason = f"the shader's loop is long enough for {finest} mm and more"
             raise VolprepError("VP5019", step_mm=step_mm, reason=reason)
+        turns = turns_of_rays(manifest, program, level, step_mm)
+        made = self._loop_limit.made(turns)
+        if made < turns:
+            possible = step_mm_of_turns(manifest, program, level, made)
+            fields = {"turns": f"{turns:.3g}", "made": made, "driver": self.driver, "possible": f"{possible:.3g}"}
+            raise VolprepError("VP5024", step_mm=step_mm, **fields)
         return step_mm
 
     def _target_of(self, shape_hw: tuple[int, int]) -> PictureTarget:

@@ -1,91 +1,95 @@
 """How a shader turns what it samples into colour and extinction: one way for each kind of classification.
 
-All give the same words to the loop of the ray caster, so that any of them goes with any way of sampling.
+All give the loop of the ray caster one expression, so that any of them goes with any way of sampling.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 
-from volprep.shading.compose import Slot, literal
+from volprep.shading.compose import Instance, literal
+from volprep.shading.feature import Feature
+from volprep.shading.rays import first_front
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.program import ClassificationName, Program, Sampler
+from volprep_formats.package.program import ClassificationName, Rays, Sampler
 from volprep_formats.package.texture import Texture
 
-
-@dataclass(frozen=True)
-class Classification:
-    """Parts of the shader, and what they read."""
-
-    parts: Mapping[str, Slot]
-    """Files of the slots `classification`, `first` (before the loop) and `medium` (in it)."""
-    constants: Mapping[str, str]
-    """Words that these files use."""
-    samplers: tuple[Sampler, ...]
-    """Samplers that these files declare."""
+_IN_THE_MIDDLE = "start + stride * i"
 
 
-def classification_of(manifest: Manifest, program: Program) -> Classification:
-    """Return what belongs to a program of a package."""
-    return classification(program.classification, program.transfer, manifest.textures, manifest.palettes)
-
-
-def classification(
-    name: ClassificationName, transfer: str, textures: tuple[Texture, ...], palettes: tuple[Palette, ...]
-) -> Classification:
-    """Return what belongs to a kind of classification and a transfer function."""
-    if name == "palette":
-        return _palette(next(palette for palette in palettes if palette.transfer == transfer))
+def classification(manifest: Manifest, name: ClassificationName, transfer: str, rays: Rays) -> Feature:
+    """Return how a program classifies samples with a transfer function."""
     if name == "preclassified":
-        return _preclassified(next(texture for texture in textures if texture.reference_mm is not None))
-    role = "transfer" if name == "lookup" else name
-    table = next(texture for texture in textures if texture.role == role and texture.transfer == transfer)
-    return _WITH_TEXTURE[name](table)
-
-
-def _lookup(table: Texture) -> Classification:
-    return Classification(
-        parts={"classification": f"classify_{_form(table)}", "first": None, "medium": "medium_sample"},
-        constants={"OF": "", **_words(table)},
-        samplers=(Sampler(name="u_transfer", role="transfer"),),
+        return _preclassified(next(texture for texture in manifest.textures if texture.reference_mm is not None))
+    if name == "preintegrated":
+        return _preintegrated(_table(manifest, "preintegrated", transfer), rays)
+    function = sample_classification(manifest, name, transfer, "")
+    return Feature(
+        slots={"classification": function.slots["classification"], "classification_start": None},
+        words={"MEDIUM": f"classify(stored_value({_IN_THE_MIDDLE}))"},
+        samplers=function.samplers,
     )
 
 
-def _preintegrated(table: Texture) -> Classification:
-    return Classification(
-        parts={
-            "classification": f"classify_segment_{_form(table)}",
-            "first": "first_segment",
-            "medium": "medium_segment",
+def sample_classification(manifest: Manifest, name: ClassificationName, transfer: str, suffix: str) -> Feature:
+    """Return the function that classifies one stored value, with `suffix` behind its names.
+
+    Raises ValueError for a kind that does not classify sample by sample.
+    """
+    if name not in _OF_SAMPLES:
+        msg = f"{transfer} is not classified sample by sample"
+        raise ValueError(msg)
+    return _OF_SAMPLES[name](manifest, transfer, suffix)
+
+
+def _lookup(manifest: Manifest, transfer: str, suffix: str) -> Feature:
+    table = _table(manifest, "transfer", transfer)
+    part = Instance(f"classification/lookup_{_form(table)}", {"OF": suffix, **_words(table)})
+    return Feature({"classification": (part,)}, samplers=(Sampler(name=f"u_transfer{suffix}", role="transfer"),))
+
+
+def _palette(manifest: Manifest, transfer: str, suffix: str) -> Feature:
+    palette: Palette = next(each for each in manifest.palettes if each.transfer == transfer)
+    entries = [literal(*entry.colour, entry.extinction_per_mm) for entry in palette.entries]
+    words = {
+        "OF": suffix,
+        "ENTRIES": str(len(entries)),
+        "LAST_ENTRY": literal(len(entries) - 1),
+        "PALETTE": ",\n  ".join(entries),
+    }
+    return Feature({"classification": (Instance("classification/palette", words),)})
+
+
+_OF_SAMPLES: dict[ClassificationName, Callable[[Manifest, str, str], Feature]] = {
+    "lookup": _lookup,
+    "palette": _palette,
+}
+
+
+def _preintegrated(table: Texture, rays: Rays) -> Feature:
+    part = f"classification/preintegrated_{_form(table)}"
+    return Feature(
+        slots={"classification": part, "classification_start": f"{part}:start"},
+        words={
+            "MEDIUM": "classify(front, stored_value(start + stride * (i + 0.5)))",
+            "FIRST_FRONT": first_front(rays),
+            **_words(table),
         },
-        constants=_words(table),
         samplers=(Sampler(name="u_preintegrated", role="preintegrated"),),
     )
 
 
-def _palette(palette: Palette) -> Classification:
-    entries = [literal(*entry.colour, entry.extinction_per_mm) for entry in palette.entries]
-    return Classification(
-        parts={"classification": "classify_palette", "first": None, "medium": "medium_sample"},
-        constants={
-            "OF": "",
-            "ENTRIES": str(len(entries)),
-            "LAST_ENTRY": literal(len(entries) - 1),
-            "PALETTE": ",\n  ".join(entries),
+def _preclassified(volume: Texture) -> Feature:
+    return Feature(
+        slots={"classification": "classification/preclassified", "classification_start": None},
+        words={
+            "MEDIUM": f"classify(voxel_texel({_IN_THE_MIDDLE}))",
+            "REFERENCE_MM": literal(volume.reference_mm or 0.0),
         },
-        samplers=(),
     )
 
 
-def _preclassified(volume: Texture) -> Classification:
-    return Classification(
-        parts={"classification": "classify_preclassified", "first": None, "medium": "medium_preclassified"},
-        constants={"REFERENCE_MM": literal(volume.reference_mm or 0.0)},
-        samplers=(),
-    )
-
-
-_WITH_TEXTURE: dict[str, Callable[[Texture], Classification]] = {"lookup": _lookup, "preintegrated": _preintegrated}
+def _table(manifest: Manifest, role: str, transfer: str) -> Texture:
+    return next(texture for texture in manifest.textures if (texture.role, texture.transfer) == (role, transfer))
 
 
 def _form(table: Texture) -> str:

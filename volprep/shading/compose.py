@@ -1,15 +1,16 @@
-"""Shaders from parts: the files in shaders/ are put together and specialised for one package, nothing is switched off.
+"""Shaders from parts: the files in glsl/ are put together and specialised for one package, nothing is switched off.
 
-A line `//#part slot` in a part gives way to the file that the slot names, indented as the line is, or to nothing where
-the slot names none; or to several instances of parts, one after the other. `$WORD` gives way to a constant or to a
-keyword of the dialect, in an instance first to its own words. The lines between `//#each WORD` and `//#end` stand once
-for each of the words that the constant WORD lists, with $WORD for it. Lines that begin with `//:` tell who works on the
-parts what goes in and out; they do not ship.
+A part is a file without its ending, "skip/look"; or a section of a file, "light/headlight:start", which begins at the
+line `//#section start` and ends at the next one or with the file. A line `//#part slot` in a part gives way to the part
+that the slot names, indented as the line is, or to nothing where the slot names none; or to several instances of parts,
+one after the other. `$WORD` gives way to a constant or to a keyword of the dialect, in an instance first to its own
+words. The lines between `//#each WORD` and `//#end` stand once for each of the words that the constant WORD lists, with
+$WORD for it. Lines that begin with `//:` tell who works on the parts what goes in and out; they do not ship.
 """
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from string import Template
 from typing import Literal
@@ -22,6 +23,7 @@ Dialect = Literal["es100", "es300"]
 
 _FOLDER = Path(__file__).parent / "glsl"
 _HEAD = re.compile(r"^//:.*\n", re.MULTILINE)
+_SECTION = re.compile(r"^//#section (\w+)\n", re.MULTILINE)
 _EACH = re.compile(r"^ *//#each (\w+)\n(.*?)^ *//#end\n", re.MULTILINE | re.DOTALL)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
 _HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n"}
@@ -45,26 +47,30 @@ _KEYWORDS: dict[Dialect, dict[str, str]] = {
 
 @dataclass(frozen=True)
 class Instance:
-    """A part that may stand in a shader more than once, each time with words of its own."""
+    """A part that may stand in a shader more than once, each time with words and slots of its own."""
 
     part: str
-    """The file."""
-    words: Mapping[str, str]
+    """The part."""
+    words: Mapping[str, str] = field(default_factory=dict)
     """Constants of this instance alone."""
+    slots: "Mapping[str, Slot]" = field(default_factory=dict)
+    """Slots of this instance alone."""
 
 
 Slot = str | None | tuple[Instance, ...]
 """What fills a slot: a part, nothing, or instances."""
 
 
-def compose(part: str, dialect: Dialect, slots: Mapping[str, Slot], constants: Mapping[str, str]) -> str:
-    """Return the text of a shader: the file `part`, its slots filled, its words replaced.
+def compose(
+    parts: str | tuple[Instance, ...], dialect: Dialect, slots: Mapping[str, Slot], constants: Mapping[str, str]
+) -> str:
+    """Return the text of a shader: a part, or several instances; their slots filled, their words replaced.
 
     Raises VP9001 for a constant that no part uses: it would be dead.
     """
-    text = _HEADS[dialect] + _filled(part, slots)
-    template = Template(_EACH.sub(lambda match: _repeated(match, constants), text))
-    _require_used(constants, [*template.get_identifiers(), *_each_words(text)])
+    text = _filled(parts, slots, between="\n")
+    _require_used(constants, _words(text))
+    template = Template(_HEADS[dialect] + _each(text, constants))
     composed = template.substitute({**_KEYWORDS[dialect], **constants})
     return re.sub(r"\n{3,}", "\n\n", composed)
 
@@ -75,32 +81,48 @@ def literal(*values: float) -> str:
     return numbers[0] if len(numbers) == 1 else f"vec{len(numbers)}({', '.join(numbers)})"
 
 
-def _each_words(text: str) -> list[str]:
-    return [match[1] for match in _EACH.finditer(text)]
+def part_text(part: str) -> str:
+    """Return the text of a part as it lies in its file, without the lines that do not ship."""
+    name, _, section = part.partition(":")
+    body, *sections = _SECTION.split((_FOLDER / f"{name}.glsl").read_text(encoding="utf-8"))
+    return _HEAD.sub("", dict(zip(sections[::2], sections[1::2], strict=True))[section] if section else body)
 
 
-def _repeated(match: re.Match[str], constants: Mapping[str, str]) -> str:
-    word, lines = match[1], match[2]
-    return "".join(Template(lines).safe_substitute({word: each}) for each in constants[word].split())
-
-
-def _filled(part: str, slots: Mapping[str, Slot]) -> str:
-    text = _HEAD.sub("", (_FOLDER / f"{part}.glsl").read_text(encoding="utf-8"))
+def _filled(parts: str | tuple[Instance, ...], slots: Mapping[str, Slot], between: str) -> str:
+    if not isinstance(parts, str):
+        return between.join(_instance(each, slots) for each in parts)
 
     def fill(match: re.Match[str]) -> str:
-        held = slots[match[2]]
+        indent, held = match[1], slots[match[2]]
         if held is None:
             return ""
-        text = _filled(held, slots) if isinstance(held, str) else "".join(_instance(each, slots) for each in held)
-        return "".join(f"{match[1]}{line}" if line.strip() else line for line in text.splitlines(keepends=True))
+        # Declarations are easier to read with a blank line between them.
+        text = _filled(held, slots, between="" if indent else "\n")
+        return "".join(f"{indent}{line}" if line.strip() else line for line in text.splitlines(keepends=True))
 
-    return _SLOT.sub(fill, text)
+    return _SLOT.sub(fill, part_text(parts))
 
 
 def _instance(instance: Instance, slots: Mapping[str, Slot]) -> str:
-    template = Template(_filled(instance.part, slots))
-    _require_used(instance.words, template.get_identifiers())
-    return template.safe_substitute(instance.words)
+    text = _filled(instance.part, {**slots, **instance.slots}, between="")
+    _require_used(instance.words, _words(text))
+    return Template(_each(text, instance.words)).safe_substitute(instance.words)
+
+
+def _each(text: str, constants: Mapping[str, str]) -> str:
+    """Repeat the lines for each of the words of a list, of those lists that `constants` has."""
+
+    def repeat(match: re.Match[str]) -> str:
+        word, lines = match[1], match[2]
+        if word not in constants:
+            return match[0]
+        return "".join(Template(lines).safe_substitute({word: each}) for each in constants[word].split())
+
+    return _EACH.sub(repeat, text)
+
+
+def _words(text: str) -> list[str]:
+    return [*Template(text).get_identifiers(), *(match[1] for match in _EACH.finditer(text))]
 
 
 def _require_used(constants: Mapping[str, str], words: Sequence[str]) -> None:

@@ -1,14 +1,12 @@
 """Ray casting through a mosaic, OpenGL ES 2.0. The layout is constant in the shader, which draws one level.
 
-The fetch is derived here, not taken from print: the published listing (Congote et al., repeated in the mobile volume
-rendering thesis) finds the row with the number of rows instead of columns, reads a slice beyond the last, is half a
-slice off in z, and lets the filter reach into the next tile. Each layout has its own text: no channel is chosen where
-there is one, no texture where there is one, and nothing is clamped where gutters hold what the filter reaches.
+Each layout has its own text: no channel is chosen where there is one.
 """
 
-from volprep.shading.compose import literal
-from volprep.shading.raycast import Sampling
-from volprep_formats.package.program import Sampler
+from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.feature import Feature
+from volprep.shading.mosaic import Mosaic
+from volprep.shading.positions import voxel_positions
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.textures.mosaic import tiles_of
 
@@ -18,60 +16,33 @@ def sampling(
     spacing_mm_zyx: tuple[float, float, float],
     component: str | None = "r",
     between: SampleFilter = "linear",
-) -> Sampling:
-    """How a level of this spacing is read, and what is between its voxels.
+) -> Feature:
+    """Return how a level of this spacing is read, and what is between its voxels.
 
     Values are in a component of the texels where these hold one slice; if None, all components are read.
     """
-    height, width = layout.tile_shape_yx
-    rows, columns = layout.texture_shape_yx
-    constants = {
-        "VOXELS_PER_MM": literal(*(1 / spacing for spacing in spacing_mm_zyx[::-1])),
-        "PITCH": literal(*layout.pitch_yx[::-1]),
-        "MOSAIC": literal(columns, rows),
-        "TILES_X": literal(layout.tiles_x),
-    }
-    parts: dict[str, str | None] = {
-        "tile": "mosaic_tile",
-        "units": "mosaic_one_unit",
-        "unit": None,
-        "inside": "mosaic_clamp",
-        "fetch": "mosaic_fetch",
-        "planar_unit": None,
-    }
-    samplers = tuple(Sampler(name=_name(layout, part), role="volume", part=part) for part in range(layout.textures))
-    if layout.textures > 1:
-        parts |= {"units": "mosaic_units", "unit": "mosaic_unit", "fetch": "mosaic_fetch_unit"}
-        parts["planar_unit"] = "mosaic_planar_unit"
-        constants["UNIT"] = " ".join(str(part) for part in range(layout.textures - 1))
-        constants["LAST_UNIT"] = str(layout.textures - 1)
-    if layout.gutter:
-        parts["inside"] = "mosaic_gutter"
-        constants["GUTTER"] = literal(layout.gutter)
-    elif any(layout.padding_yx):
-        parts["inside"] = "mosaic_clamp_padded"
-        constants["LAST_PLACE"] = literal(width - 0.5, height - 0.5)
-    if layout.textures > 1 or _part(layout) == "planar":
-        constants["TILES"] = literal(layout.tiles_x * layout.tiles_y)
-    if layout.slices > 1:
-        constants["LAST_SLICE"] = literal(layout.slices - 1)
-    if _part(layout) == "overlapping":
-        constants["LAST_TILE"] = literal(tiles_of(layout.slices, layout.channels, "overlapping") - 1)
-    parts["sampling"] = f"sample_mosaic_{_part(layout)}"
-    if between == "nearest" and layout.slices > 1:
-        parts["sampling"] = f"sample_mosaic_nearest_{layout.channels}"
-        parts["nearest_channel"] = f"nearest_channel_{layout.order}"
-    elif _part(layout) in {"slice", "1"}:
-        parts["stored_value"] = None if component is None else "stored_value"
-        constants |= {} if component is None else {"COMPONENT": component}
-    return Sampling(dialect="es100", parts=parts, constants=constants, uniforms=(), samplers=samplers)
+    about = "The volume as a mosaic: normalised stored values, 0 to 1, in tiles of one slice and channel each."
+    mosaic = Mosaic(about, layout, sampler="u_volume", role="volume", texel="tile_texel")
+    if layout.slices == 1 or layout.channels == 1:
+        reads = [mosaic.voxels("voxel_texel", between)]
+        if component is not None:
+            reads.append(Instance("sampling/stored_value", {"COMPONENT": component}))
+    else:
+        reads = [_of_four(layout, between)]
+    positions = voxel_positions(spacing_mm_zyx)
+    return Feature(slots={"sampling": (positions, mosaic.texels, *reads)}, samplers=mosaic.samplers)
 
 
-def _part(layout: MosaicLayout) -> str:
-    if layout.slices == 1:
-        return "slice"
-    return "1" if layout.channels == 1 else layout.order
-
-
-def _name(layout: MosaicLayout, part: int) -> str:
-    return "u_volume" if layout.textures == 1 else f"u_volume_{part}"
+def _of_four(layout: MosaicLayout, between: SampleFilter) -> Instance:
+    """Return what reads values of which four share a texel."""
+    words = {"LAST_SLICE": literal(layout.slices - 1)}
+    slots: dict[str, Slot] = {}
+    if layout.order == "overlapping":
+        words["LAST_TILE"] = literal(tiles_of(layout.slices, layout.channels, "overlapping") - 1)
+    elif layout.order == "planar":
+        words["TILES"] = literal(layout.tiles_x * layout.tiles_y)
+        slots["planar_unit"] = "sampling/mosaic_planar:unit" if layout.textures > 1 else None
+    if between == "linear":
+        return Instance(f"sampling/mosaic_{layout.order}", words, slots)
+    slots["nearest_channel"] = f"sampling/mosaic_nearest:{layout.order}"
+    return Instance("sampling/mosaic_nearest", words, slots)

@@ -5,8 +5,9 @@ of the texture coordinates, so that the outer half voxels of neighbours clamp ag
 position lies between voxels that one piece holds.
 """
 
-from volprep.shading.compose import literal
-from volprep.shading.raycast import Sampling
+from volprep.shading.compose import Instance
+from volprep.shading.feature import Feature
+from volprep.shading.positions import voxel_positions
 from volprep_formats.package.program import Sampler, Uniform, UniformSource
 
 PIECES = 8
@@ -21,12 +22,11 @@ _VECTORS: dict[str, UniformSource] = {
 }
 
 
-def sampling(spacing_mm_zyx: tuple[float, float, float]) -> Sampling:
-    """How level 0 of this spacing is read."""
-    return Sampling(
-        dialect="es300",
-        parts={"sampling": "sample_subvolumes", "box": "box_between"},
-        constants={"VOXELS_PER_MM": literal(*(1 / spacing for spacing in spacing_mm_zyx[::-1]))},
+def sampling(spacing_mm_zyx: tuple[float, float, float]) -> Feature:
+    """Return how level 0 of this spacing is read; nothing outside the pieces is drawn."""
+    return Feature(
+        slots={"sampling": (voxel_positions(spacing_mm_zyx), Instance("sampling/subvolumes"))},
+        words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},
         uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
         samplers=tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES)),
     )

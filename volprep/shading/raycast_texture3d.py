@@ -3,31 +3,44 @@
 Where levels are mipmaps of one texture they have one scale, and the level is the uniform.
 """
 
-from volprep.shading.raycast import Sampling
+from collections.abc import Sequence
+
+from volprep.shading.compose import Instance
+from volprep.shading.feature import Feature
 from volprep_formats.package.program import Sampler, Uniform
 
 
-def sampling(component: str | None = "r", *, mipmaps: bool = False) -> Sampling:
-    """How the volume is read: a value in a component of the texels; all of them, of colours or channels, if None."""
-    return Sampling(
-        dialect="es300",
-        parts={
-            "sampling": f"sample_texture3d{'_rgba' if component is None else ''}",
-            "place": "place_texture3d",
-            "mipmap": "mipmap" if mipmaps else None,
-        },
-        constants={**lod(mipmaps=mipmaps), **({} if component is None else {"OF": "", "COMPONENT": component})},
-        uniforms=place_uniforms(mipmaps=mipmaps),
-        samplers=(Sampler(name="u_volume", role="volume"),),
+def sampling(component: str | None = "r", *, mipmaps: bool = False) -> Feature:
+    """Return how the volume is read: a component of its texels; all of them, of colours or channels, if None."""
+    return _feature([_texture("", component, mipmaps=mipmaps)], (Sampler(name="u_volume", role="volume"),), mipmaps)
+
+
+def sampling_apart(transfers: Sequence[str], *, mipmaps: bool) -> Feature:
+    """Return how several channels are read, of these transfer functions, that have a 3D texture each."""
+    textures = [_texture(f"_{index}", "r", mipmaps=mipmaps) for index in range(len(transfers))]
+    samplers = tuple(
+        Sampler(name=f"u_volume_{index}", role="volume", transfer=transfer) for index, transfer in enumerate(transfers)
     )
+    return _feature(textures, samplers, mipmaps)
 
 
-def lod(*, mipmaps: bool) -> dict[str, str]:
-    """Return the word for the mipmap that is read: a uniform where there are several."""
-    return {"LOD": "u_mipmap" if mipmaps else "0.0"}
+def _texture(suffix: str, component: str | None, *, mipmaps: bool) -> Instance:
+    words = {
+        "OF": suffix,
+        "FUNCTION": "vec4 voxel_texel" if component is None else "float stored_value",
+        "COMPONENT": "" if component is None else f".{component}",
+        "LOD": "u_mipmap" if mipmaps else "0.0",
+    }
+    return Instance("sampling/texture3d", words)
 
 
-def place_uniforms(*, mipmaps: bool) -> tuple[Uniform, ...]:
-    """Return the uniforms that say where in a 3D texture, or in which of its mipmaps, a position is read."""
+def _feature(textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmaps: bool) -> Feature:
     place = Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box")
-    return (place, Uniform(name="u_mipmap", type="float", source="mipmap")) if mipmaps else (place,)
+    return Feature(
+        slots={
+            "sampling": (Instance("sampling/texture3d_place"), *textures),
+            "mipmap": "sampling/texture3d_place:mipmap" if mipmaps else None,
+        },
+        uniforms=(place, Uniform(name="u_mipmap", type="float", source="mipmap")) if mipmaps else (place,),
+        samplers=samplers,
+    )

@@ -4,86 +4,91 @@ Samples stay where they are without it: a jump goes on to the first sample behin
 this ray leaves it. A table is read once for each block that a ray meets.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
-from volprep.shading.compose import literal
+from volprep.shading.compose import Dialect, Slot, literal
+from volprep.shading.feature import Feature
+from volprep.shading.mosaic import Mosaic
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip.record import SkipKind, SkipTable
-from volprep_formats.package.program import ClassificationName, Sampler, Uniform
+from volprep_formats.package.program import ProgramDesign, Sampler, Uniform
 from volprep_formats.package.texture import MosaicLayout
 
 _REACH: dict[SkipKind, str] = {
-    "blocks": "skip_reach_box",
-    "table16": "skip_reach_box",
-    "distance": "skip_reach_box",
-    "octants": "skip_reach_box",
-    "pyramid": "skip_reach_pyramid",
-    "euclidean": "skip_reach_sphere",
+    "blocks": "skip/reach_box",
+    "table16": "skip/reach_box",
+    "distance": "skip/reach_box",
+    "octants": "skip/reach_box",
+    "pyramid": "skip/reach_pyramid",
+    "euclidean": "skip/reach_sphere",
 }
 
-
-_RUN = 8
+SKIP_RUN = 8
 """Samples between two looks at the table."""
 
 
-@dataclass(frozen=True)
-class Skipping:
-    """What a ray caster needs in order to skip."""
-
-    parts: Mapping[str, str | None]
-    """Files of the slots of fragment.glsl, and of the slots in them."""
-    constants: Mapping[str, str]
-    """Words that these files use."""
-    uniforms: tuple[Uniform, ...]
-    """Uniforms that these files declare."""
-    sampler: Sampler
-    """Sampler that they declare."""
-
-
-def skipping_of(manifest: Manifest, transfer: str, level: int, classification: ClassificationName) -> Skipping | None:
-    """Return what a program of this transfer function skips with; None where the manifest has no table for it.
+def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) -> Feature | None:
+    """Return what a program skips with; None where the manifest has no table for it.
 
     A program of 3D textures draws all levels: kind and size of blocks, which its text holds, are the same for all.
     """
-    tables = manifest.skipping.tables if manifest.skipping else ()
-    table = next((each for each in tables if (each.transfer, each.level) == (transfer, level)), None)
-    if table is None:
+    table = skip_table(manifest, program.transfer, min(program.levels))
+    # Blocks of a level are not blocks of its pieces.
+    if table is None or program.technique == "raycast_subvolumes":
         return None
     texture = next(each for each in manifest.textures if each.name == table.texture)
-    return skipping(table, texture.mosaic, segments=classification == "preintegrated")
-
-
-def skipping(table: SkipTable, layout: MosaicLayout | None, *, segments: bool) -> Skipping:
-    """Skip with a table as a 3D texture, or as a mosaic of this layout; one of several levels stands for all.
-
-    `segments` says that both ends of a segment are sampled instead of its middle.
-    """
-    octants = table.kind == "octants"
-    form = "texture3d" if layout is None else "mosaic"
-    parts = {
-        "skipping": "skip",
-        "skip_table": f"skip_table_{form}",
-        "skip_octant": f"skip_octant_{form}" if octants else None,
+    segments = program.classification == "preintegrated"
+    feature = _table_in_texture3d(table) if texture.mosaic is None else _table_in_mosaic(table, texture.mosaic)
+    slots: dict[str, Slot] = {
+        "skipping": "skip/skip",
         "skip_reach": _REACH[table.kind],
-        "skip_start": "skip_start",
-        "skip_look": "skip_look_segment" if segments else "skip_look",
-        "loop_end": "loop_end_skip",
+        "skipping_start": "skip/skip:start",
+        # Of a segment both ends are sampled instead of its middle.
+        "look": "skip/look_segment" if segments else "skip/look",
+        "loop": f"ray/loop_{dialect}_skip",
+        **feature.slots,
     }
-    constants = {"RUN": literal(_RUN), "HALF_VOXEL": literal(0.5 / table.block)}
-    uniforms: tuple[Uniform, ...] = ()
-    if layout is None:
-        constants["OCTANT_TABLES"] = " / ivec3(1, 1, 8)" if octants else ""
-        uniforms = (Uniform(name="u_blocks_from_box", type="vec3", source="blocks_from_box"),)
-    else:
-        height, width = layout.tile_shape_yx
-        rows, columns = layout.texture_shape_yx
-        z, y, x = table.blocks_zyx
-        constants |= {
+    words = {"RUN": literal(SKIP_RUN), "HALF_VOXEL": literal(0.5 / table.block), **feature.words}
+    return Feature(slots, words, feature.uniforms, feature.samplers)
+
+
+def skip_table(manifest: Manifest, transfer: str, level: int) -> SkipTable | None:
+    """Return the skip table of a transfer function on a level, if there is one."""
+    tables = manifest.skipping.tables if manifest.skipping else ()
+    return next((each for each in tables if (each.transfer, each.level) == (transfer, level)), None)
+
+
+def _table_in_texture3d(table: SkipTable) -> Feature:
+    octants = table.kind == "octants"
+    return Feature(
+        slots={
+            "skip_table": "skip/table_texture3d",
+            "skip_octant": "skip/table_texture3d:octant" if octants else None,
+        },
+        words={"OCTANT_TABLES": " / ivec3(1, 1, 8)" if octants else ""},
+        uniforms=(Uniform(name="u_blocks_from_box", type="vec3", source="blocks_from_box"),),
+        samplers=(Sampler(name="u_skip", role="skip"),),
+    )
+
+
+def _table_in_mosaic(table: SkipTable, layout: MosaicLayout) -> Feature:
+    z, y, x = table.blocks_zyx
+    mosaic = Mosaic(
+        "The skip table as a mosaic: one texel a block, in tiles of one slice each.",
+        layout,
+        sampler="u_skip",
+        role="skip",
+        texel="skip_texel",
+        prefix="SKIP_",
+        centres=True,
+    )
+    return Feature(
+        slots={
+            "skip_table": "skip/table_mosaic",
+            "skip_texels": (mosaic.texels,),
+            "skip_octant": "skip/table_mosaic:octant" if table.kind == "octants" else None,
+        },
+        words={
             "BLOCKS_PER_MM": literal(*table.blocks_from_box_per_mm_xyz),
             "LAST_BLOCK": literal(x - 1, y - 1, z - 1),
-            "SKIP_TILE": literal(width, height),
-            "SKIP_MOSAIC": literal(columns, rows),
-            "SKIP_TILES_X": literal(layout.tiles_x),
-        }
-    return Skipping(parts, constants, uniforms, Sampler(name="u_skip", role="skip"))
+        },
+        samplers=mosaic.samplers,
+    )

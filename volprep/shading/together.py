@@ -3,61 +3,44 @@
 Channels that share texels take one fetch; else each takes one of its own, from a 3D texture of its own.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 from volprep.shading import raycast_mosaic, raycast_texture3d
-from volprep.shading.classification import Classification, classification
+from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance
-from volprep.shading.raycast import Sampling
+from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.program import ClassificationName, Sampler
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import Texture
 
 
-@dataclass(frozen=True)
-class _Channel:
-    """One of several channels."""
+def drawn_together(manifest: Manifest, program: ProgramDesign) -> tuple[Feature, Feature]:
+    """Return how a program that draws several channels reads them, and how it classifies and adds them.
 
-    transfer: str
-    """Name of its transfer function."""
-    component: str | None
-    """Letter of the component that holds it, where channels share texels."""
-    classification: Classification
-    """How a sample becomes a colour."""
-
-
-def drawn_together(
-    manifest: Manifest,
-    channel_of: Mapping[str, str],
-    level: int,
-    spacing_mm_zyx: tuple[float, float, float],
-    classified: ClassificationName,
-) -> tuple[Sampling, Classification]:
-    """Return how transfer functions are drawn together: their channels are read at `level`, classified, and added.
-
-    `channel_of` gives the channel of each transfer function. In 3D textures all levels are read as this one is.
+    In 3D textures all levels are read as the finest one is. Raises ValueError for a classification that is not one of
+    samples.
     """
-    volumes = {transfer: _volume(manifest, name, level) for transfer, name in channel_of.items()}
-    first = next(iter(volumes.values()))
-    packed = len(first.channels) > 1
-    channels = [
-        _Channel(
-            transfer,
-            component_letter(first.gl.format, first.channels.index(channel_of[transfer])) if packed else None,
-            classification(classified, transfer, manifest.textures, manifest.palettes),
-        )
-        for transfer in channel_of
-    ]
-    if not packed:
-        return _sampling_apart(channels, mipmaps=first.mipmap is not None), _added(channels)
+    level = min(program.levels)
+    channel_of = {name: channel.name for channel in manifest.channels for name in channel.transfers}
+    transfers = manifest.together.transfers if manifest.together else ()
+    first = _volume(manifest, channel_of[transfers[0]], level)
+    held = first.channels
+    mipmaps = first.mipmap is not None
+    if len(held) == 1:
+        values = {transfer: f"stored_value_{index}(at)" for index, transfer in enumerate(transfers)}
+        sampling = raycast_texture3d.sampling_apart(transfers, mipmaps=mipmaps)
+        return sampling, _added(manifest, program, values, packed=False)
     if first.mosaic is None:
-        sampling = raycast_texture3d.sampling(None, mipmaps=first.mipmap is not None)
+        sampling = raycast_texture3d.sampling(None, mipmaps=mipmaps)
     else:
+        spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
         sampling = raycast_mosaic.sampling(first.mosaic, spacing_mm_zyx, None)
-    samplers = tuple(each.model_copy(update={"transfer": channels[0].transfer}) for each in sampling.samplers)
-    return replace(sampling, samplers=samplers), _added(channels)
+    samplers = tuple(each.model_copy(update={"transfer": transfers[0]}) for each in sampling.samplers)
+    letters = {name: component_letter(first.gl.format, held.index(channel_of[name])) for name in transfers}
+    values = {name: f"voxel.{letter}" for name, letter in letters.items()}
+    return replace(sampling, samplers=samplers), _added(manifest, program, values, packed=True)
 
 
 def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
@@ -68,49 +51,26 @@ def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
     )
 
 
-def _sampling_apart(channels: Sequence[_Channel], *, mipmaps: bool) -> Sampling:
-    """How channels are read that have a 3D texture each."""
-    words = [{"OF": f"_{index}", "COMPONENT": "r"} for index in range(len(channels))]
-    return Sampling(
-        dialect="es300",
-        parts={
-            "sampling": (Instance("place_texture3d", {}), *(Instance("sample_texture3d", each) for each in words)),
-            "place": None,
-            "mipmap": "mipmap" if mipmaps else None,
+def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool) -> Feature:
+    """Classify the value of each transfer function, and add what they give."""
+    classify: list[Instance] = []
+    add, samplers = [], []
+    for index, (transfer, value) in enumerate(values.items()):
+        suffix = f"_{index}"
+        own = sample_classification(manifest, program.classification, transfer, suffix)
+        part = own.slots["classification"]
+        assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance
+        classify += part
+        add.append(Instance("classification/together:channel", {"OF": suffix, "VALUE": value}))
+        samplers += [each.model_copy(update={"transfer": transfer}) for each in own.samplers]
+    return Feature(
+        slots={
+            "classification": "classification/together",
+            "classification_start": None,
+            "channels": tuple(classify),
+            "voxel": "classification/together:voxel" if packed else None,
+            "sum": tuple(add),
         },
-        constants=raycast_texture3d.lod(mipmaps=mipmaps),
-        uniforms=raycast_texture3d.place_uniforms(mipmaps=mipmaps),
-        samplers=tuple(
-            Sampler(name=f"u_volume_{index}", role="volume", transfer=channel.transfer)
-            for index, channel in enumerate(channels)
-        ),
-    )
-
-
-def _added(channels: Sequence[_Channel]) -> Classification:
-    """Classify a sample of each channel, and add what they give."""
-    classify, add, samplers = [], [], []
-    for index, channel in enumerate(channels):
-        own, suffix = channel.classification, f"_{index}"
-        part = own.parts["classification"]
-        if not isinstance(part, str) or own.parts["first"] is not None:
-            msg = f"{channel.transfer} is not classified sample by sample"
-            raise ValueError(msg)
-        classify.append(Instance(part, {**own.constants, "OF": suffix}))
-        value = f"stored_value{suffix}(at)" if channel.component is None else f"voxel.{channel.component}"
-        add.append(Instance("medium_channel", {"OF": suffix, "VALUE": value}))
-        samplers += [
-            each.model_copy(update={"name": f"{each.name}{suffix}", "transfer": channel.transfer})
-            for each in own.samplers
-        ]
-    return Classification(
-        parts={
-            "classification": tuple(classify),
-            "first": None,
-            "medium": "medium_together",
-            "voxel": None if channels[0].component is None else "medium_voxel",
-            "channels": tuple(add),
-        },
-        constants={},
+        words={"MEDIUM": "classify_together(start + stride * i)"},
         samplers=tuple(samplers),
     )

@@ -11,22 +11,21 @@ from volprep.validation.altered import Altered
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
-_PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = ).*;$", re.MULTILINE)
+_MAIN = "void main() {\n"
+_MEDIUM = re.compile(r"^( *)vec4 medium = ", re.MULTILINE)
+_LOOK = re.compile(r"^( *)float entry = skip_entry\(", re.MULTILINE)
+_PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
 
 
 def counting(package: Package, program: Program) -> Package:
     """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
     text = package.read_text(program.fragment)
-    text = text.replace(
-        "vec3 colour = vec3(0.0);", "vec3 colour = vec3(0.0);\n  float taken = 0.0;\n  float looked = 0.0;"
-    )
-    text = text.replace("vec4 medium = ", "taken++;\n    vec4 medium = ")
-    text = re.sub(
-        r"^( *)float entry = skip_entry\(", r"\1looked++;\n\1float entry = skip_entry(", text, flags=re.MULTILINE
-    )
+    head, main, rest = text.partition(_MAIN)
+    rest = _MEDIUM.sub(r"\1taken++;\n\g<0>", rest)
+    rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
     # The picture stays in the sum, so that no uniform of the program becomes idle.
-    text = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * vec4(colour, 1.0 - transmittance);", text)
-    return Altered(package, program.fragment, text)
+    rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)
+    return Altered(package, program.fragment, f"{head}{main}  float taken = 0.0;\n  float looked = 0.0;\n{rest}")
 
 
 def samples_per_pixel(

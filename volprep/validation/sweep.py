@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
 from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
 from volprep.validation.precise import most_precise
@@ -59,6 +60,16 @@ class _Sweeper:
         self._progress = bench.progress
         self._box_from_clip = subject.views[SWEEP_VIEW]
         self._chords = chords_mm(self._box_from_clip, subject.shape_hw, subject.grid)
+
+    def ratios(self, level: int) -> tuple[float, ...]:
+        """Return the six finest steps that shader and driver can draw, as multiples of the nominal one."""
+        manifest, step_mm = self._subject.package.manifest, self._subject.render.step_mm
+        least = self._program.step_mm_min or 0.0
+        possible = tuple(ratio for ratio in _RATIOS if ratio * step_mm >= least)
+        if turns_of_rays(manifest, self._program, level, possible[-1] * step_mm) > CERTAIN_TURNS:
+            with self._renderer(self._subject.package, level, "rgba8") as renderer:
+                possible = tuple(ratio for ratio in possible if renderer.draws_step(ratio * step_mm))
+        return possible[-_FINEST_LEVEL_STEPS:]
 
     def draw(self, renderer: Renderer, ratio: float) -> Picture:
         """Draw with a multiple of the nominal step."""
@@ -138,11 +149,11 @@ class _Sweeper:
 def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Sweep:
     """Measure error and time of each step at each level that `program`, or its like for coarser levels, draws."""
     subject, clock = bench.subject, bench.clock
-    ratios = _finest_ratios(subject.render.step_mm, program.step_mm_min)
     finest, *coarser = subject.levels(program)
+    sweeper = _Sweeper(bench, program, viewed)
+    ratios = sweeper.ratios(finest)
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
-    sweeper = _Sweeper(bench, program, viewed)
     with clock.part("oracle"):
         on_table = subject.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)
@@ -183,9 +194,3 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         breakdown=breakdown,
         convergence=order,
     )
-
-
-def _finest_ratios(step_mm: float, step_mm_min: float | None) -> tuple[float, ...]:
-    """Return the six finest steps that the shader's loop is long enough for, as multiples of the nominal one."""
-    possible = [ratio for ratio in _RATIOS if step_mm_min is None or ratio * step_mm >= step_mm_min]
-    return tuple(possible[-_FINEST_LEVEL_STEPS:])

@@ -114,4 +114,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: transfer functions of this package are not editable",
         "Build it from a scene with editable = true.",
     ),
+    "VP5024": Diagnostic(
+        ExitStatus.RENDER,
+        "a step of {step_mm} mm takes up to {turns} turns of the shader's loops, and {driver} ends them after {made}: "
+        "what lies behind would be missing",
+        "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
+    ),
 }

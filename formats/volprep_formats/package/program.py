@@ -14,6 +14,10 @@ Technique = Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes",
 """How a program samples the volume."""
 Lighting = Literal["none", "headlight"]
 """What lights it: nothing, or diffuse light from where the viewer is."""
+CompositingName = Literal["emission-absorption"]
+"""What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it."""
+Rays = Literal["box", "mesh"]
+"""Where rays begin: at the volume's box, or at proxy geometry."""
 UniformSource = Literal[
     "box_from_clip",
     "step_mm",
@@ -59,8 +63,8 @@ class Sampler(Record):
     """Which of the textures of a mosaic, from 0; of sub-volumes 1 for upper along x, plus 2 along y, plus 4 along z."""
 
 
-class Program(Record):
-    """One vertex and fragment shader that draws a full-screen triangle over the attribute `a_ndc` (vec2)."""
+class ProgramDesign(Record):
+    """What a program draws and how: with the package, all that its shaders are composed from."""
 
     name: str
     """Name, unique in the package."""
@@ -70,6 +74,11 @@ class Program(Record):
     """How it classifies samples."""
     lighting: Lighting = "none"
     """What lights it. headlight: diffuse, from where the viewer is; what has no normal is fully lit."""
+    compositing: CompositingName = "emission-absorption"
+    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it."""
+    rays: Rays = "box"
+    """Where rays begin. box: the vertex shader draws a full-screen triangle over the attribute `a_ndc` (vec2). mesh: it
+    draws proxy geometry."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
@@ -78,6 +87,11 @@ class Program(Record):
     """Levels that the program can draw."""
     transfer: str
     """Name of the transfer function that it draws, or of the picture of several."""
+
+
+class Program(ProgramDesign):
+    """One vertex and fragment shader, and what an app gives them."""
+
     uniforms: tuple[Uniform, ...]
     """Every active uniform that is no sampler."""
     samplers: tuple[Sampler, ...]

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 
-from volprep.plan.products import ProgramPlan
 from volprep.plan.records import VolumePlan
 from volprep.scene.scene import RenderWishes
-from volprep_formats.package.program import Technique
+from volprep_formats.package.program import ProgramDesign, Technique
 
 VERTEX = "shaders/raycast.vert"
 """Vertex shader that they share."""
 
 
-def ray_casters(transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> Iterator[ProgramPlan]:
+def ray_casters(transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> Iterator[ProgramDesign]:
     """Return the programs that draw a transfer function, or a picture of several.
 
     One draws all 3D textures; mosaics and bricks have one each, whose text holds the layout.
@@ -31,8 +30,8 @@ def technique_of(volume: VolumePlan) -> Technique:
     return "raycast_texture3d" if volume.bricks is None else "raycast_bricks"
 
 
-def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> ProgramPlan:
-    return ProgramPlan(
+def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> ProgramDesign:
+    return ProgramDesign(
         name=name,
         technique=technique_of(volumes[0]),
         classification=render.classification,

@@ -11,11 +11,12 @@ import numpy as np
 
 from volprep.parts.skip.decision import Found, measured_occupied
 from volprep.parts.skip.occupancy import Occupied
-from volprep.plan.products import ProgramPlan, ProxyMeshPlan, ProxyPlan
+from volprep.plan.products import ProxyMeshPlan, ProxyPlan
 from volprep.scan.statistics import MEASURED_BLOCK
 from volprep.scene.scene import ProxySettings
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.proxy.record import ProxyForm
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.transfer_function import TransferFunction
 
 LEAST_SHARE = 0.1
@@ -29,7 +30,7 @@ DEPTH = "shaders/proxy-depth.frag"
 
 
 def plan_proxy(
-    wanted: ProxySettings, functions: tuple[TransferFunction, ...], programs: tuple[ProgramPlan, ...], found: Found
+    wanted: ProxySettings, functions: tuple[TransferFunction, ...], programs: tuple[ProgramDesign, ...], found: Found
 ) -> ProxyPlan:
     """Decide which transfer functions get meshes on which levels."""
     shares = tuple(
@@ -131,12 +132,13 @@ def _likely_bytes(occupied: Occupied, block: int) -> int:
     return math.ceil(faces * (MEASURED_BLOCK / block) ** 2 * 24)
 
 
-def proxy_program(program: ProgramPlan, levels: list[int]) -> ProgramPlan:
+def proxy_program(program: ProgramDesign, levels: list[int]) -> ProgramDesign:
     """Return the plan of the program that begins at meshes on these levels."""
     name = f"proxy-{program.name}"
     return program.model_copy(
         update={
             "name": name,
+            "rays": "mesh",
             "vertex": VERTEX,
             "fragment": f"shaders/{name}.frag",
             "levels": tuple(level for level in program.levels if level in levels),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from volprep.parts.levels.decision import by
 from volprep.parts.programs.decision import VERTEX
 from volprep.parts.subvolumes.cuts import cuts_along
-from volprep.plan.products import ProgramPlan, SubvolumesPlan
+from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import one_channel
 from volprep.scene.scene import Scene
@@ -14,6 +14,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
@@ -62,9 +63,9 @@ def _is_whole(finest: VolumePlan) -> bool:
     return finest.level == 0 and finest.mosaic is None and finest.bricks is None
 
 
-def _program(function: TransferFunction, scene: Scene) -> ProgramPlan:
+def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
     name = f"subvolumes-{function.name}"
-    return ProgramPlan(
+    return ProgramDesign(
         name=name,
         technique="raycast_subvolumes",
         classification=scene.render.classification,

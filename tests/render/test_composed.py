@@ -1,0 +1,207 @@
+"""Every shader that can be composed: as if one person had written it for one package, and accepted by the driver."""
+
+import re
+import shutil
+import subprocess
+from contextlib import ExitStack
+from itertools import product
+
+import numpy as np
+import pytest
+from tiny_packages import ES2, ES3, function, tiny_package
+
+from volprep.parts.mosaic.packing import Packing
+from volprep.render.egl import Context
+from volprep.render.gl import Gl, ShaderText
+from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
+from volprep.shading.compositing import COMPOSITINGS
+from volprep.shading.program import compose_program
+from volprep.shading.rays import depth_shader
+from volprep_formats.package.manifest import Channel
+from volprep_formats.package.parts.together.record import Together
+from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.reader import Package
+
+GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
+RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("R8", "RG8", "RGB8", "RGBA8")})
+SMALL = ES2.model_copy(update={"max_texture_size": 64})
+"""Holds four tiles of 31×29 texels in a texture."""
+OCT8, OCT12, SNORM8 = (NormalSettings(code=code) for code in ("oct8", "oct12", "snorm8"))
+DISTANCE, OCTANTS, PYRAMID, EUCLIDEAN = ((kind, 4) for kind in ("distance", "octants", "pyramid", "euclidean"))
+PREINTEGRATED = {"classification": "preintegrated", "entries": 16}
+DEEP = (20, 31, 29)
+PACKAGES = {
+    "texture3d": (ES3, {}),
+    "texture3d-octants-oct12": (ES3, {"skip": OCTANTS, "normals": OCT12}),
+    "texture3d-rgba8": (RGBA8_ONLY, {"skip": PYRAMID, "normals": OCT8}),
+    "texture3d-preintegrated": (ES3, {"skip": EUCLIDEAN, "normals": SNORM8, **PREINTEGRATED}),
+    "texture3d-preintegrated-rgba8": (RGBA8_ONLY, PREINTEGRATED),
+    "texture3d-palette": (ES3, {"classification": "palette", "entries": 5}),
+    "texture3d-preclassified": (ES3, {"classification": "preclassified", "proxy": None}),
+    "bricks": (ES3, {"bricks": BrickSettings(size=4), "proxy": None}),
+    "mosaic": (ES2, {}),
+    "mosaic-gutter": (ES2, {"packing": Packing(gutter=1), "skip": OCTANTS}),
+    "mosaic-in-two": (SMALL, {"shape": (5, 31, 29), "skip": PYRAMID, "normals": OCT8}),
+    "mosaic-one-slice": (ES2, {"shape": (1, 4, 3), "skip": EUCLIDEAN}),
+    "mosaic-labels": (ES2, {"labels": True}),
+    "mosaic-preintegrated": (ES2, PREINTEGRATED),
+    "mosaic-interleaved": (ES2, {"packing": Packing(4)}),
+    "mosaic-interleaved-in-several": (SMALL, {"packing": Packing(4), "shape": (20, 31, 29), "normals": OCT12}),
+    "mosaic-interleaved-labels": (ES2, {"packing": Packing(4), "labels": True}),
+    "mosaic-overlapping": (SMALL, {"packing": Packing(4, "overlapping"), "shape": DEEP}),
+    "mosaic-overlapping-labels": (ES2, {"packing": Packing(4, "overlapping"), "labels": True}),
+    "mosaic-planar": (ES2, {"packing": Packing(4, "planar")}),
+    "mosaic-planar-in-two": (SMALL, {"packing": Packing(4, "planar"), "shape": DEEP}),
+    "mosaic-planar-labels-in-two": (SMALL, {"packing": Packing(4, "planar"), "shape": DEEP, "labels": True}),
+}
+
+
+@pytest.fixture(params=PACKAGES.values(), ids=PACKAGES.keys())
+def package(request, tmp_path):
+    profile, wishes = request.param
+    wishes = {"skip": DISTANCE, "normals": NormalSettings(), "proxy": ProxySettings(), **wishes}
+    codes = np.random.default_rng(1).integers(0, 256, wishes.pop("shape", (5, 4, 3))).astype(np.uint8)
+    return tiny_package(tmp_path / "p", codes, GREY, profile, cutoff=0.99, **wishes)
+
+
+def designs(package):
+    """Every program that the textures and tables of a package allow."""
+    (program, *_) = package.manifest.programs
+    base = {name: getattr(program, name) for name in ProgramDesign.model_fields}
+    meshes = ("box",) if package.manifest.proxy is None else ("box", "mesh")
+    for rays, lighting, compositing in product(meshes, ("none", "headlight"), COMPOSITINGS):
+        yield ProgramDesign(**base | {"rays": rays, "lighting": lighting, "compositing": compositing})
+    if program.technique == "raycast_texture3d" and program.classification != "preclassified":
+        yield ProgramDesign(**base | {"technique": "raycast_subvolumes"})
+
+
+def composed(package):
+    """Vertex and fragment shader of every program, with all that may be left out and without."""
+    for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
+        shaders = compose_program(package, design, package.manifest.render, ends_early=ends_early, skips=skips)
+        yield shaders.vertex, shaders.fragment
+
+
+def with_two_channels(package, *, packed):
+    """What a package says that draws two channels together, which share texels or have a texture each."""
+    manifest = package.manifest
+    (transfer,) = (texture for texture in manifest.textures if texture.role == "transfer")
+    (volume,) = (texture for texture in manifest.textures if texture.role == "volume")
+    held = [("a", "b")] if packed else [("a",), ("b",)]
+    volumes = [volume.model_copy(update={"name": "_".join(each), "channels": each}) for each in held]
+    tables = [transfer.model_copy(update={"name": name, "transfer": name}) for name in ("red", "blue")]
+    channels = [
+        Channel(
+            name=name,
+            source=manifest.source,
+            statistics=manifest.statistics,
+            levels=manifest.levels,
+            transfers=(transfer,),
+        )
+        for name, transfer in (("a", "red"), ("b", "blue"))
+    ]
+    changes = {
+        "textures": (*volumes, *tables),
+        "channels": tuple(channels),
+        "together": Together(name="both", transfers=("red", "blue")),
+        "skipping": None,
+    }
+    return Package(package.path, manifest.model_copy(update=changes))
+
+
+def wrong_lines(text):
+    """Lines that a reader stumbles over, with the reason."""
+    depth = 0
+    for line in text.splitlines():
+        code = re.sub(r"//.*", "", line).strip()
+        closing = len(code) - len(code.lstrip(")}"))
+        expected = "" if code.startswith("#") else "  " * (depth - closing)
+        if line.strip() and line != expected + line.strip():
+            yield f"indentation is not {len(expected)}: {line!r}"
+        depth += sum(code.count(each) for each in "({") - sum(code.count(each) for each in ")}")
+        if depth < 0:
+            yield f"closes what is not open: {line!r}"
+        if line != line.rstrip():
+            yield f"blanks at the end: {line!r}"
+        if len(line) > 120:
+            yield f"too long: {line!r}"
+    if depth:
+        yield f"{depth} left open"
+    if "\n\n\n" in text or "{\n\n" in text or "\n\n}" in re.sub(r"\n +", "\n", text):
+        yield "blank lines that separate nothing"
+    if not text.isascii() or re.search(r"\$|//#|//:", text):
+        yield "a part was not filled in"
+
+
+def dead_words(text):
+    """Functions, constants, uniforms, inputs and variables that are named once."""
+    code = re.sub(r"//.*", "", text)
+    kinds = r"(?:float|vec[234]|ivec3|mat4|sampler2D|highp sampler[23]D)"
+    for name in re.findall(rf"\b{kinds} (\w+)(?:\[\d+\])?(?: =|\(|;|,|\))", code):
+        if len(re.findall(rf"\b{name}\b", code)) == 1:
+            yield name
+
+
+def test_every_shader_reads_as_if_one_person_had_written_it(package):
+    for text in {text for texts in composed(package) for text in texts}:
+        assert not list(wrong_lines(text)), text
+    assert not list(wrong_lines(depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")))
+
+
+def test_nothing_in_a_shader_is_left_over(package):
+    for vertex, fragment in composed(package):
+        # The vertex shader gives what the fragment shader reads.
+        assert not [name for name in dead_words(fragment) if f" {name};" not in vertex], fragment
+        assert not list(dead_words(vertex))
+
+
+def test_the_driver_takes_every_shader(package):
+    depth = depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")
+    with ExitStack() as stack:
+        gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
+        for vertex, fragment in sorted(set(composed(package))):
+            with gl.program("program", ShaderText("vertex", vertex), ShaderText("fragment", fragment)):
+                pass
+            if "v_clip" in vertex:
+                with gl.program("depth", ShaderText("vertex", vertex), ShaderText("depth", depth)):
+                    pass
+
+
+@pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")
+def test_the_validator_of_khronos_takes_every_shader(package, tmp_path):
+    files = []
+    for number, (vertex, fragment) in enumerate(sorted(set(composed(package)))):
+        for ending, text in (("vert", vertex), ("frag", fragment)):
+            files.append(tmp_path / f"{number}.{ending}")
+            files[-1].write_text(text, encoding="ascii")
+    done = subprocess.run(["glslangValidator", *files], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("profile", "packed"), [(ES3, True), (ES3, False), (ES2, True)], ids=["packed", "apart", "mosaic"]
+)
+def test_channels_that_are_drawn_together_have_shaders_of_that_kind(tmp_path, profile, packed):
+    plain = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, profile, cutoff=0.99)
+    package = with_two_channels(plain, packed=packed)
+    (program,) = plain.manifest.programs
+    design = program.model_copy(update={"transfer": "both"})
+    shaders = compose_program(package, design, package.manifest.render)
+    assert not list(wrong_lines(shaders.fragment)), shaders.fragment
+    assert not [name for name in dead_words(shaders.fragment) if f" {name};" not in shaders.vertex]
+    assert [sampler.transfer for sampler in shaders.samplers][-2:] == ["red", "blue"]
+    with ExitStack() as stack:
+        gl = Gl(stack.enter_context(Context(profile.api)))
+        shader = ShaderText("fragment", shaders.fragment)
+        linked = stack.enter_context(gl.program("program", ShaderText("vertex", shaders.vertex), shader))
+        assert {each.name for each in (*shaders.uniforms, *shaders.samplers)} == set(linked.uniforms)
+
+
+def test_what_may_be_left_out_leaves_nothing_behind(tmp_path):
+    codes = np.random.default_rng(1).integers(0, 256, (9, 8, 7)).astype(np.uint8)
+    plain = tiny_package(tmp_path / "plain", codes, GREY)
+    rich = tiny_package(tmp_path / "rich", codes, GREY, skip=DISTANCE, cutoff=0.9)
+    (program,) = rich.manifest.programs
+    left = compose_program(rich, program, rich.manifest.render, ends_early=False, skips=False)
+    assert left.fragment == plain.read_text(program.fragment)
+    assert (left.uniforms, left.samplers) == (plain.manifest.programs[0].uniforms, plain.manifest.programs[0].samplers)

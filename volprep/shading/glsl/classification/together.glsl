@@ -1,0 +1,19 @@
+//: Several channels in one picture. Slots: channels gives classify_0, classify_1, ...; voxel fetches all channels at
+//: once, where they share texels; sum adds each of them: section channel, of the channel $OF, whose normalised stored
+//: value is $VALUE.
+//#part channels
+
+// Colour and extinction of all channels: extinctions add, and each channel gives light as its extinction does.
+vec4 classify_together(vec3 at) {
+  //#part voxel
+  vec4 medium = vec4(0.0);
+  //#part sum
+  // Colour is light per extinction; where there is next to none of both there is nothing to see.
+  medium.rgb /= max(medium.a, 1e-9);
+  return medium;
+}
+//#section voxel
+vec4 voxel = voxel_texel(at);
+//#section channel
+vec4 part$OF = classify$OF($VALUE);
+medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);

@@ -1,9 +1,0 @@
-//: GLSL ES 3.00, which indexes constants by what is computed. $OF tells channels apart in a picture
-//: of several.
-// The transfer function in $ENTRIES entries: rgb linear colour, a extinction per millimetre.
-const vec4 PALETTE$OF[$ENTRIES] = vec4[$ENTRIES](
-  $PALETTE
-);
-vec4 classify$OF(float stored) {
-  return PALETTE$OF[int(stored * $LAST_ENTRY + 0.5)];
-}

@@ -1,2 +1,0 @@
-//: Pre-integration: a segment begins where the one before ended.
-float front = stored_value(start);

@@ -1,0 +1,14 @@
+//: Diffuse light from the viewer, on both sides of a surface. Sections: start, before the loop; sample, in it, after
+//: `medium`.
+//#section start
+// Rays are straight: the direction to the viewer is the same along a ray.
+vec3 direction = normalize(ray);
+//#section sample
+if (medium.a > 0.0) {
+  vec3 normal = normal_at(start + stride * i);
+  float squared = dot(normal, normal);
+  // What has no normal is no surface, and keeps its colour.
+  if (squared > $LEAST_SQUARED) {
+    medium.rgb *= abs(dot(normal, direction)) * inversesqrt(squared);
+  }
+}

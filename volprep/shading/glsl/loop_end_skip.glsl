@@ -1,3 +1,0 @@
-//: After the run of samples: a ray that is done looks no further.
-//#part termination
-}

@@ -1,2 +1,0 @@
-//: One fetch for all channels.
-vec4 voxel = voxel_texel(at);

@@ -1,2 +1,0 @@
-//: A fetch from a mosaic in several textures.
-return unit_texel(unit, place / MOSAIC);

@@ -1,2 +1,0 @@
-//: The sampler of a mosaic in one texture.
-uniform highp sampler2D u_volume;

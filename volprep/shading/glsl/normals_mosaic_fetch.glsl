@@ -1,2 +1,0 @@
-//: A fetch from a mosaic of normals in one texture.
-return texture2D(u_normals, place);

@@ -1,0 +1,16 @@
+//: As loop_es100, for rays that skip: the outer loop looks at the table, the inner one takes a run of samples.
+// GLSL ES 1.00 wants a constant bound: the longest ray at the finest step.
+for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
+  if (next > count) {
+    break;
+  }
+  //#part look
+  for (float k = 0.0; k < RUN; k++) {
+    float i = run_start + k;
+    if (i > count) {
+      break;
+    }
+    //#part step
+  }
+  //#part stop
+}

@@ -1,0 +1,8 @@
+//: As loop_es300, for rays that skip: the outer loop looks at the table, the inner one takes a run of samples.
+while (next < count) {
+  //#part look
+  for (float i = run_start; i < min(next, count); i++) {
+    //#part step
+  }
+  //#part stop
+}

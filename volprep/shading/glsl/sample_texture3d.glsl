@@ -1,9 +1,0 @@
-//: GLSL ES 3.00. In: u_volume, R8, R16 or R16F, or several channels as RG8, RGB8 or RGBA8; 3D, CLAMP_TO_EDGE, LINEAR or
-//: NEAREST. Slot: place, where no other part has given positions. $OF tells channels apart in a picture of several.
-//: $LOD names the mipmap, because inside a loop that not all pixels run there are no derivatives to choose one.
-// The volume as a 3D texture: normalised stored values, 0 to 1. The sampler's CLAMP_TO_EDGE holds the outer half voxel.
-uniform highp sampler3D u_volume$OF;
-//#part place
-float stored_value$OF(vec3 at) {
-  return textureLod(u_volume$OF, at, $LOD).$COMPONENT;
-}

@@ -1,0 +1,13 @@
+//: As look.glsl, for pre-integration: a segment is empty where both its ends lie in what an entry tells of. The one
+//: across its end is drawn; its front is read anew.
+vec3 at = block_start + block_stride * (next - 0.5);
+vec3 block = floor(at);
+float entry = skip_entry(block, block_stride);
+float segments = entry > 0.0 ? empty_samples(at, block_stride, block, entry) : 0.0;
+if (segments > 0.0) {
+  next += segments;
+  front = stored_value(start + stride * (next - 0.5));
+  continue;
+}
+float run_start = next;
+next += RUN;

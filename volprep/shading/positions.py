@@ -1,0 +1,9 @@
+"""Positions in voxels, for what is read voxel by voxel: mosaics, bricks and sub-volumes."""
+
+from volprep.shading.compose import Instance, literal
+
+
+def voxel_positions(spacing_mm_zyx: tuple[float, float, float]) -> Instance:
+    """Return the part that makes positions in voxels of this spacing from box millimetres."""
+    per_mm = literal(*(1 / spacing for spacing in spacing_mm_zyx[::-1]))
+    return Instance("sampling/voxel_positions", {"VOXELS_PER_MM": per_mm})

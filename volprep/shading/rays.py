@@ -1,0 +1,52 @@
+"""How the rays of a program begin: at the volume's box, or at proxy geometry (Díaz-García et al. 2018, section 3).
+
+At proxy geometry there are two passes over the mesh: the first writes depth alone, the second runs the ray caster on
+the nearest faces. Where a ray meets them is interpolated by the rasteriser in highp: positions in a texture of 8 bits,
+as some do it, are half a voxel off from 128 voxels on, and OpenGL ES 2.0 draws into no others. Rays end where they
+leave the box.
+"""
+
+from volprep.shading.compose import Dialect, Slot, compose, literal
+from volprep.shading.feature import Feature
+from volprep_formats.grid import Grid
+from volprep_formats.package.program import Rays, Uniform
+
+
+def ray_feature(rays: Rays, grid: Grid) -> Feature:
+    """Return how rays begin."""
+    if rays == "box":
+        return Feature(
+            slots={"rays": "ray/from_box", "rays_ends": None, "rays_start": None},
+            words={"NEAR_END": "v_near", "FAR_END": "v_far", "FIRST": "0.5"},
+        )
+    return Feature(
+        slots={"rays": "ray/from_mesh", "rays_ends": "ray/from_mesh:ends", "rays_start": "ray/from_mesh:start"},
+        words={
+            "NEAR_END": "near_end",
+            "FAR_END": "far_end",
+            "FIRST": "entered",
+            "ENTRY_MARGIN_MM": literal(min(grid.spacing_mm_zyx) / 2),
+        },
+        uniforms=(
+            Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
+            Uniform(name="u_box_from_mesh", type="vec3", source="box_from_mesh"),
+        ),
+    )
+
+
+def first_front(rays: Rays) -> str:
+    """Return the position at which the first segment begins."""
+    return "start" if rays == "box" else "start + stride * (entered - 0.5)"
+
+
+def vertex_shader(rays: Rays, grid: Grid, dialect: Dialect) -> str:
+    """Return the text of the vertex shader."""
+    if rays == "box":
+        return compose("vertex/picture", dialect, {}, {})
+    return compose("vertex/mesh", dialect, {}, {"BOX_MM": literal(*grid.extent_mm_zyx[::-1])})
+
+
+def depth_shader(dialect: Dialect) -> str:
+    """Return the text of the fragment shader of the first pass over a mesh."""
+    slots: dict[str, Slot] = {"dialect": f"ray/dialect_{dialect}"}
+    return compose("ray/depth", dialect, slots, {})
