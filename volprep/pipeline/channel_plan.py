@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.classification.decision import StepLengths, choose_tables
 from volprep.parts.compression.decision import CompressionChoice, CompressionGrounds, choose_compression
 from volprep.parts.compression.whole import WholeSource
@@ -140,6 +141,8 @@ class _Volume:
 
     @property
     def stops(self) -> bool:
+        if not COMPOSITINGS[self.scan.scene.render.compositing].ends_early:
+            return False
         return self.scan.scene.editable or self.opacity > self.scan.scene.render.opacity_cutoff
 
     @property
@@ -169,6 +172,7 @@ class _Volume:
             volumes,
             scan.measured,
             normals,
+            COMPOSITINGS[shared.compositing],
             scene.editable,
         )
         skip = plan_skip(scene.skip, functions, found)

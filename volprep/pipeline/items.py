@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.bricks.decision import describe_bricks
 from volprep.parts.classification.decision import describe_tables
 from volprep.parts.levels.decision import by
@@ -115,6 +116,9 @@ def _shaders(plan: ChannelPlan) -> PlanItem:
 
 def early_termination(shared: Shared, scene: Scene, opacity: float) -> PlanItem:
     """Return whether rays stop early; `opacity` is a bound on that of any ray."""
+    if not COMPOSITINGS[shared.compositing].ends_early:
+        reason = f"with compositing {shared.compositing} every sample of a ray may count"
+        return PlanItem(name="early ray termination", kept=False, reason=reason)
     return PlanItem(
         name="early ray termination",
         kept=shared.render.opacity_cutoff is not None,

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
@@ -26,6 +27,7 @@ from volprep.plan.records import ChannelPlan, CropPlan, Plan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
+from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
@@ -57,7 +59,13 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     begun = [begin(scan, profile, crop, grid) for scan in scans]
-    shared = Shared(profile=profile, crop=crop, grid=grid, render=_render(scene, begun))
+    shared = Shared(
+        profile=profile,
+        crop=crop,
+        grid=grid,
+        render=_render(scene, begun),
+        compositing=scene.render.compositing,
+    )
     finished = [channel.finished(shared) for channel in begun]
     channels = [plan for plan, _ in finished]
     measured = [each.measured for each in scanned]
@@ -107,7 +115,11 @@ def _channel_scans(scene: Scene, scanned: Sequence[Scanned]) -> list[ChannelScan
 
 def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     """Return the smallest box that holds what each channel shows."""
-    crops = [choose_crop(scene.crop, scan.functions, scan.measured.ranges_zyx) for scan in scans]
+    shown = COMPOSITINGS[scene.render.compositing].visible_table
+    crops = [
+        choose_crop(scene.crop, [shown(Table.exact(each)) for each in scan.functions], scan.measured.ranges_zyx)
+        for scan in scans
+    ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
     z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))

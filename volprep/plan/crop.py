@@ -4,26 +4,26 @@ Between two planes the field takes only values between those of their voxels. Wh
 of these values, nothing between the planes can be seen, and the picture without them is the same picture.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal
 
 from volprep.plan.records import CropPlan
 from volprep.scan.statistics import Ranges
 from volprep.transfer.table import Table
-from volprep_formats.package.transfer_function import TransferFunction
 
 
 def choose_crop(
     wanted: Literal["auto", "none"],
-    functions: tuple[TransferFunction, ...],
+    tables: Sequence[Table],
     ranges_zyx: tuple[Ranges, Ranges, Ranges],
 ) -> CropPlan:
     """Return the smallest box of voxels around all that can be seen; the whole volume where nothing can.
 
-    `ranges_zyx` holds, for each axis, the smallest and largest physical value of each plane across it.
+    `tables` are the transfer functions, with extinction where something can be seen. `ranges_zyx` holds, for each axis,
+    the smallest and largest physical value of each plane across it.
     """
     whole = tuple((0, len(ranges)) for ranges in ranges_zyx)
-    tables = [Table.exact(function) for function in functions]
     spans = whole if wanted == "none" else tuple(_visible(tables, ranges) or (0, 0) for ranges in ranges_zyx)
     if any(stop == 0 for _, stop in spans):
         spans = whole
@@ -31,7 +31,7 @@ def choose_crop(
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
 
 
-def _visible(tables: list[Table], ranges: Ranges) -> tuple[int, int] | None:
+def _visible(tables: Sequence[Table], ranges: Ranges) -> tuple[int, int] | None:
     """First plane, and the one after the last, of the cells between neighbouring planes in which something shows."""
     planes = [(float(low), float(high)) for low, high in ranges]
     cells = [(min(a[0], b[0]), max(a[1], b[1])) for a, b in pairwise(planes)] or planes

@@ -18,7 +18,7 @@ from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
-from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.program import CompositingName, ProgramDesign
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
@@ -158,6 +158,8 @@ class Shared(Record):
     """Grid of level 0: that part of the source's grid."""
     render: RenderSettings
     """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
+    compositing: CompositingName = "emission-absorption"
+    """What rays make of what they meet."""
 
 
 class ChannelPlan(Record):

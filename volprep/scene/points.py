@@ -82,8 +82,10 @@ class TransferWish(Record):
 
     def function(self, name: str, measure: Measure) -> TransferFunction:
         """Return the function over physical values, with linear-light colours and extinction per millimetre."""
+        length_mm = self.reference_mm or (self.reference_share or 0.0) * measure.diagonal_mm
         return TransferFunction(
             name=name,
+            reference_mm=length_mm or 1.0,
             points=tuple(
                 TransferPoint(
                     value=self._value(point.value, measure),

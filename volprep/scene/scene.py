@@ -14,7 +14,7 @@ from volprep_formats.package.parts.normals.record import GradientKernel, NormalC
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import StackAxis
-from volprep_formats.package.program import ClassificationName, Lighting
+from volprep_formats.package.program import ClassificationName, CompositingName, Lighting
 from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
@@ -91,6 +91,9 @@ class NormalSettings(Record):
 class RenderWishes(Record):
     """How the scene is to be drawn."""
 
+    compositing: CompositingName = "emission-absorption"
+    """What a ray makes of what it meets. "emission-absorption": each sample gives light and absorbs what is behind
+    it."""
     classification: ClassificationName = "lookup"
     """What becomes a colour: "lookup" each sample, by a lookup table; "preintegrated" each segment between two
     samples, by a table of segments, which needs far fewer of them; "palette" each sample, by few constants of the

@@ -11,7 +11,6 @@ from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, 
 from volprep.shading.classification import classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
-from volprep.shading.compositing import COMPOSITINGS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import headlight
 from volprep.shading.rays import ray_feature, vertex_shader
@@ -135,13 +134,14 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
 
 
 def _compositing(program: ProgramDesign, render: RenderSettings) -> Feature:
-    compositing = COMPOSITINGS[program.compositing]
-    stop_words = compositing.stop_words(render)
+    """Return the parts of a compositing: the file of its name, whose section stop is for rays that may end early."""
+    glsl = f"compositing/{program.compositing.replace('-', '_')}"
     slots: dict[str, Slot] = {
-        "about": f"{compositing.glsl}:about",
-        "compositing_start": f"{compositing.glsl}:start",
-        "sample": f"{compositing.glsl}:sample",
-        "stop": None if stop_words is None else f"{compositing.glsl}:stop",
-        "picture": f"{compositing.glsl}:picture",
+        "about": f"{glsl}:about",
+        "compositing_start": f"{glsl}:start",
+        "sample": f"{glsl}:sample",
+        "picture": f"{glsl}:picture",
     }
-    return Feature(slots, {} if stop_words is None else stop_words)
+    if render.opacity_cutoff is None:
+        return Feature(slots)
+    return Feature({**slots, "stop": f"{glsl}:stop"}, {"LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff)})

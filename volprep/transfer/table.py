@@ -20,6 +20,8 @@ class Table:
     """Linear RGB, [value, 3]."""
     extinction_per_mm: Array
     """Extinction."""
+    reference_mm: float = 1.0
+    """Length of the path whose opacity a value has where a picture knows no path."""
 
     @classmethod
     def exact(cls, function: TransferFunction) -> "Table":
@@ -28,6 +30,7 @@ class Table:
             np.array([point.value for point in function.points]),
             np.array([point.colour for point in function.points]),
             np.array([point.extinction_per_mm for point in function.points]),
+            function.reference_mm,
         )
 
     def at(self, values: Array) -> tuple[Array, Array]:
@@ -50,7 +53,7 @@ class Table:
     def resampled(self, window: tuple[float, float], entries: int) -> "Table":
         """The lookup table of `entries` texels over `window`."""
         values = np.linspace(*window, entries)
-        return Table(values, *self.at(values))
+        return Table(values, *self.at(values), self.reference_mm)
 
     def _between(self, channels: Array, values: Array, upper: NDArray[np.intp]) -> Array:
         last = len(self.values) - 1

@@ -98,12 +98,14 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
     that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
+    function = next(function for function in manifest.transfer_functions if function.name == transfer)
+    reference_mm = function.reference_mm
     palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
     if palette is not None:
-        return _palette_function(palette, _quantization(package).window)
+        return _palette_function(palette, _quantization(package).window, reference_mm)
     texture = table_for(manifest.textures, "transfer", transfer, level)
     if texture is None:
-        return next(function for function in manifest.transfer_functions if function.name == transfer)
+        return function
     image = ktx2.decode(package.read_bytes(texture.file), texture.file)
     entries = image.data.reshape(-1, 4)
     quantization = _quantization(package)
@@ -116,6 +118,7 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
         name=transfer,
+        reference_mm=reference_mm,
         points=tuple(
             TransferPoint(value=value, colour=(red, green, blue), extinction_per_mm=extinction)
             for value, (red, green, blue), extinction in points
@@ -123,7 +126,7 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
     )
 
 
-def _palette_function(palette: Palette, window: tuple[float, float]) -> TransferFunction:
+def _palette_function(palette: Palette, window: tuple[float, float], reference_mm: float) -> TransferFunction:
     """Steps: each entry is for the values nearest to it."""
     low, high = window
     last = len(palette.entries) - 1
@@ -133,7 +136,7 @@ def _palette_function(palette: Palette, window: tuple[float, float]) -> Transfer
         points += [
             TransferPoint(value=value, colour=entry.colour, extinction_per_mm=entry.extinction_per_mm) for value in ends
         ]
-    return TransferFunction(name=palette.transfer, points=tuple(points))
+    return TransferFunction(name=palette.transfer, reference_mm=reference_mm, points=tuple(points))
 
 
 def _from_roots(

@@ -5,16 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from volprep.compositing import COMPOSITINGS
 from volprep.truth.convergence import fit_order
 from volprep.validation.records import Convergence, Target
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, CompositingName
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
 """Root mean square errors below this are the target's rounding; in float32, that of some hundred samples."""
 
-_EXPECTED = 2.0
-"""Midpoint samples with exponential opacity."""
 _OF_LABELS = 1.0
 """The same where the field jumps at every face between two labels."""
 _AGREEMENT = 0.25
@@ -29,13 +28,15 @@ def convergence(
     target: Target | None,
     functions: Sequence[TransferFunction],
     classification: ClassificationName = "lookup",
+    compositing: CompositingName = "emission-absorption",
     *,
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
-    expected = _OF_LABELS if labels else _EXPECTED
+    compositing = COMPOSITINGS[program.compositing]
+    expected = _OF_LABELS if labels else compositing.order
     jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
-    limits = []
+    limits = [] if compositing.order_limit is None else [compositing.order_limit]
     if classification == "preintegrated":
         limits.append(
             "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "

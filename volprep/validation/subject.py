@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume, level_volume, own_table, table_function
 from volprep.truth.metrics import picture_error
-from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep.truth.oracle import Medium, OraclePicture
 from volprep.validation.records import ErrorNumbers
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
@@ -17,6 +18,8 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
 Picture = NDArray[np.floating]
+_OF_SLICES = COMPOSITINGS["emission-absorption"]
+"""What blending slices comes near to."""
 
 
 class Subject:
@@ -43,6 +46,7 @@ class Subject:
         programs = [each for each in package.manifest.programs if (each.transfer in known) == (channels is None)]
         self.programs = _finest(programs)
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
+        self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
         self._levels: dict[int, Volume] = {}
 
     @property
@@ -108,18 +112,11 @@ class Subject:
         return [*self._channels.items()] or [(transfer, self)]
 
     def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
-        volume, function = media[0]
-        box_from_clip = self._cameras[view].box_from_clip(volume.grid, aspect=1.0)
-        if len(media) > 1:
-            each = [Medium(volume.stored, volume.slope, volume.intercept, function) for volume, function in media]
-            return oracle_of_media(each, volume.grid, box_from_clip, self.shape_hw)
-        return oracle_picture(
-            volume.stored,
+        volume = media[0][0]
+        return self._compositing.oracle(
+            [Medium(each.stored, each.slope, each.intercept, function) for each, function in media],
             volume.grid,
-            volume.slope,
-            volume.intercept,
-            function,
-            box_from_clip,
+            self._cameras[view].box_from_clip(volume.grid, aspect=1.0),
             self.shape_hw,
             nearest=volume.nearest,
             normals=volume.normals,

@@ -178,7 +178,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
         subject.functions(program.transfer),
-        program.classification,
+        program,
         labels=subject.scan.nearest,
     )
     for level in coarser:

@@ -95,6 +95,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "filter transmittance averages the light of classified voxels, and voxels of this scene are values",
         "Choose another pyramid.filter, or set render.classification to preclassified.",
     ),
+    "VP3045": Diagnostic(
+        ExitStatus.SCENE,
+        "render.compositing {compositing} does not go with {what}",
+        "Set render.compositing to emission-absorption, or leave the other out.",
+    ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
         "normals of code {coded} need textures of format {needed}; profile {profile} has {known}",

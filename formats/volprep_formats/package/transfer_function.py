@@ -28,6 +28,9 @@ class TransferFunction(Record):
     """Name, unique in a package."""
     points: Annotated[tuple[TransferPoint, ...], Field(min_length=1)]
     """Control points in ascending order of value."""
+    reference_mm: Annotated[float, Field(gt=0.0)] = 1.0
+    """Length of the path for which opacities were stated; 1 where extinctions were. A value that is shown without a
+    path, as a maximum is, has the opacity 1 - exp(-extinction · this)."""
 
     @model_validator(mode="after")
     def _points_ascend(self) -> Self:

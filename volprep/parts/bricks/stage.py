@@ -76,7 +76,7 @@ def _stored(
     stored: NDArray[np.bool_] = found.low != found.high
     if not bricks.keep_empty:
         seen = [
-            occupied_blocks(found, visible_extinction(draft, function.name, level.index))
+            occupied_blocks(found, visible_extinction(draft, plan, function.name, level.index))
             for function in plan.transfer_functions
         ]
         stored &= np.any(seen, axis=0)

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
 from volprep.plan.probe import PictureError, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
@@ -73,8 +74,9 @@ def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> 
 
 
 def require_classification(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3040 where the class of devices cannot classify as the scene wants, VP3041 where the scene cannot."""
+    """Raise VP3040 where the class of devices cannot classify so, VP3041 and VP3045 where the scene cannot."""
     name = scene.render.classification
+    _require_compositing(scene)
     if name in {"palette", "preclassified"} and profile.api == "es2.0":
         raise VolprepError("VP3040", classification=name, profile=profile.name, api=profile.api[2:])
     unwanted = {
@@ -86,6 +88,21 @@ def require_classification(scene: Scene, profile: DeviceProfile) -> None:
     for what, is_unwanted in unwanted.items():
         if name == "preclassified" and not is_unwanted:
             raise VolprepError("VP3041", what=what)
+
+
+def _require_compositing(scene: Scene) -> None:
+    """Raise VP3045 for what the compositing of the scene does not go with."""
+    render = scene.render
+    compositing = COMPOSITINGS[render.compositing]
+    unwanted = {
+        f"classification {render.classification}": render.classification in compositing.classifications,
+        f"lighting {render.lighting}": render.lighting == "none" or compositing.lit,
+        "[together]": scene.together is None or compositing.several,
+        "labels": not scene.source.labels or compositing.labels,
+    }
+    for what, is_possible in unwanted.items():
+        if not is_possible:
+            raise VolprepError("VP3045", compositing=render.compositing, what=what)
 
 
 def choose_tables(  # noqa: PLR0917 - what make_plan has found so far

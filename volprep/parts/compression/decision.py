@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
 from volprep.parts.levels.layout import Layout, lay_out
 from volprep.parts.values.decision import ValueChoice, within_share
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.probe import Codes, PictureError, difference, picture
+from volprep.plan.probe import Codes, PictureError, difference
 from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
 from volprep.scan.statistics import Measured
@@ -187,6 +188,7 @@ class _Patches:
     def __init__(self, grounds: CompressionGrounds) -> None:
         values = grounds.values
         self._tolerance = grounds.scene.tolerance
+        self._rays = COMPOSITINGS[grounds.scene.render.compositing].rays
         self._spacing_mm = grounds.info.grid.spacing_mm_zyx[0]
         self._codes = Codes(8, values.quantize.window)
         stored = grounds.measured.stored_patches.astype(np.float64)
@@ -221,7 +223,7 @@ class _Patches:
     def _picture(self, texels: NDArray[np.float64], table: Table) -> NDArray[np.float64]:
         # Every column of voxels is a ray: few rays have the largest error.
         columns = self._codes.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
-        return picture(columns, self._spacing_mm, table)
+        return self._rays(columns, self._spacing_mm, table, "linear")
 
 
 def _through_blocks(texels: NDArray[np.uint8], name: CompressedFormat) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
@@ -25,7 +26,7 @@ from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.scene.scene import RenderWishes
 from volprep.truth.camera import standard_views
-from volprep.truth.oracle import oracle_picture
+from volprep.truth.oracle import Medium
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
@@ -193,7 +194,10 @@ class WholeLevel:
         camera = standard_views(self._grid, self._data.render.projection)[view]
         size = self._data.render.picture_size
         transfer = self._data.functions[function]
-        return oracle_picture(stored, grid, *scale, transfer, camera.box_from_clip(grid, aspect=1.0), (size, size)).rgba
+        oracle = COMPOSITINGS[self._data.render.compositing].oracle
+        medium = Medium(stored, *scale, transfer)
+        box_from_clip = camera.box_from_clip(grid, aspect=1.0)
+        return oracle([medium], grid, box_from_clip, (size, size), nearest=False, normals=None).rgba
 
     def _codes(self, z0: int, z1: int) -> NDArray[np.uint8]:
         info = self._source.info

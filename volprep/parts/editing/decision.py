@@ -7,6 +7,7 @@ that shows one function only.
 
 from collections.abc import Iterator
 
+from volprep.compositing import COMPOSITINGS
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
@@ -42,7 +43,8 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
     """Decide which levels have a joint histogram: all coarser ones, unless they hold labels, which nothing mixes."""
     if not scene.editable:
         return None
-    coarser = [level for level in levels if level.index > 0 and not scene.source.labels]
+    mixes = COMPOSITINGS[scene.render.compositing].level_filter is None and not scene.source.labels
+    coarser = [level for level in levels if level.index > 0 and mixes]
     return EditingPlan(
         histograms=tuple(
             JointHistogram(

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.tables import skip_table
@@ -48,7 +49,9 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
     texels = {table.name: _table_texels(package, table, inputs.level.index, function)}
     for texture in inputs.textures:
         if texture.role == "skip":
-            texels[texture.name] = _skip_texels(package, texture, entry_extinctions(table, texels[table.name][0]))
+            visible = COMPOSITINGS[inputs.program.compositing].visible
+            shown = visible(entry_extinctions(table, texels[table.name][0]))
+            texels[texture.name] = _skip_texels(package, texture, shown)
     return replace(inputs, texels={**inputs.texels, **texels})
 
 

@@ -3,6 +3,7 @@
 import math
 from typing import Literal
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.reduce import LABEL_FILTERS
 from volprep.parts.mosaic.decision import as_compressed_mosaic, as_mosaic
 from volprep.plan.records import LevelPlan, VolumePlan
@@ -29,7 +30,7 @@ def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
     if wanted == "transmittance" and scene.render.classification != "preclassified":
         raise VolprepError("VP3044")
     if wanted == "auto":
-        return "mode" if labels else "auto"
+        return "mode" if labels else COMPOSITINGS[scene.render.compositing].level_filter or "auto"
     if labels and wanted not in LABEL_FILTERS:
         raise VolprepError("VP3024", filter=wanted, possible=", ".join(sorted(LABEL_FILTERS)))
     return wanted

@@ -7,6 +7,7 @@ classified, levels are classified, too (classified.py).
 
 from collections.abc import Iterator
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.choice import Array, Chooser, Classified, level_slices
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.parts.levels.records import LevelChoice
@@ -37,7 +38,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
     # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
-    adapt = bool(plan.lookups) and not plan.quantize.labels
+    adapts = COMPOSITINGS[plan.shared.compositing].level_filter is None
+    adapt = adapts and bool(plan.lookups) and not plan.quantize.labels
     measured = adapt or any(level.filter == "auto" for level in coarser)
     progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
     chooser: Chooser | ClassifiedChooser | None = None

@@ -34,6 +34,7 @@ def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], render: Re
     return ProgramDesign(
         name=name,
         technique=technique_of(volumes[0]),
+        compositing=render.compositing,
         classification=render.classification,
         lighting=render.lighting,
         vertex=VERTEX,

@@ -47,7 +47,7 @@ def _mesh(
 ) -> ProxyMeshFile:
     level = plan.level(wanted.level)
     threshold = threshold_per_mm(proxy.epsilon, math.hypot(*plan.grid.extent_mm_zyx))
-    occupied = occupied_blocks(ranges, visible_extinction(draft, wanted.transfer, wanted.level), threshold)
+    occupied = occupied_blocks(ranges, visible_extinction(draft, plan, wanted.transfer, wanted.level), threshold)
     planes = block_planes(level.shape_zyx, proxy.block)
     mesh = proxy_mesh(occupied, planes, proxy.form)
     for problem in problems_of(mesh, occupied, planes, proxy.form):

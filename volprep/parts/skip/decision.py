@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
 from volprep.parts.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
@@ -63,6 +64,8 @@ class Found:
     """What was measured."""
     normals: NormalsPlan | None = None
     """Their normals."""
+    compositing: Compositing = COMPOSITINGS["emission-absorption"]
+    """What rays make of what they meet: it says what is empty."""
     editable: bool = False
     """Whether users may edit transfer functions: what is empty now says little then."""
 
@@ -127,7 +130,7 @@ def measured_occupied(function: TransferFunction, epsilon: float, found: Found) 
         np.clip((values[inside].astype(np.float64) - low) / (high - low), 0, 1).astype(np.float32)
         for values in (blocks.low, blocks.high)
     )
-    table = Table.exact(function).resampled((low, high), found.entries).extinction_per_mm
+    table = found.compositing.visible(Table.exact(function).resampled((low, high), found.entries).extinction_per_mm)
     threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
     return occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
 

@@ -110,7 +110,7 @@ def _occupied(
     threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     if plan.is_classified:
         return opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
-    return occupied_blocks(ranges, visible_extinction(draft, transfer, level.index), threshold)
+    return occupied_blocks(ranges, visible_extinction(draft, plan, transfer, level.index), threshold)
 
 
 def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:

@@ -68,6 +68,7 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
     return ProgramDesign(
         name=name,
         technique="raycast_subvolumes",
+        compositing=scene.render.compositing,
         classification=scene.render.classification,
         lighting="none",
         vertex=VERTEX,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.stage import Stage, Work, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
@@ -95,7 +96,8 @@ def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) ->
     width = (last - first) / (2**plan.quantize.bits - 1)
     # The filter of a table reaches to the next entry.
     ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
-    return all(Table.exact(function).largest_extinction(*ends) == 0.0 for function in plan.transfer_functions)
+    shown = COMPOSITINGS[plan.shared.compositing].visible_table
+    return all(shown(Table.exact(each)).largest_extinction(*ends) == 0.0 for each in plan.transfer_functions)
 
 
 def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:

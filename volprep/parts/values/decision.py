@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.values.labels import LARGEST_LABEL
 from volprep.parts.values.window import Window, is_exact, windows
-from volprep.plan.probe import Array, Codes, PictureError, difference_of_views, picture, worst
+from volprep.plan.probe import Array, Codes, PictureError, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
 from volprep.scan.statistics import Measured
@@ -56,7 +57,9 @@ class _Bench:
         spacing_mm_zyx: tuple[float, float, float],
         functions: tuple[TransferFunction, ...],
         between: SampleFilter,
+        compositing: Compositing,
     ) -> None:
+        self._compositing = compositing
         self._rays_zyx = measured.rays_zyx
         self._spacing_mm_zyx = spacing_mm_zyx
         self._between: SampleFilter = between
@@ -74,7 +77,7 @@ class _Bench:
 
     def _pictures(self, rays_zyx: Sequence[Array], table: Table) -> list[Array]:
         pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
-        return [picture(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
+        return [self._compositing.rays(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
 
 
 def choose_values(
@@ -94,7 +97,8 @@ def choose_values(
     """
     settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
     between: SampleFilter = "nearest" if scene.source.labels else "linear"
-    bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between)
+    compositing = COMPOSITINGS[scene.render.compositing]
+    bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, compositing)
     half_floats = not has_exact_16_bits(profile)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 

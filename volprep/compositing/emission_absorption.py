@@ -1,0 +1,73 @@
+"""Emission and absorption (Max 1995): each sample gives light and absorbs what is behind it.
+
+The opacity of a segment is 1 - exp(-extinction · length).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from volprep.compositing.record import Array, Compositing, Normals
+from volprep.transfer.rays import segments
+from volprep.transfer.table import Table
+from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep_formats.grid import Grid
+from volprep_formats.package.texture import SampleFilter
+
+
+def _rays(columns: Array, spacing_mm: float, table: Table, between: SampleFilter) -> Array:
+    result = np.zeros((columns.shape[1], 4))
+    transmittance = np.ones(columns.shape[1])
+    for samples, step_mm in segments(columns, spacing_mm, between):
+        kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
+        before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
+        weight = before[:-1] - before[1:]
+        for channel in range(3):
+            result[:, channel] += (weight * np.interp(samples, table.values, table.colour[:, channel])).sum(axis=0)
+        transmittance = before[-1]
+    result[:, 3] = 1.0 - transmittance
+    return result
+
+
+def _visible(extinction_per_mm: Array) -> Array:
+    return extinction_per_mm
+
+
+def _oracle(
+    media: Sequence[Medium],
+    grid: Grid,
+    box_from_clip: Array,
+    shape_hw: tuple[int, int],
+    *,
+    nearest: bool,
+    normals: Normals,
+) -> OraclePicture:
+    if len(media) > 1:
+        return oracle_of_media(media, grid, box_from_clip, shape_hw)
+    (medium,) = media
+    return oracle_picture(
+        medium.volume,
+        grid,
+        medium.slope,
+        medium.intercept,
+        medium.transfer_function,
+        box_from_clip,
+        shape_hw,
+        nearest=nearest,
+        normals=normals,
+    )
+
+
+EMISSION_ABSORPTION = Compositing(
+    name="emission-absorption",
+    ends_early=True,
+    classifications=frozenset(("lookup", "preintegrated", "palette", "preclassified")),
+    lit=True,
+    several=True,
+    labels=True,
+    level_filter=None,
+    visible=_visible,
+    rays=_rays,
+    oracle=_oracle,
+    order=2.0,
+)

@@ -1,0 +1,84 @@
+"""The record of a compositing: what plan, skip tables, levels and validation ask of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.transfer.table import Table
+from volprep.truth.oracle import Medium, OraclePicture
+from volprep_formats.grid import Grid
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.parts.normals.record import GradientKernel
+from volprep_formats.package.program import ClassificationName, CompositingName
+from volprep_formats.package.texture import SampleFilter
+
+Array = NDArray[np.float64]
+Normals = GradientKernel | NDArray[np.float32] | None
+
+
+class Visible(Protocol):
+    """What of a transfer function can be seen, whatever else lies on a ray."""
+
+    def __call__(self, extinction_per_mm: Array) -> Array:
+        """Turn extinctions of ascending values into others, 0 for each value up to which nothing changes a picture."""
+
+
+class Rays(Protocol):
+    """Pictures of few rays, for decisions of the plan."""
+
+    def __call__(self, columns: Array, spacing_mm: float, table: Table, between: SampleFilter) -> Array:
+        """Return colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values, [voxel, ray]."""
+
+
+class Oracle(Protocol):
+    """The true picture, in float64, with a bound on its own error."""
+
+    def __call__(
+        self,
+        media: Sequence[Medium],
+        grid: Grid,
+        box_from_clip: Array,
+        shape_hw: tuple[int, int],
+        *,
+        nearest: bool,
+        normals: Normals,
+    ) -> OraclePicture:
+        """Draw one volume, or several on one grid."""
+
+
+@dataclass(frozen=True)
+class Compositing:
+    """What a ray makes of what it meets."""
+
+    name: CompositingName
+    """Name in scenes and programs."""
+    ends_early: bool
+    """Whether a ray ends where its opacity passes `opacity_cutoff`."""
+    classifications: frozenset[ClassificationName]
+    """Kinds of classification that it goes with."""
+    lit: bool
+    """Whether samples may be lit."""
+    several: bool
+    """Whether several channels may be drawn into one picture."""
+    labels: bool
+    """Whether it makes sense of labels, which are no quantities."""
+    level_filter: LevelFilter | None
+    """Filter of coarser levels where the scene names none. If None, pictures decide, and levels may have tables of
+    their own."""
+    visible: Visible
+    """What can be seen of extinctions, for crop, empty space, bricks and meshes."""
+    rays: Rays
+    """Pictures of sampled rays."""
+    oracle: Oracle
+    """The true picture."""
+    order: float
+    """Order with which the error falls as steps get finer."""
+    order_limit: str | None = None
+    """Why the order is not 2, for people."""
+
+    def visible_table(self, table: Table) -> Table:
+        """Return a transfer function whose extinction is 0 where nothing can be seen."""
+        return replace(table, extinction_per_mm=self.visible(table.extinction_per_mm))

@@ -1,0 +1,33 @@
+"""Samples along rays through voxel centres."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.package.texture import SampleFilter
+
+Array = NDArray[np.float64]
+
+_SAMPLES = (0.25, 0.75)
+"""Positions of the samples between two voxels."""
+_CHUNK = 64
+"""Slices that are composited at one time."""
+
+
+def segments(columns: Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Array, float]]:
+    """Return samples along rays, front to back, [sample, ray], with the length that each stands for.
+
+    `columns` are values at voxels, [voxel, ray]; `between` says what is between two voxels: labels are not mixed.
+    """
+    if between == "nearest":
+        yield from ((columns[z0 : z0 + _CHUNK], spacing_mm) for z0 in range(0, len(columns), _CHUNK))
+        return
+    # Half a voxel lies outside the first and the last centre; the field is constant there.
+    yield columns[:1], spacing_mm / 2
+    for z0 in range(0, len(columns) - 1, _CHUNK):
+        lower = columns[z0 : z0 + _CHUNK][: len(columns) - 1 - z0]
+        upper = columns[z0 + 1 : z0 + _CHUNK + 1]
+        inside = [lower + t * (upper - lower) for t in _SAMPLES]
+        yield np.stack(inside, axis=1).reshape(-1, columns.shape[1]), spacing_mm / len(_SAMPLES)
+    yield columns[-1:], spacing_mm / 2
