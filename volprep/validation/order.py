@@ -33,10 +33,10 @@ def convergence(
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
-    compositing = COMPOSITINGS[program.compositing]
-    expected = _OF_LABELS if labels else compositing.order
+    record = COMPOSITINGS[compositing]
+    expected = _OF_LABELS if labels else record.order
     jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
-    limits = [] if compositing.order_limit is None else [compositing.order_limit]
+    limits = [] if record.order_limit is None else [record.order_limit]
     if classification == "preintegrated":
         limits.append(
             "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "

@@ -178,7 +178,8 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
         subject.functions(program.transfer),
-        program,
+        program.classification,
+        program.compositing,
         labels=subject.scan.nearest,
     )
     for level in coarser:
