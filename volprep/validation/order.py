@@ -28,8 +28,8 @@ def convergence(
     target: Target | None,
     functions: Sequence[TransferFunction],
     classification: ClassificationName = "lookup",
-    compositing: CompositingName = "emission-absorption",
     *,
+    compositing: CompositingName = "emission-absorption",
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""

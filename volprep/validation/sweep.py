@@ -179,7 +179,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         precise.target if precise else None,
         subject.functions(program.transfer),
         program.classification,
-        program.compositing,
+        compositing=program.compositing,
         labels=subject.scan.nearest,
     )
     for level in coarser:
