@@ -10,6 +10,7 @@ from phantom_scene import write_phantom_scene
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
@@ -82,7 +83,7 @@ def test_bricks_that_show_nothing_are_left_out(tmp_path) -> None:
 def test_the_verb_makes_what_build_makes(tmp_path) -> None:
     package = built(tmp_path / "built", BRICKS)
     request = load_request(tmp_path / "built" / "phantom.toml")
-    import_draft(request, tmp_path / "phantom.volpkg", Silent())
+    import_draft(prepare(request), tmp_path / "phantom.volpkg", Silent())
     for verb in ("quantize", "pyramid", "transfer", "bricks", "skip", "shaders", "seal"):
         run_verb(tmp_path / "phantom.volpkg", verb, lambda scene: scene, Silent())
     assert Package.open(tmp_path / "phantom.volpkg").manifest.files == package.manifest.files
@@ -104,7 +105,7 @@ def test_what_cannot_be_bricks_is_refused_with_what_to_do(tmp_path, table, profi
 
 
 def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None:
-    profile = (Path(__file__).parents[2] / "volprep" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    profile = (Path(__file__).parents[2] / "volprep" / "scene" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
     small = profile.replace('name = "gles3"', 'name = "small"').replace("1024", "24")
     (tmp_path / "small.toml").write_text(small, encoding="utf-8")
     plan = plan_build(load_request(scene_with(tmp_path, BRICKS, "small.toml")), Silent())

@@ -15,7 +15,9 @@ from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.merge import merged
-from volprep.pipeline.stages import plan_draft, run_stages
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import run_stages
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.channels import drawn_channels, left_out, with_listed_channels
@@ -261,7 +263,7 @@ class TestScenes:
         error = refusal(scene)
         assert (error.code, "skin.raw" in str(error)) == ("VP1001", True)
         with pytest.raises(VolprepError, match=r"VP1001.*skin.raw"):
-            import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
+            import_draft(prepare(load_request(scene)), tmp_path / "d.volpkg", Silent())
 
 
 class TestWhatChannelsShare:
@@ -291,44 +293,49 @@ class TestWhatChannelsShare:
 class TestStageByStage:
     def test_verbs_make_the_package_that_build_makes(self, tmp_path, package) -> None:
         request = load_request(write_channel_scene(tmp_path, package.manifest.profile.name))
-        draft = import_draft(request, tmp_path / "d.volpkg", Silent()).draft
-        for stage in plan_draft(draft, request.scene, request.profile).stages[1:]:
+        draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft
+        for stage in plan_draft(draft, request.scene, request.profile, Silent()).stages[1:]:
             run_verb(tmp_path / "d.volpkg", stage, lambda scene: scene, Silent())
         files = Package.open(tmp_path / "d.volpkg").manifest.files
         assert files == package.manifest.files
 
     def test_level_0_of_a_draft_is_the_scan_of_the_channel_that_is_chosen(self, tmp_path) -> None:
-        import_draft(load_request(write_channel_scene(tmp_path)), tmp_path / "d.volpkg", Silent())
+        import_draft(prepare(load_request(write_channel_scene(tmp_path))), tmp_path / "d.volpkg", Silent())
         for name in ("skin", "bone"):
             with open_level(tmp_path / "d.volpkg", 0, name) as source:
                 assert np.array_equal(source.read_slab(0, 17), channels()[name])
 
     def test_what_was_measured_again_gives_the_same_plan(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
-        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
-        again = plan_draft(imported.draft, request.scene, request.profile)
-        assert plan_draft(imported.draft, request.scene, request.profile, imported.measured) == again
+        imported = import_draft(prepare(request), tmp_path / "d.volpkg", Silent())
+        again = plan_draft(imported.draft, request.scene, request.profile, Silent())
+        assert plan_draft(imported.draft, request.scene, request.profile, Silent(), imported.measured) == again
         assert plan_build(request, Silent()) == again
 
     def test_a_transfer_function_that_changes_its_channel_needs_no_new_import(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
-        import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
+        import_draft(prepare(load_request(scene)), tmp_path / "d.volpkg", Silent())
         scene.write_text(
             scene.read_text().replace('name = "blue"\nchannel = "skin"', 'name = "blue"\nchannel = "bone"')
         )
         request = load_request(scene)
-        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
+        imported = import_draft(prepare(request), tmp_path / "d.volpkg", Silent())
         assert imported.measured is None
-        run_stages(imported.draft, plan_draft(imported.draft, request.scene, request.profile), request.scene, Silent())
+        run_stages(
+            imported.draft,
+            plan_draft(imported.draft, request.scene, request.profile, Silent()),
+            request.scene,
+            Silent(),
+        )
         assert [channel.transfers for channel in imported.draft.manifest.channels] == [("red",), ("white", "blue")]
         assert check(tmp_path / "d.volpkg") == []
 
     def test_the_import_is_done_again_when_a_file_of_any_channel_has_changed(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
-        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is not None
-        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is None
+        assert import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured is not None
+        assert import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured is None
         (tmp_path / "bone.raw").write_bytes((channels()["bone"] * 2).tobytes())
-        measured = import_draft(request, tmp_path / "d.volpkg", Silent()).measured
+        measured = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured
         assert [each.statistics.maximum for each in measured] == [1.0, 2000.0]
 
 
