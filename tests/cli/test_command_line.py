@@ -202,9 +202,10 @@ def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> 
     for command in ("import phantom.toml -o {}", "quantize {} --bits 16 --window 100 800", "pyramid {} --coarsest 20"):
         assert in_process(place, command.format(draft))[0] == 0
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
-    assert manifest["quantization"]["bits"] == 16
-    assert manifest["quantization"]["window"] == [100.0, 800.0]
-    assert [level["factors_zyx"] for level in manifest["levels"]] == [[1, 1, 1], [1, 2, 2]]
+    (channel,) = manifest["channels"]
+    assert channel["quantization"]["bits"] == 16
+    assert channel["quantization"]["window"] == [100.0, 800.0]
+    assert [level["factors_zyx"] for level in channel["levels"]] == [[1, 1, 1], [1, 2, 2]]
 
 
 def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:

@@ -183,10 +183,10 @@ def test_names_and_reasons_cannot_bring_markup_in(report: Report) -> None:
     hostile = "<script>alert(1)</script>"
     item = PlanItem(name=hostile, kept=False, reason=hostile)
     manifest = report.package.manifest
-    info = manifest.source.info.model_copy(update={"remarks": (hostile,), "unit": hostile})
-    manifest = manifest.model_copy(
-        update={"plan": (item,), "name": hostile, "source": manifest.source.model_copy(update={"info": info})}
-    )
+    (channel,) = manifest.channels
+    info = channel.source.info.model_copy(update={"remarks": (hostile,), "unit": hostile})
+    channel = channel.model_copy(update={"source": channel.source.model_copy(update={"info": info})})
+    manifest = manifest.model_copy(update={"plan": (item,), "name": hostile, "channels": (channel,)})
     hostile_report = report.model_copy(update={"package": report.package.model_copy(update={"manifest": manifest})})
     assert not Elements(page(hostile_report)).all("script")
 
