@@ -150,9 +150,15 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
     )
     yield (
         "PLAN",
-        ("item", "", "cost", "reason"),
+        ("item", "channel", "", "cost", "reason"),
         [
-            (item.name, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
+            (
+                item.name,
+                item.channel or "",
+                "kept" if item.kept else "left out",
+                bytes_text(item.size_bytes),
+                item.reason,
+            )
             for item in manifest.plan
         ],
     )

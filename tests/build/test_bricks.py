@@ -12,6 +12,7 @@ from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
@@ -114,8 +115,11 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
     assert "in bricks of 4³ cells have no room within 24 texels along an axis" in item.reason
 
 
-def test_several_channels_are_refused_as_for_other_pieces(tmp_path) -> None:
+def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
     scene = write_channel_scene(tmp_path)
     scene.write_text(scene.read_text(encoding="utf-8") + BRICKS, encoding="utf-8")
-    with pytest.raises(VolprepError, match="VP1244"):
-        plan_build(load_request(scene), Silent())
+    manifest = build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+    assert check(tmp_path / "tissues.volpkg") == []
+    held = {(texture.channels, texture.level) for texture in manifest.textures if texture.bricks is not None}
+    assert held == {((channel.name,), level.index) for channel in manifest.channels for level in channel.levels}
+    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", Silent(), picture_size=16).verdict.passed

@@ -84,7 +84,7 @@ class TestWhatItHolds:
     def test_a_table_is_read_for_each_channel_and_texels_once_where_they_are_shared(self, package) -> None:
         for program in of_picture(package):
             samplers = [(sampler.role, sampler.transfer) for sampler in program.samplers]
-            apart = not any(len(t.channels or ()) > 1 for t in package.manifest.textures)
+            apart = not any(len(t.channels) > 1 for t in package.manifest.textures)
             volumes = [("volume", "red"), ("volume", "white")] if apart else [("volume", "red")]
             assert samplers == [*volumes, ("transfer", "red"), ("transfer", "white")]
             fetches = re.findall(r"voxel_texel\(at\)|stored_value\w*\(at\)", package.read_text(program.fragment))

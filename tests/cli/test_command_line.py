@@ -126,7 +126,11 @@ CASES = [
     Case("build phantom.toml -o a-file", 6, stderr=r"VP4021 .*a-file"),
     Case("import phantom.toml -o thesis", 6, stderr=r"VP4023 thesis"),
     # results
-    Case("plan phantom.toml", 0, stdout=r"(?s)level 0 +kept.*normals +left out .*no lighting.*stages: import, "),
+    Case(
+        "plan phantom.toml",
+        0,
+        stdout=r"(?s)level 0 +scan +kept.*normals +scan +left out .*no lighting.*stages: import, ",
+    ),
     Case("inspect good.volpkg", 0, stdout=r"good.volpkg: sealed package"),
 ]
 

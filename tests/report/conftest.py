@@ -285,9 +285,16 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
         render=RenderSettings(step_mm=0.25, opacity_cutoff=0.995, tolerance=tolerance),
         plan=(
             PlanItem(
-                name="level 0", kept=True, reason="finest level that fits", files=("level0.ktx2",), size_bytes=92160
+                name="level 0",
+                channel=CHANNEL,
+                kept=True,
+                reason="finest level that fits",
+                files=("level0.ktx2",),
+                size_bytes=92160,
             ),
-            PlanItem(name="normals", kept=False, reason="the scene has no lighting", size_bytes=276480),
+            PlanItem(
+                name="normals", channel=CHANNEL, kept=False, reason="the scene has no lighting", size_bytes=276480
+            ),
         ),
         files=(
             FileRecord(path="level0.ktx2", role="texture", size_bytes=92160, sha256="b" * 64),

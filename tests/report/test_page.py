@@ -144,7 +144,7 @@ def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -
 def test_what_was_left_out_stands_there_with_its_reason_and_its_cost(elements: Elements) -> None:
     text = words(elements)
     assert "Left out" in text
-    assert "normals the scene has no lighting 276 kB" in text
+    assert "normals scan the scene has no lighting 276 kB" in text
 
 
 def test_every_step_and_every_level_is_in_the_table(report: Report, elements: Elements) -> None:

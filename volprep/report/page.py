@@ -143,7 +143,7 @@ def _kind(manifest: Manifest) -> str:
     info = manifest.source.info
     name = _KINDS.get(info.format, f"a {info.format} volume")
     name = f"{name} ({info.modality})" if info.modality else name
-    more = len(manifest.channels or (None,)) - 1
+    more = len(manifest.channels) - 1
     return f"{name} and {more} more {'channel' if more == 1 else 'channels'}" if more else name
 
 
