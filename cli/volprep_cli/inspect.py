@@ -85,12 +85,9 @@ def _size(manifest: "Manifest") -> int:
 
 
 def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]:
-    from volprep_formats.package.manifest import titles  # noqa: PLC0415 - keeps volprep --help fast
-
     yield "", ("GENERAL", ""), _general(manifest)
-    if len(manifest.channels) > 1:
-        header = ("channel", "values", "stored as", "largest error", "transfer functions")
-        yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
+    header = ("channel", "values", "stored as", "largest error", "transfer functions")
+    yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
     yield (
         "LEVELS",
         ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter"),
@@ -121,7 +118,7 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
             for texture in manifest.textures
         ],
     )
-    unit = manifest.source.info.unit or "no unit"
+    unit = (manifest.source.info.unit if manifest.channels else "") or "no unit"
     yield (
         "TRANSFER FUNCTIONS",
         ("name", "points", f"values ({unit})", "largest extinction per mm"),
@@ -153,10 +150,16 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
     )
     yield (
         "PLAN",
-        ("item", "", "cost", "reason"),
+        ("item", "channel", "", "cost", "reason"),
         [
-            (title, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
-            for title, item in zip(titles(manifest.plan), manifest.plan, strict=True)
+            (
+                item.name,
+                item.channel or "",
+                "kept" if item.kept else "left out",
+                bytes_text(item.size_bytes),
+                item.reason,
+            )
+            for item in manifest.plan
         ],
     )
     yield (
@@ -167,13 +170,31 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
 
 
 def _general(manifest: "Manifest") -> Rows:
-    info, profile, statistics = manifest.source.info, manifest.profile, manifest.statistics
-    source = f"{info.format} {info.modality}".strip()
-    non_finite = f", {statistics.non_finite} not finite" if statistics.non_finite else ""
+    profile = manifest.profile
     rows: Rows = [
         ("name", manifest.name),
         ("format", f"{manifest.format} {manifest.version}, written by {manifest.generator}"),
         ("profile", f"{profile.name}, OpenGL ES {profile.api.removeprefix('es')}"),
+    ]
+    if manifest.channels:
+        rows += _scan(manifest)
+    if manifest.render is not None:
+        render = manifest.render
+        cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
+        allowed = f"RMSE {render.tolerance.rmse:g}, largest {render.tolerance.maximum:g}"
+        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{cutoff}"))
+        rows.append(("tolerance", allowed))
+    if manifest.state == "draft":
+        rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
+    return rows
+
+
+def _scan(manifest: "Manifest") -> Rows:
+    """Return what there is to say of the scan of the first channel."""
+    info, statistics = manifest.source.info, manifest.statistics
+    source = f"{info.format} {info.modality}".strip()
+    non_finite = f", {statistics.non_finite} not finite" if statistics.non_finite else ""
+    rows: Rows = [
         ("source", f"{source}, {voxels_text(info.grid.shape_zyx)} voxels x×y×z, {info.stored_type}"),
         ("extent", f"{voxels_text(info.grid.extent_mm_zyx)} mm x×y×z"),
         ("values", f"{statistics.minimum:g} to {statistics.maximum:g} {info.unit}".rstrip() + non_finite),
@@ -186,14 +207,6 @@ def _general(manifest: "Manifest") -> Rows:
         clipped = f"{stored.clipped_below} below, {stored.clipped_above} above"
         rows.append(("stored as", f"{stored.bits} bits over {low:g} to {high:g}; voxels outside: {clipped}"))
         rows.append(("error made", f"RMSE {stored.rmse:.3g}, largest {stored.max_error:.3g}"))
-    if manifest.render is not None:
-        render = manifest.render
-        cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
-        allowed = f"RMSE {render.tolerance.rmse:g}, largest {render.tolerance.maximum:g}"
-        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{cutoff}"))
-        rows.append(("tolerance", allowed))
-    if manifest.state == "draft":
-        rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
     return rows
 
 

@@ -12,7 +12,6 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     """
     from volprep.pipeline.build import plan_build  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.scene.request import request_of  # noqa: PLC0415
-    from volprep_formats.package.manifest import titles  # noqa: PLC0415
 
     request = request_of(scene, profile, source)
     with progress() as watcher:
@@ -21,9 +20,16 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
         print_json(decided.model_dump(mode="json", exclude_none=True))
         return
     rows = [
-        (title, "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason, " ".join(item.files))
-        for title, item in zip(titles(decided.items), decided.items, strict=True)
+        (
+            item.name,
+            item.channel or "",
+            "kept" if item.kept else "left out",
+            bytes_text(item.size_bytes),
+            item.reason,
+            " ".join(item.files),
+        )
+        for item in decided.items
     ]
-    print_table(("item", "", "cost", "reason", "files"), rows)
+    print_table(("item", "channel", "", "cost", "reason", "files"), rows)
     total = bytes_text(sum(item.size_bytes for item in decided.items if item.kept))
     print(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")

@@ -18,7 +18,9 @@ from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedCho
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import codes_of_source
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import STAGES, run_stage
 from volprep.scene.request import Request
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.progress import Silent
@@ -61,8 +63,8 @@ def _rows(scan: str, request: Request, transfer: str, folder: Path) -> list[Clas
     render = request.scene.render.model_copy(update={"classification": "preclassified"})
     functions = tuple(each for each in request.scene.transfer if each.name == transfer)
     scene = request.scene.model_copy(update={"render": render, "transfer": functions})
-    draft = import_draft(request, folder, Silent()).draft
-    plan = plan_draft(draft, scene, request.profile)
+    draft = import_draft(prepare(request), folder, Silent()).draft
+    plan = plan_draft(draft, scene, request.profile, Silent())
     run_stage(draft, next(stage for stage in STAGES if stage.name == "quantize"), plan, scene, Silent())
     voxels = voxels_of(plan)
     table = lookup_table(voxels.function, voxels.window, 256)

@@ -38,12 +38,13 @@ _OURS_RUNNING = """
 import shutil, sys, time
 from pathlib import Path
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.scene.request import request_for_source
 from volprep_formats.progress import Silent
 for _ in range(2):
     shutil.rmtree(sys.argv[2], ignore_errors=True)
     start = time.perf_counter()
-    import_draft(request_for_source(Path(sys.argv[1])), Path(sys.argv[2]), Silent())
+    import_draft(prepare(request_for_source(Path(sys.argv[1]))), Path(sys.argv[2]), Silent())
     print(time.perf_counter() - start)
 """
 _OURS_BARE = (

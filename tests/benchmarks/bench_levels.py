@@ -23,7 +23,9 @@ from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import STAGES, run_stage
 from volprep.plan.records import Plan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import Request, load_request
@@ -195,8 +197,8 @@ class _Bench:
 
     def __init__(self, name: str, request: Request, folder: Path) -> None:
         self._name = name
-        self._draft = import_draft(request, folder / "draft", Silent()).draft
-        self._plan = plan_draft(self._draft, request.scene, request.profile)
+        self._draft = import_draft(prepare(request), folder / "draft", Silent()).draft
+        self._plan = plan_draft(self._draft, request.scene, request.profile, Silent())
         quantize = next(stage for stage in STAGES if stage.name == "quantize")
         run_stage(self._draft, quantize, self._plan, request.scene, Silent())
         self._folder = folder

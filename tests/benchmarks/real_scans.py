@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.stages import STAGES, plan_draft, run_stage
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import STAGES, run_stage
 from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
@@ -81,8 +83,8 @@ def planned_draft(scan: str, functions: Mapping[str, Points]) -> Iterator[Planne
             f'name = "s"\n[source]\n{source}\n[skip]\nkind = "none"\n' + "\n".join(tables), encoding="utf-8"
         )
         request = load_request(path)
-        draft = import_draft(request, Path(folder) / "draft", Silent()).draft
-        plan = plan_draft(draft, request.scene, request.profile)
+        draft = import_draft(prepare(request), Path(folder) / "draft", Silent()).draft
+        plan = plan_draft(draft, request.scene, request.profile, Silent())
         for stage in STAGES:
             if stage.name in plan.stages and stage.name != "seal":
                 run_stage(draft, stage, plan, request.scene, Silent())

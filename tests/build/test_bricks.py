@@ -10,7 +10,9 @@ from phantom_scene import write_phantom_scene
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
@@ -82,7 +84,7 @@ def test_bricks_that_show_nothing_are_left_out(tmp_path) -> None:
 def test_the_verb_makes_what_build_makes(tmp_path) -> None:
     package = built(tmp_path / "built", BRICKS)
     request = load_request(tmp_path / "built" / "phantom.toml")
-    import_draft(request, tmp_path / "phantom.volpkg", Silent())
+    import_draft(prepare(request), tmp_path / "phantom.volpkg", Silent())
     for verb in ("quantize", "pyramid", "transfer", "bricks", "skip", "shaders", "seal"):
         run_verb(tmp_path / "phantom.volpkg", verb, lambda scene: scene, Silent())
     assert Package.open(tmp_path / "phantom.volpkg").manifest.files == package.manifest.files
@@ -104,7 +106,7 @@ def test_what_cannot_be_bricks_is_refused_with_what_to_do(tmp_path, table, profi
 
 
 def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None:
-    profile = (Path(__file__).parents[2] / "volprep" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    profile = (Path(__file__).parents[2] / "volprep" / "scene" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
     small = profile.replace('name = "gles3"', 'name = "small"').replace("1024", "24")
     (tmp_path / "small.toml").write_text(small, encoding="utf-8")
     plan = plan_build(load_request(scene_with(tmp_path, BRICKS, "small.toml")), Silent())
@@ -113,8 +115,11 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
     assert "in bricks of 4³ cells have no room within 24 texels along an axis" in item.reason
 
 
-def test_several_channels_are_refused_as_for_other_pieces(tmp_path) -> None:
+def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
     scene = write_channel_scene(tmp_path)
     scene.write_text(scene.read_text(encoding="utf-8") + BRICKS, encoding="utf-8")
-    with pytest.raises(VolprepError, match="VP1244"):
-        plan_build(load_request(scene), Silent())
+    manifest = build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+    assert check(tmp_path / "tissues.volpkg") == []
+    held = {(texture.channels, texture.level) for texture in manifest.textures if texture.bricks is not None}
+    assert held == {((channel.name,), level.index) for channel in manifest.channels for level in channel.levels}
+    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", Silent(), picture_size=16).verdict.passed

@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import nibabel
@@ -12,12 +13,15 @@ from command_line import volprep
 from phantom_scene import phantom, seen_phantom, write_phantom_scene
 
 from volprep.parts.stage import Stage
+from volprep.pipeline import plan_draft
 from volprep.pipeline import stages as pipeline
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
+from volprep.pipeline.prepare import prepare
 from volprep.scan import import_volume, slabs
+from volprep.scene.channels import ONLY_CHANNEL
 from volprep.scene.request import load_request, request_of
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
@@ -60,10 +64,14 @@ def failing(name: str, error: Exception) -> tuple[Stage, ...]:
     def run(draft, plan, progress):
         raise error
 
-    return tuple(
-        Stage(stage.name, stage.reads, stage.settings, run if stage.name == name else stage.run)
-        for stage in pipeline.STAGES
-    )
+    def broken(stage: Stage) -> Stage:
+        return replace(
+            stage,
+            channel=stage.channel and replace(stage.channel, run=run),
+            package=stage.package and replace(stage.package, run=run),
+        )
+
+    return tuple(broken(stage) if stage.name == name else stage for stage in pipeline.STAGES)
 
 
 class TestWhatItMakes:
@@ -123,7 +131,7 @@ class TestWhatItMakes:
             padding = [(0, n * f - m) for n, f, m in zip(shape, level.factors_zyx, seen.shape, strict=True)]
             padded = np.pad(codes, padding, mode="edge")
             blocks = padded.reshape(shape[0], fz, shape[1], fy, shape[2], fx)
-            image = ktx2.decode(package.read_bytes(f"textures/volume-{level.index}.ktx2"), "level")
+            image = ktx2.decode(package.read_bytes(f"textures/volume-{ONLY_CHANNEL}-{level.index}.ktx2"), "level")
             assert np.array_equal(np.frombuffer(image.data, np.uint8).reshape(shape), np.rint(blocks.mean((1, 3, 5))))
 
     def test_the_recorded_loss_is_the_loss(self, scene) -> None:
@@ -160,7 +168,7 @@ class TestDeterminism:
     def test_stage_by_stage_gives_what_build_gives(self, scene) -> None:
         built = contents(build_here(scene))
         draft = scene.parent / "draft.volpkg"
-        import_draft(load_request(scene), draft, Silent())
+        import_draft(prepare(load_request(scene)), draft, Silent())
         for name in ("quantize", "pyramid", "transfer", "texture", "skip", "shaders", "seal"):
             run_verb(draft, name, lambda scene: scene, Silent())
         assert contents(draft) == built
@@ -171,7 +179,7 @@ class TestWhatItDoesNotDoTwice:
         def refuse(*_arguments):
             pytest.fail("the working volume was read a second time")
 
-        monkeypatch.setattr(pipeline, "measure_again", refuse)
+        monkeypatch.setattr(plan_draft, "measure_again", refuse)
         build_here(scene)
 
     def test_a_build_that_broke_down_is_carried_on(self, scene, monkeypatch) -> None:

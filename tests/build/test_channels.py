@@ -1,9 +1,7 @@
 """Packages of several channels: registered files, or the channels of one file, on one grid."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import nibabel
 import numpy as np
@@ -14,11 +12,12 @@ from channel_scene import channels, write_channel_scene
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.merge import merged
-from volprep.pipeline.stages import plan_draft, run_stages
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import run_stages
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
-from volprep.scene.channels import drawn_channels, left_out, with_listed_channels
+from volprep.scene.channels import ONLY_CHANNEL, drawn_channels, left_out, with_listed_channels
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
 from volprep.truth.decoded import level_volume
@@ -26,6 +25,7 @@ from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages, channel_views, package_of_transfer
 from volprep_formats.package.check import check
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
@@ -59,7 +59,7 @@ class TestWhatItHolds:
     def test_it_names_its_channels_the_one_of_the_default_transfer_function_first(self, package) -> None:
         found = [(channel.name, channel.transfers) for channel in package.manifest.channels]
         assert found == [("skin", ("red", "blue")), ("bone", ("white",))]
-        assert [transfer.name for transfer in package.manifest.transfer_functions] == ["red", "white", "blue"]
+        assert [transfer.name for transfer in package.manifest.transfer_functions] == ["red", "blue", "white"]
 
     def test_each_channel_has_its_own_values_and_window(self, package) -> None:
         for channel in package.manifest.channels:
@@ -86,7 +86,7 @@ class TestWhatItHolds:
             assert np.abs(physical - np.clip(seen, *part.manifest.quantization.window)).max() <= error * 1.01
 
     def test_what_no_transfer_function_draws_is_left_out_and_the_plan_says_so(self, package) -> None:
-        (item,) = [item for item in package.manifest.plan if item.name == "channel air"]
+        (item,) = [item for item in package.manifest.plan if (item.name, item.channel) == ("channel", "air")]
         assert not item.kept
         assert not any("air" in record.path for record in package.manifest.files)
 
@@ -177,10 +177,13 @@ class TestOneChannel:
         assert begin < end
         one = build(load_request(tmp_path / "one.toml"), tmp_path / "one.volpkg", Silent())
         plain = build(load_request(tmp_path / "alone.toml"), tmp_path / "alone.volpkg", Silent())
-        assert one.channels is None
-        assert [item.name for item in one.plan if item not in plain.plan] == ["channel bone", "channel air"]
+        assert [channel.name for channel in one.channels] == ["skin"]
+        assert [channel.name for channel in plain.channels] == [ONLY_CHANNEL]
+        # But for the name of the channel they are the same, and the plan says what was left out.
+        one = Manifest.model_validate_json(one.model_dump_json().replace("skin", ONLY_CHANNEL))
+        more = [item for item in one.plan if item not in plain.plan]
+        assert [(item.name, item.channel) for item in more] == [("channel", "bone"), ("channel", "air")]
         assert one.model_copy(update={"plan": plain.plan}) == plain
-        assert "channels" not in json.loads((tmp_path / "alone.volpkg/manifest.json").read_text())["textures"][0]
 
 
 class TestRegistration:
@@ -261,7 +264,7 @@ class TestScenes:
         error = refusal(scene)
         assert (error.code, "skin.raw" in str(error)) == ("VP1001", True)
         with pytest.raises(VolprepError, match=r"VP1001.*skin.raw"):
-            import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
+            import_draft(prepare(load_request(scene)), tmp_path / "d.volpkg", Silent())
 
 
 class TestWhatChannelsShare:
@@ -272,7 +275,7 @@ class TestWhatChannelsShare:
         plan = plan_build(replace(request, scene=scene), Silent())
         seen = (channels()["skin"] > 0.2) | (channels()["bone"] > 300)
         first, last = np.argwhere(seen).min(axis=0), np.argwhere(seen).max(axis=0)
-        for each in plan.every:
+        for each in plan.channels:
             # The neighbours count too: between them and what is seen the field fades out.
             assert each.crop.start_zyx == tuple(np.maximum(first - 1, 0))
             assert each.crop.stop_zyx == tuple(np.minimum(last + 2, seen.shape))
@@ -280,55 +283,63 @@ class TestWhatChannelsShare:
     def test_rays_stop_early_in_all_or_in_none(self, tmp_path) -> None:
         faint = edited(tmp_path, "extinction_per_mm = 0.3 }", "extinction_per_mm = 0.0003 }")
         plan = plan_build(load_request(faint), Silent())
-        assert [each.render.opacity_cutoff for each in plan.every] == [0.998, 0.998]
+        assert [each.render.opacity_cutoff for each in plan.channels] == [0.998, 0.998]
         text = faint.read_text()
         for number in ("0.4", "0.2"):
             text = text.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
         faint.write_text(text)
-        assert [each.render.opacity_cutoff for each in plan_build(load_request(faint), Silent()).every] == [None, None]
+        assert [each.render.opacity_cutoff for each in plan_build(load_request(faint), Silent()).channels] == [
+            None,
+            None,
+        ]
 
 
 class TestStageByStage:
     def test_verbs_make_the_package_that_build_makes(self, tmp_path, package) -> None:
         request = load_request(write_channel_scene(tmp_path, package.manifest.profile.name))
-        draft = import_draft(request, tmp_path / "d.volpkg", Silent()).draft
-        for stage in plan_draft(draft, request.scene, request.profile).stages[1:]:
+        draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft
+        for stage in plan_draft(draft, request.scene, request.profile, Silent()).stages[1:]:
             run_verb(tmp_path / "d.volpkg", stage, lambda scene: scene, Silent())
         files = Package.open(tmp_path / "d.volpkg").manifest.files
         assert files == package.manifest.files
 
     def test_level_0_of_a_draft_is_the_scan_of_the_channel_that_is_chosen(self, tmp_path) -> None:
-        import_draft(load_request(write_channel_scene(tmp_path)), tmp_path / "d.volpkg", Silent())
+        import_draft(prepare(load_request(write_channel_scene(tmp_path))), tmp_path / "d.volpkg", Silent())
         for name in ("skin", "bone"):
             with open_level(tmp_path / "d.volpkg", 0, name) as source:
                 assert np.array_equal(source.read_slab(0, 17), channels()[name])
 
     def test_what_was_measured_again_gives_the_same_plan(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
-        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
-        again = plan_draft(imported.draft, request.scene, request.profile)
-        assert plan_draft(imported.draft, request.scene, request.profile, imported.measured) == again
+        imported = import_draft(prepare(request), tmp_path / "d.volpkg", Silent())
+        again = plan_draft(imported.draft, request.scene, request.profile, Silent())
+        assert plan_draft(imported.draft, request.scene, request.profile, Silent(), imported.measured) == again
         assert plan_build(request, Silent()) == again
 
     def test_a_transfer_function_that_changes_its_channel_needs_no_new_import(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
-        import_draft(load_request(scene), tmp_path / "d.volpkg", Silent())
+        import_draft(prepare(load_request(scene)), tmp_path / "d.volpkg", Silent())
         scene.write_text(
             scene.read_text().replace('name = "blue"\nchannel = "skin"', 'name = "blue"\nchannel = "bone"')
         )
         request = load_request(scene)
-        imported = import_draft(request, tmp_path / "d.volpkg", Silent())
+        imported = import_draft(prepare(request), tmp_path / "d.volpkg", Silent())
         assert imported.measured is None
-        run_stages(imported.draft, plan_draft(imported.draft, request.scene, request.profile), request.scene, Silent())
+        run_stages(
+            imported.draft,
+            plan_draft(imported.draft, request.scene, request.profile, Silent()),
+            request.scene,
+            Silent(),
+        )
         assert [channel.transfers for channel in imported.draft.manifest.channels] == [("red",), ("white", "blue")]
         assert check(tmp_path / "d.volpkg") == []
 
     def test_the_import_is_done_again_when_a_file_of_any_channel_has_changed(self, tmp_path) -> None:
         request = load_request(write_channel_scene(tmp_path))
-        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is not None
-        assert import_draft(request, tmp_path / "d.volpkg", Silent()).measured is None
+        assert import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured is not None
+        assert import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured is None
         (tmp_path / "bone.raw").write_bytes((channels()["bone"] * 2).tobytes())
-        measured = import_draft(request, tmp_path / "d.volpkg", Silent()).measured
+        measured = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).measured
         assert [each.statistics.maximum for each in measured] == [1.0, 2000.0]
 
 
@@ -385,7 +396,7 @@ class TestChannelsOfOneFile:
         scene = self.scene(tmp_path, "bone")
         scene.write_text(scene.read_text().replace("a.ome.tif", str(package.path)).replace("500.0", "0.5"))
         plan = plan_build(load_request(scene), Silent())
-        assert [each.channel for each in plan.every] == ["skin", "bone"]
+        assert [each.channel for each in plan.channels] == ["skin", "bone"]
 
     def test_a_format_of_one_channel_is_refused(self, tmp_path) -> None:
         scene = self.scene(tmp_path, "dapi")
@@ -398,45 +409,11 @@ class TestChannelsOfOneFile:
         assert left_out(listed) == ("dapi",)
 
 
-class TestMerging:
-    def parts(self, of_skin, of_bone):
-        return [(SimpleNamespace(channel="skin"), of_skin), (SimpleNamespace(channel="bone"), of_bone)]
-
-    def test_what_one_channel_drops_is_dropped(self, package) -> None:
-        manifest = package.manifest
-        kept = tuple(texture for texture in manifest.textures if texture.transfer != "blue")
-        assert len(kept) < len(manifest.textures)
-        found = merged(manifest, self.parts({"textures": kept}, {"textures": manifest.textures}), None)
-        assert found["textures"] == kept
-
-    def test_what_a_channel_makes_anew_is_of_this_channel(self, package) -> None:
-        manifest = package.manifest
-        old = next(texture for texture in manifest.textures if texture.channels == ("bone",))
-        new = old.model_copy(update={"channels": None, "shape_zyx": (1, 2, 3)})
-        textures = tuple(new if texture == old else texture for texture in manifest.textures)
-        found = merged(manifest, self.parts({"textures": manifest.textures}, {"textures": textures}), None)
-        assert new.model_copy(update={"channels": ("bone",)}) in found["textures"]
-        assert old not in found["textures"]
-
-    def test_a_texture_of_two_channels_is_refused(self, package) -> None:
-        texture = package.manifest.textures[0].model_copy(update={"name": "new", "channels": None})
-        parts = self.parts({"textures": (texture,)}, {"textures": (texture,)})
-        with pytest.raises(VolprepError, match=r"VP1244.*texture new"):
-            merged(package.manifest, parts, None)
-
-    def test_what_a_package_has_once_is_the_same_for_all_or_refused(self, package) -> None:
-        scene = load_scene(write_channel_scene(package.path.parent))
-        same = self.parts({"grid": package.manifest.grid}, {"grid": package.manifest.grid})
-        assert merged(package.manifest, same, scene) == {"grid": package.manifest.grid}
-        with pytest.raises(VolprepError, match=r"VP1244.*preview"):
-            merged(package.manifest, self.parts({"preview": "a"}, {"preview": "b"}), scene)
-
-
 class TestAgreement:
     def test_views_leave_nothing_of_other_channels(self, package) -> None:
         for name, view in channel_views(package.manifest).items():
-            assert view.channels is None
-            assert {texture.channels for texture in view.textures} == {None, (name,)}
+            assert [channel.name for channel in view.channels] == [name]
+            assert {texture.channels for texture in view.textures} == {(), (name,)}
 
     def test_a_transfer_function_that_is_not_there_gives_the_package_itself(self, package) -> None:
         assert package_of_transfer(package, "green") is package
@@ -444,16 +421,17 @@ class TestAgreement:
     @pytest.mark.parametrize(
         ("change", "says"),
         [
-            (lambda m: {"quantization": m.channels[1].quantization}, "quantization is not that of the first"),
-            (lambda m: {"source": m.channels[1].source}, "source is not that of the first"),
             (lambda m: {"channels": (m.channels[0], m.channels[0])}, "skin is named 2 times"),
-            (lambda m: {"channels": _with(m, transfers=())}, "white is of no channel"),
-            (lambda m: {"channels": _with(m, transfers=("white", "red"))}, "2 channels have the transfer function red"),
-            (lambda m: {"channels": _with(m, transfers=("white", "pink"))}, "pink of a channel is missing"),
+            (lambda m: {"channels": _with(m, transfer_functions=())}, "draws white, which is no transfer function"),
+            (lambda m: {"channels": _with_function(m, "red")}, "transfer function red is named 2 times"),
+            (
+                lambda m: {"channels": _with_function(m, "pink")},
+                "channel bone: no program draws the transfer function pink",
+            ),
             (lambda m: {"channels": _with(m, name="hair")}, "is of channels bone"),
             (lambda m: {"channels": _with(m, source=_moved(m.channels[1].source))}, "has another grid"),
             (
-                lambda m: {"textures": tuple(t.model_copy(update={"channels": None}) for t in m.textures)},
+                lambda m: {"textures": tuple(t.model_copy(update={"channels": ()}) for t in m.textures)},
                 "of channels none",
             ),
             (lambda m: {"textures": tuple(t for t in m.textures if t.channels != ("bone",))}, "channel bone: "),
@@ -470,8 +448,10 @@ def _with(manifest, **changes):
     return (first, second.model_copy(update=changes))
 
 
-def _of_none(texture):
-    return texture.model_copy(update={"channels": None})
+def _with_function(manifest, name):
+    """Give the second channel a transfer function more."""
+    (white,) = manifest.channels[1].transfer_functions
+    return _with(manifest, transfer_functions=(white, white.model_copy(update={"name": name})))
 
 
 def _moved(record):
@@ -491,6 +471,6 @@ def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
     (tmp_path / "tissues.toml").write_text(text.replace("../build/scans/tissues/", ""))
     manifest = build(load_request(tmp_path / "tissues.toml"), tmp_path / "a.volpkg", Silent())
     assert [channel.name for channel in manifest.channels] == ["gm", "wm"]
-    assert [item.name for item in manifest.plan if item.name.startswith("channel")] == ["channel csf"]
+    assert [item.channel for item in manifest.plan if item.name == "channel"] == ["csf"]
     report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32)
     assert report.verdict.passed

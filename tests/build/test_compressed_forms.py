@@ -14,6 +14,7 @@ from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
 from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
 from volprep.render.choose import renderer_of
 from volprep.report.validate import validate
 from volprep.scan.slabs import RawVolume
@@ -134,21 +135,21 @@ def test_a_plan_without_a_build_says_that_it_rests_on_a_sample(tmp_path) -> None
 
 def test_a_verb_does_not_try_again_what_an_earlier_one_has_tried(tmp_path, monkeypatch) -> None:
     request = load_request(scene_of(tmp_path, smooth(), "eac"))
-    draft = import_draft(request, tmp_path / "draft", Silent()).draft
+    draft = import_draft(prepare(request), tmp_path / "draft", Silent()).draft
     run_verb(tmp_path / "draft", "quantize", lambda scene: scene, Silent())
-    (first,) = plan_draft(draft, request.scene, request.profile).forms
+    (first,) = plan_draft(draft, request.scene, request.profile, Silent()).forms
 
     def again(*_: object) -> None:
         raise AssertionError
 
     monkeypatch.setattr(WholeLevel, "_encode", again)
     draft = run_verb(tmp_path / "draft", "pyramid", lambda scene: scene, Silent())
-    (form,) = plan_draft(draft, request.scene, request.profile).forms
+    (form,) = plan_draft(draft, request.scene, request.profile, Silent()).forms
     assert form.as_record == first.as_record
     # Another tolerance is another question: fewer or more pictures may be drawn.
     other = request.scene.model_copy(update={"tolerance": request.scene.tolerance.model_copy(update={"rmse": 0.5})})
     with pytest.raises(AssertionError):
-        plan_draft(draft, other, request.profile)
+        plan_draft(draft, other, request.profile, Silent())
 
 
 def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> None:

@@ -61,7 +61,7 @@ def pair(request, tmp_path_factory):
 def drawn(package, level, edit=None):
     grid = package.manifest.levels[0].grid
     views = standard_views(grid)
-    with Renderer(package, level=level, edit=edit_with(edit)) as renderer:
+    with Renderer(package, level=level, edit=None if edit is None else edit_with(edit)) as renderer:
         return [renderer.render(views[name].box_from_clip(grid, 1.0), (40, 40)) for name in ("anterior", "left")]
 
 
@@ -138,7 +138,8 @@ def test_a_filter_that_looks_through_transfer_functions_is_refused(tmp_path):
 
 def test_without_skipping_there_are_no_ranges_either(tmp_path):
     plan = plan_build(load_request(write_scene(tmp_path, more='skip = { kind = "none" }')), Silent())
-    assert plan.skip.tables == plan.skip.ranges == ()
+    (channel,) = plan.channels
+    assert channel.skip.tables == channel.skip.ranges == ()
 
 
 def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_function(tmp_path):

@@ -111,7 +111,7 @@ def test_a_wanted_filter_is_taken_and_may_have_tables_too(tmp_path) -> None:
 
 def test_a_package_of_coarse_levels_only_has_no_common_table_where_none_is_read(tmp_path) -> None:
     profile = tmp_path / "small.toml"
-    text = (Path(volprep.__file__).parent / "profiles" / "gles3.toml").read_text()
+    text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles3.toml").read_text()
     profile.write_text(text.replace("max_3d_texture_size = 1024", "max_3d_texture_size = 32"))
     package = built(tmp_path, profile="small.toml")
     assert min(level.index for level in package.manifest.levels) == 1

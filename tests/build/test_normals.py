@@ -15,6 +15,7 @@ from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scan import slabs
+from volprep.scene import profiles
 from volprep.scene.request import load_request
 from volprep.scene.scene import NormalSettings
 from volprep.truth.camera import standard_views
@@ -104,7 +105,7 @@ def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
 
 
 def test_normals_take_memory_of_mosaics(tmp_path):
-    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    text = (Path(profiles.__file__).parent / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("67_108_864", "60_000"), encoding="utf-8")
     plain = Package.open(built(tmp_path, "", "small.toml")).manifest
     lit = built(tmp_path, '[render]\nlighting = "headlight"\n', "small.toml")
@@ -114,7 +115,7 @@ def test_normals_take_memory_of_mosaics(tmp_path):
 
 
 def test_normals_take_texture_units_of_mosaics(tmp_path):
-    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    text = (Path(profiles.__file__).parent / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "few.toml").write_text(text.replace("units = 8", "units = 2"), encoding="utf-8")
     built(tmp_path, "", "few.toml")
     with pytest.raises(VolprepError, match=r"VP3022 .* its normals: the volume and its table take the 2 texture units"):
@@ -122,7 +123,7 @@ def test_normals_take_texture_units_of_mosaics(tmp_path):
 
 
 def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
-    text = (Path(slabs.__file__).parent / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    text = (Path(profiles.__file__).parent / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "few.toml").write_text(text.replace("units = 8", "units = 3"), encoding="utf-8")
     tables = '[skip]\nkind = "distance"\n'
     plain = Package.open(built(tmp_path, tables, "few.toml"))
@@ -164,7 +165,7 @@ def test_a_mosaic_of_normals_that_contradicts_itself_is_found(tmp_path, name, ch
 
 
 def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
-    text = (Path(slabs.__file__).parent / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
     (tmp_path / "old.toml").write_text(text.replace('"RGB8_SNORM", ', ""), encoding="utf-8")
     with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format RGB8_SNORM; profile"):
         built(tmp_path, '[normals]\ncode = "snorm8"', "old.toml")
@@ -176,7 +177,7 @@ def test_light_needs_normals_along_the_volumes_axes(tmp_path):
 
 
 def test_normals_count_where_memory_is_short(tmp_path):
-    text = (Path(slabs.__file__).parent / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("268_435_456", "70_000"), encoding="utf-8")
     plain = Package.open(built(tmp_path, "", "small.toml")).manifest
     lit = Package.open(built(tmp_path, '[render]\nlighting = "headlight"', "small.toml")).manifest

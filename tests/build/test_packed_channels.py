@@ -9,7 +9,8 @@ from channel_scene import channels, write_channel_scene
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.stages import plan_draft
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
@@ -151,8 +152,8 @@ class TestWhatItHolds:
     def test_verbs_make_the_package_that_build_makes(self, tmp_path) -> None:
         package = built(tmp_path)
         request = load_request(tmp_path / "tissues.toml")
-        draft = import_draft(request, tmp_path / "d.volpkg", Silent()).draft
-        for stage in plan_draft(draft, request.scene, request.profile).stages[1:]:
+        draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft
+        for stage in plan_draft(draft, request.scene, request.profile, Silent()).stages[1:]:
             run_verb(tmp_path / "d.volpkg", stage, lambda scene: scene, Silent())
         assert Package.open(tmp_path / "d.volpkg").manifest.files == package.manifest.files
 
@@ -172,7 +173,7 @@ class TestWhatItDraws:
                 assert uncut(part, program, render) is None
 
     def test_a_mosaic_of_several_textures_with_gutters_draws_what_channels_apart_draw(self, tmp_path) -> None:
-        profile = (Path(__file__).parents[2] / "volprep/profiles/gles2-2048.toml").read_text()
+        profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles2-2048.toml").read_text()
         (tmp_path / "narrow.toml").write_text(profile.replace("size = 2048", "size = 64"))
         package = built(tmp_path, "narrow.toml", extra="[mosaic]\ngutter = 1\n")
         texture = volumes(package.manifest)[0]
@@ -207,7 +208,7 @@ class TestWhen:
     def test_channels_that_do_not_fit_packed_stay_apart(self, tmp_path) -> None:
         whole = self.item(scene_of(tmp_path))
         assert whole.kept
-        text = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text()
+        text = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text()
         room = whole.size_bytes // 2 + 5000
         (tmp_path / "small.toml").write_text(text.replace("268_435_456", str(room)))
         item = self.item(scene_of(tmp_path, "small.toml"))

@@ -11,7 +11,9 @@ from phantom_scene import write_phantom_scene
 from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.stages import plan_draft, run_stages
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import run_stages
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
@@ -150,8 +152,8 @@ def test_the_plan_says_whether_meshes_are_compressed_and_why(package):
 
 def test_the_verb_makes_the_meshes_anew(tmp_path):
     request = load_request(scene_with(tmp_path, "gles3", PROXY))
-    imported = import_draft(request, tmp_path / "draft", Silent())
-    plan = plan_draft(imported.draft, request.scene, request.profile, imported.measured)
+    imported = import_draft(prepare(request), tmp_path / "draft", Silent())
+    plan = plan_draft(imported.draft, request.scene, request.profile, Silent(), imported.measured)
     stages = [stage for stage in plan.stages if stage not in {"shaders", "seal"}]
     run_stages(imported.draft, plan.model_copy(update={"stages": tuple(stages)}), request.scene, Silent())
     wishes = {"form": "blocks", "block": 4}

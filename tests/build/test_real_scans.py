@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import COMMAND, volprep
 
+from volprep.scene.channels import ONLY_CHANNEL
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 
@@ -19,7 +20,7 @@ ALLOWED_MEMORY_BYTES = 1_500_000_000
 
 
 def codes(package: Package, level: int) -> np.ndarray:
-    image = ktx2.decode(package.read_bytes(f"textures/volume-{level}.ktx2"), "level")
+    image = ktx2.decode(package.read_bytes(f"textures/volume-{ONLY_CHANNEL}-{level}.ktx2"), "level")
     return np.frombuffer(image.data, np.uint8).reshape(image.shape_zyx)
 
 

@@ -12,7 +12,9 @@ from volprep.parts.skip.visible import entry_extinctions
 from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft, scene_of
-from volprep.pipeline.stages import plan_draft, run_stages
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.stages import run_stages
 from volprep.render.renderer import Renderer
 from volprep.scan.block_ranges import BlockRanges
 from volprep.scene.request import load_request
@@ -109,13 +111,13 @@ def test_a_device_makes_the_same_tables_from_ranges_and_lookup_table(packages):
 def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     """Skipping is added when the shaders are there already; they are made again, and nothing of the old stays."""
     request = load_request(scene_with(tmp_path, "gles3", ""))
-    draft = import_draft(request, tmp_path / "draft", Silent()).draft
-    plan = plan_draft(draft, request.scene, request.profile)
+    draft = import_draft(prepare(request), tmp_path / "draft", Silent()).draft
+    plan = plan_draft(draft, request.scene, request.profile, Silent())
     run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), request.scene, Silent())
     folder = tmp_path / "draft"
     wishes = {"kind": "distance", "block": 3, "ranges": True}
     run_verb(folder, "skip", lambda scene: changed(scene, "skip", **wishes), Silent())
-    assert scene_of(import_draft(request, folder, Silent()).draft).skip is not None
+    assert scene_of(import_draft(prepare(request), folder, Silent()).draft).skip is not None
     run_verb(folder, "shaders", lambda scene: scene, Silent())
     sealed = run_verb(folder, "seal", lambda scene: scene, Silent())
     assert sealed.manifest.skipping is not None
@@ -127,12 +129,12 @@ def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
 def test_ranges_that_are_no_longer_wanted_go_and_tables_stay(tmp_path):
     request = load_request(scene_with(tmp_path, "gles3", SKIP))
     scene = request.scene
-    draft = import_draft(request, tmp_path / "draft", Silent()).draft
-    plan = plan_draft(draft, scene, request.profile)
+    draft = import_draft(prepare(request), tmp_path / "draft", Silent()).draft
+    plan = plan_draft(draft, scene, request.profile, Silent())
     run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), scene, Silent())
     assert draft.manifest.skipping.ranges
     without = scene.model_copy(update={"skip": scene.skip.model_copy(update={"ranges": False})})
-    run_stages(draft, plan_draft(draft, without, request.profile), without, Silent())
+    run_stages(draft, plan_draft(draft, without, request.profile, Silent()), without, Silent())
     assert draft.manifest.skipping.tables
     assert not draft.manifest.skipping.ranges
     assert check(tmp_path / "draft") == []
@@ -140,12 +142,12 @@ def test_ranges_that_are_no_longer_wanted_go_and_tables_stay(tmp_path):
 
 def test_tables_that_are_no_longer_wanted_go(tmp_path):
     request = load_request(scene_with(tmp_path, "gles3", SKIP))
-    draft = import_draft(request, tmp_path / "draft", Silent()).draft
-    plan = plan_draft(draft, request.scene, request.profile)
+    draft = import_draft(prepare(request), tmp_path / "draft", Silent()).draft
+    plan = plan_draft(draft, request.scene, request.profile, Silent())
     run_stages(draft, plan.model_copy(update={"stages": plan.stages[:-1]}), request.scene, Silent())
     assert draft.manifest.skipping is not None
     without = request.scene.model_copy(update={"skip": SkipSettings(kind="none")})
-    run_stages(draft, plan_draft(draft, without, request.profile), without, Silent())
+    run_stages(draft, plan_draft(draft, without, request.profile, Silent()), without, Silent())
     assert draft.manifest.state == "sealed"
     assert draft.manifest.skipping is None
     assert check(tmp_path / "draft") == []

@@ -9,6 +9,7 @@ from slice_packages import missing_es11, slice_package, stack_of
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.report.validate import validate
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
@@ -106,7 +107,7 @@ def test_a_package_that_is_too_far_off_fails(tmp_path):
 @needs_es11
 def test_the_verb_changes_the_form_of_a_draft(tmp_path):
     request = load_request(scene_with(tmp_path))
-    import_draft(request, tmp_path / "d", Silent())
+    import_draft(prepare(request), tmp_path / "d", Silent())
     for name in ("quantize", "transfer", "slices"):
         draft = run_verb(tmp_path / "d", name, lambda scene: scene, Silent())
     assert {each.gl.internal_format for each in draft.manifest.textures} == {"PALETTE8_RGBA8_OES"}
@@ -124,11 +125,12 @@ def test_the_finest_level_that_fits_is_taken_and_says_why(tmp_path):
     device = load_profile("gles1", tmp_path).model_copy(update={"max_texture_bytes": 40_000})
     request = load_request(scene_with(tmp_path))
     plan = plan_build(type(request)(scene=request.scene, profile=device, scene_path=None), Silent())
-    (level,) = plan.levels
+    (channel,) = plan.channels
+    (level,) = channel.levels
     assert level.index > 0
     size = sum(
         1024 + height * width
-        for stack in plan.slices.stacks
+        for stack in channel.slices.stacks
         if stack.transfer == "shell"
         for height, width in (texture.shape_yx for texture in stack.textures)
     )

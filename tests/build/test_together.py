@@ -10,8 +10,9 @@ from channel_scene import channels, write_channel_scene
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.plan_draft import plan_draft
+from volprep.pipeline.prepare import prepare
 from volprep.pipeline.preview import preview_png
-from volprep.pipeline.stages import plan_draft
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
@@ -83,7 +84,7 @@ class TestWhatItHolds:
     def test_a_table_is_read_for_each_channel_and_texels_once_where_they_are_shared(self, package) -> None:
         for program in of_picture(package):
             samplers = [(sampler.role, sampler.transfer) for sampler in program.samplers]
-            apart = not any(len(t.channels or ()) > 1 for t in package.manifest.textures)
+            apart = not any(len(t.channels) > 1 for t in package.manifest.textures)
             volumes = [("volume", "red"), ("volume", "white")] if apart else [("volume", "red")]
             assert samplers == [*volumes, ("transfer", "red"), ("transfer", "white")]
             fetches = re.findall(r"voxel_texel\(at\)|stored_value\w*\(at\)", package.read_text(program.fragment))
@@ -100,8 +101,8 @@ class TestWhatItHolds:
 
     def test_verbs_make_the_package_that_build_makes(self, tmp_path, packed) -> None:
         request = load_request(scene_of(tmp_path))
-        draft = import_draft(request, tmp_path / "d.volpkg", Silent()).draft
-        for stage in plan_draft(draft, request.scene, request.profile).stages[1:]:
+        draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft
+        for stage in plan_draft(draft, request.scene, request.profile, Silent()).stages[1:]:
             run_verb(tmp_path / "d.volpkg", stage, lambda scene: scene, Silent())
         assert Package.open(tmp_path / "d.volpkg").manifest == packed.manifest
 
@@ -230,7 +231,7 @@ class TestWhatIsLeftOut:
         ],
     )
     def test_what_cannot_be_drawn_together_is_refused(self, tmp_path, changes, says) -> None:
-        few = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text()
+        few = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text()
         (tmp_path / "few.toml").write_text(few.replace("texture_units = 16", "texture_units = 3"))
         scene = changed(scene_of(tmp_path), *changes)
         with pytest.raises(VolprepError, match="VP1245") as error:

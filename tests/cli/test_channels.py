@@ -79,7 +79,9 @@ def test_one_path_cannot_replace_several(package, tmp_path) -> None:
 def test_a_scene_of_several_channels_is_planned_and_drawn(package, tmp_path) -> None:
     run = volprep("plan", package.parent / "tissues.toml")
     assert run.returncode == 0, run.stderr
-    assert "channel air" in run.stdout
+    lines = [line.split() for line in run.stdout.splitlines()]
+    assert ["channel", "air", "left", "out"] in [line[:4] for line in lines]
+    assert {("level", "0", "skin"), ("level", "0", "bone")} <= {tuple(line[:3]) for line in lines}
     run = volprep("render", package, "--transfer", "white", "--size", "32x32", "-o", tmp_path / "p.png")
     assert run.returncode == 0, run.stderr
 

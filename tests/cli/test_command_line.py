@@ -126,7 +126,11 @@ CASES = [
     Case("build phantom.toml -o a-file", 6, stderr=r"VP4021 .*a-file"),
     Case("import phantom.toml -o thesis", 6, stderr=r"VP4023 thesis"),
     # results
-    Case("plan phantom.toml", 0, stdout=r"(?s)level 0 +kept.*normals +left out .*no lighting.*stages: import, "),
+    Case(
+        "plan phantom.toml",
+        0,
+        stdout=r"(?s)level 0 +scan +kept.*normals +scan +left out .*no lighting.*stages: import, ",
+    ),
     Case("inspect good.volpkg", 0, stdout=r"good.volpkg: sealed package"),
 ]
 
@@ -202,9 +206,10 @@ def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> 
     for command in ("import phantom.toml -o {}", "quantize {} --bits 16 --window 100 800", "pyramid {} --coarsest 20"):
         assert in_process(place, command.format(draft))[0] == 0
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
-    assert manifest["quantization"]["bits"] == 16
-    assert manifest["quantization"]["window"] == [100.0, 800.0]
-    assert [level["factors_zyx"] for level in manifest["levels"]] == [[1, 1, 1], [1, 2, 2]]
+    (channel,) = manifest["channels"]
+    assert channel["quantization"]["bits"] == 16
+    assert channel["quantization"]["window"] == [100.0, 800.0]
+    assert [level["factors_zyx"] for level in channel["levels"]] == [[1, 1, 1], [1, 2, 2]]
 
 
 def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:

@@ -89,7 +89,7 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
     image = ktx2.Ktx2Image("R8", shape, voxels, 2 if mosaic else 3)
     draft.write(file, "texture", ktx2.encode(image))
     return Texture(
-        name=f"volume-{level.index}",
+        name=f"volume-scan-{level.index}",
         role="volume",
         file=file,
         shape_zyx=shape,

@@ -72,7 +72,10 @@ def test_a_program_must_know_where_bricks_are(manifest) -> None:
     other = program.model_copy(update={"technique": "raycast_texture3d"})
     for wrong in (blind, other):
         problems = list(contradictions(manifest.model_copy(update={"programs": (wrong,)})))
-        assert "program ray-caster-0 must sample places of bricks if and only if it is raycast_bricks" in problems
+        assert (
+            "channel scan: program ray-caster-0 must sample places of bricks if and only if it is raycast_bricks"
+            in problems
+        )
     assert any("in the form that raycast_texture3d reads" in problem for problem in problems)
 
 

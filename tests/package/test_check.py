@@ -77,8 +77,14 @@ def both(*changes: Change) -> Change:
     return change
 
 
-def twice(name: str) -> Change:
-    return lambda manifest: manifest[name].append(manifest[name][-1])
+def twice(*path: str | int) -> Change:
+    def change(manifest: dict) -> None:
+        inner = manifest
+        for part in path:
+            inner = inner[part]
+        inner.append(inner[-1])
+
+    return change
 
 
 def test_a_sound_package_has_no_findings(sealed: Path, sealed_mosaic: Path) -> None:
@@ -148,16 +154,16 @@ def test_a_link_in_place_of_a_folder_is_found_and_not_followed(tmp_path: Path, s
     assert [code for code, _ in found(sealed)] == ["VP4010", "VP4007", "VP4007"]
 
 
-KEPT = {"kept": True, "basis": "level", "level": 0, "size_bytes": 1, "pictures": 9, "psnr_db": 40.0}
+KEPT = {"channel": "scan", "kept": True, "basis": "level", "level": 0, "size_bytes": 1, "pictures": 9, "psnr_db": 40.0}
 
 CONTRADICTIONS: dict[str, Change] = {
     "level 0 is said to be compressed as EAC_R11, but its textures are not": lambda manifest: manifest.update(
         compression=[{"format": "EAC_R11", "rmse": 0.1, "maximum": 0.1, **KEPT}]
     ),
     "file textures/level1.ktx2 is named 2 times": twice("files"),
-    "texture lookup-bone is named 2 times": twice("textures"),
+    "texture volume-scan-1 is named 2 times": twice("textures"),
     "program raycast is named 2 times": twice("programs"),
-    "transfer function bone is named 2 times": twice("transfer_functions"),
+    "transfer function bone is named 2 times": twice("channels", 0, "transfer_functions"),
     "plan item everything is named 2 times": twice("plan"),
     "the files are not in order of path": lambda manifest: manifest["files"].reverse(),
     "the manifest names itself": lambda manifest: manifest["files"].insert(
@@ -170,34 +176,38 @@ CONTRADICTIONS: dict[str, Change] = {
     "textures/bone.ktx2 is working data": set_to("files", 3, "role", to="work"),
     "nothing uses preview.png": drop("preview"),
     "the plan names gone.ktx2": lambda manifest: manifest["plan"][0]["files"].append("gone.ktx2"),
-    "the levels are not in ascending order": lambda manifest: manifest["levels"].reverse(),
+    "the levels are not in ascending order": lambda manifest: manifest["channels"][0]["levels"].reverse(),
     "the grid is no part of the source's grid": set_to("grid", "spacing_mm_zyx", 0, to=2.0),
-    "shape_zyx of level 1 does not follow": set_to("levels", 1, "grid", "shape_zyx", to=[5, 4, 4]),
-    "spacing_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "spacing_mm_zyx", to=[2.5, 1.4, 0.61]),
-    "extent_mm_zyx of level 1 does not follow": set_to("levels", 1, "grid", "extent_mm_zyx", to=[12.5, 5.6, 2.7]),
-    "direction of level 1 does not follow": set_to("levels", 1, "grid", "direction", 1, 1, to=1.0),
-    "corner of level 1 does not follow": set_to("levels", 1, "grid", "origin_mm_xyz", 0, to=-12.0),
+    "shape_zyx of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "shape_zyx", to=[5, 4, 4]),
+    "spacing_mm_zyx of level 1 does not follow": set_to(
+        "channels", 0, "levels", 1, "grid", "spacing_mm_zyx", to=[2.5, 1.4, 0.61]
+    ),
+    "extent_mm_zyx of level 1 does not follow": set_to(
+        "channels", 0, "levels", 1, "grid", "extent_mm_zyx", to=[12.5, 5.6, 2.7]
+    ),
+    "direction of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "direction", 1, 1, to=1.0),
+    "corner of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "origin_mm_xyz", 0, to=-12.0),
     "texture_from_box_per_mm_xyz of level 0 does not follow": set_to(
-        "levels", 0, "texture_from_box_per_mm_xyz", 0, to=0.37
+        "channels", 0, "levels", 0, "texture_from_box_per_mm_xyz", 0, to=0.37
     ),
     "texture volume-scan-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
-    "texture volume-scan-0 is of channels left, but there is one channel": set_to(
-        "textures", 0, "channels", to=["left"]
+    "texture volume-scan-0 is of channels left and transfer function None": set_to(
+        "textures", 1, "channels", to=["left"]
     ),
-    "texture lookup-bone is 2D, but has 2 slices": set_to("textures", 2, "shape_zyx", 0, to=2),
+    "texture lookup-bone is 2D, but has 2 slices": set_to("textures", 0, "shape_zyx", 0, to=2),
     "texture lookup-bone is the table of skin, which is no transfer function": set_to(
-        "textures", 2, "transfer", to="skin"
+        "textures", 0, "transfer", to="skin"
     ),
     "texture lookup-bone has not one row as a lookup table, or as many rows": set_to(
-        "textures", 2, "shape_zyx", 1, to=2
+        "textures", 0, "shape_zyx", 1, to=2
     ),
-    "texture lookup-bone is pre-integrated for segments of no length": set_to("textures", 2, "segment_mm", to=0.5),
+    "texture lookup-bone is pre-integrated for segments of no length": set_to("textures", 0, "segment_mm", to=0.5),
     "a palette is that of skin, which is no transfer function": set_to(
         "palettes",
         to=[{"transfer": "skin", "entries": [{"colour": [0.0, 0.0, 0.0], "extinction_per_mm": 0.0}] * 2}],
     ),
     "some volumes are sampled with the filter linear, others with nearest": set_to(
-        "textures", 0, "filter", to="nearest"
+        "textures", 1, "filter", to="nearest"
     ),
     "the volumes hold labels, but a program draws pre-integrated segments between them": segments_of_labels,
     "program raycast samples transfer for its classification preintegrated": set_to(
@@ -207,25 +217,25 @@ CONTRADICTIONS: dict[str, Change] = {
         "programs", 0, "classification", to="palette"
     ),
     "texture lookup-bone is a table of a transfer function, but has a mosaic, or a level that it cannot have": set_to(
-        "textures", 2, "level", to=7
+        "textures", 0, "level", to=7
     ),
-    "program raycast draws bone, of which there is not one lookup table": set_to("textures", 2, "level", to=1),
+    "program raycast draws bone, of which there is not one lookup table": set_to("textures", 0, "level", to=1),
     "program raycast draws bone, whose tables have not one size, type and largest": another_table_of_level_0,
-    "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 2, "max_extinction_per_mm"),
-    "texture volume-scan-0 holds level 7, which is not among the levels": set_to("textures", 0, "level", to=7),
-    "texture volume-scan-0 holds level None": drop("textures", 0, "level"),
+    "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 0, "max_extinction_per_mm"),
+    "texture volume-scan-0 holds level 7, which is not among the levels": set_to("textures", 1, "level", to=7),
+    "texture volume-scan-0 holds level None": drop("textures", 1, "level"),
     "texture volume-scan-0 has no mosaic, so it must be 3D and have the shape (5, 4, 5)": set_to(
-        "textures", 0, "level", to=1
+        "textures", 1, "level", to=1
     ),
-    "texture volume-scan-0 is part 1, but of no mosaic": set_to("textures", 0, "part", to=1),
-    "texture volume-scan-0 is a volume, but has only one of": set_to("textures", 0, "transfer", to="bone"),
+    "texture volume-scan-0 is part 1, but of no mosaic": set_to("textures", 1, "part", to=1),
+    "texture volume-scan-0 is a volume, but has only one of": set_to("textures", 1, "transfer", to="bone"),
     "texture volume-scan-0 is classified by skin, which is no transfer function": lambda manifest: manifest["textures"][
-        0
+        1
     ].update(transfer="skin", reference_mm=1.0),
     "texture volume-scan-0 is classified, so it must be 3D and have four channels": lambda manifest: manifest[
         "textures"
-    ][0].update(transfer="bone", reference_mm=1.0),
-    "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(1),
+    ][1].update(transfer="bone", reference_mm=1.0),
+    "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(2),
     "program raycast draws level 0, but no texture holds it in the form that raycast_mosaic": set_to(
         "programs", 0, "technique", to="raycast_mosaic"
     ),
@@ -240,10 +250,11 @@ CONTRADICTIONS: dict[str, Change] = {
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),
     "it is sealed, but has records of stages": set_to("stages", to=[{"name": "import", "key": "0" * 64}]),
     "it is sealed without render": drop("render"),
-    "it is sealed without quantization": drop("quantization"),
-    "it is sealed without stored_type": drop("stored_type"),
-    "it is sealed without levels": set_to("levels", to=[]),
-    "it is sealed without transfer_functions": set_to("transfer_functions", to=[]),
+    "it is sealed without a channel": set_to("channels", to=[]),
+    "it is sealed without quantization": drop("channels", 0, "quantization"),
+    "it is sealed without stored_type": drop("channels", 0, "stored_type"),
+    "it is sealed without levels": set_to("channels", 0, "levels", to=[]),
+    "it is sealed without transfer_functions": set_to("channels", 0, "transfer_functions", to=[]),
     "it is sealed without programs": set_to("programs", to=[]),
     "it is sealed without textures": set_to("textures", to=[]),
     "no program draws the transfer function bone": set_to("programs", 0, "transfer", to="skin"),
@@ -273,7 +284,7 @@ def test_a_grid_whose_voxels_are_not_the_sources_is_found_out(sealed: Path, chan
 
 def test_a_grid_that_is_a_part_of_the_sources_is_none(sealed: Path) -> None:
     def widen(manifest: dict) -> None:
-        grid = manifest["source"]["info"]["grid"]
+        grid = manifest["channels"][0]["source"]["info"]["grid"]
         grid["shape_zyx"][2] += 2
         grid["extent_mm_zyx"][2] += 2 * 0.3
         grid["origin_mm_xyz"][0] -= 0.3
@@ -286,48 +297,48 @@ EAC = {"target": "TEXTURE_2D", "internal_format": "COMPRESSED_R11_EAC"}
 
 MOSAIC_CONTRADICTIONS: dict[str, Change] = {
     "texture volume-scan-0 is compressed without an encoder or a mosaic, or names an encoder": set_to(
-        "textures", 0, "gl", to=EAC
+        "textures", 1, "gl", to=EAC
     ),
     "texture volume-scan-0: its tiles are 7×9 texels apart, so that blocks of COMPRESSED_R11_EAC mix two": set_to(
-        "textures", 0, "gl", to=EAC
+        "textures", 1, "gl", to=EAC
     ),
     "texture lookup-bone is compressed without an encoder or a mosaic, or names an encoder without being": set_to(
-        "textures", 1, "encoder", to="etcpak 1"
+        "textures", 0, "encoder", to="etcpak 1"
     ),
     "texture volume-scan-0: its mosaic holds 4 slices of (7, 9), its level (5, 7, 9)": set_to(
-        "textures", 0, "mosaic", "slices", to=4
+        "textures", 1, "mosaic", "slices", to=4
     ),
     "texture volume-scan-0: its mosaic holds 5 slices of (9, 7)": set_to(
-        "textures", 0, "mosaic", "tile_shape_yx", to=[9, 7]
+        "textures", 1, "mosaic", "tile_shape_yx", to=[9, 7]
     ),
-    "texture volume-scan-0: its mosaic has no room for 5 slices": set_to("textures", 0, "mosaic", "tiles_y", to=1),
+    "texture volume-scan-0: its mosaic has no room for 5 slices": set_to("textures", 1, "mosaic", "tiles_y", to=1),
     "texture volume-scan-0: its shape (1, 14, 27) is not that of its mosaic": set_to(
-        "textures", 0, "mosaic", "texture_shape_yx", to=[14, 36]
+        "textures", 1, "mosaic", "texture_shape_yx", to=[14, 36]
     ),
     "texture volume-scan-0: its tiles do not fit into textures of (14, 27)": set_to(
-        "textures", 0, "mosaic", "tiles_x", to=4
+        "textures", 1, "mosaic", "tiles_x", to=4
     ),
     "texture volume-scan-0: its mosaic has several components and several slices in a texel": both(
-        set_to("textures", 0, "mosaic", "channels", to=4), set_to("textures", 0, "mosaic", "components", to=2)
+        set_to("textures", 1, "mosaic", "channels", to=4), set_to("textures", 1, "mosaic", "components", to=2)
     ),
     "texture volume-scan-0: its mosaic has one slice in a texel, but these are planar": set_to(
-        "textures", 0, "mosaic", "order", to="planar"
+        "textures", 1, "mosaic", "order", to="planar"
     ),
     "the mosaics of the volume of level 0 differ in layout or format": lambda manifest: manifest["textures"].append(
-        manifest["textures"][0] | {"gl": manifest["textures"][1]["gl"]}
+        manifest["textures"][1] | {"gl": manifest["textures"][0]["gl"]}
     ),
     "the mosaic of the volume of level 0 needs the parts 0 to 1, once each": set_to(
-        "textures", 0, "mosaic", "textures", to=2
+        "textures", 1, "mosaic", "textures", to=2
     ),
     "program raycast samples volume, transfer instead": set_to("programs", 0, "samplers", 0, "part", to=1),
     "texture volume-scan-0: its mosaic has 4 channels, its format is LUMINANCE": set_to(
-        "textures", 0, "mosaic", "channels", to=4
+        "textures", 1, "mosaic", "channels", to=4
     ),
     "program raycast draws level 0, but no texture holds it in the form that raycast_texture3d": set_to(
         "programs", 0, "technique", to="raycast_texture3d"
     ),
     "texture volume-scan-0 has (1, 14, 27) texels; the profile allows 0": set_to(
-        "textures", 0, "gl", "target", to="TEXTURE_3D"
+        "textures", 1, "gl", "target", to="TEXTURE_3D"
     ),
 }
 
@@ -382,7 +393,7 @@ def test_a_shader_that_is_no_text_is_a_finding(sealed: Path) -> None:
 
 def test_numbers_near_the_end_of_the_range_are_findings_and_no_failure(sealed: Path) -> None:
     def change(manifest: dict) -> None:
-        for grid in (manifest["source"]["info"]["grid"], manifest["levels"][0]["grid"]):
+        for grid in (manifest["channels"][0]["source"]["info"]["grid"], manifest["channels"][0]["levels"][0]["grid"]):
             grid["shape_zyx"] = [2**31 - 1] * 3
             grid["spacing_mm_zyx"] = [1e308, 5e-324, 1.0]
             grid["origin_mm_xyz"] = [-1.7e308] * 3

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.manifest import Manifest, StageRecord
+from volprep_formats.package.manifest import Heading, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.storage.draft import Draft
 
@@ -100,7 +100,7 @@ def test_the_same_stages_write_the_same_bytes(tmp_path: Path, build_package) -> 
 def test_a_manifest_has_sorted_keys_two_spaces_and_a_newline_and_reads_back_as_itself(draft: Draft) -> None:
     data = encode_manifest(draft.manifest)
     assert data == (draft.folder / "manifest.json").read_bytes()
-    assert data.startswith(b'{\n  "compression": [],\n  "files": [\n    {\n      "path": ')
+    assert data.startswith(b'{\n  "channels": [\n    {\n      "levels": [\n        {\n          "factors_zyx": [\n')
     assert data.endswith(b"\n}\n")
     assert decode_manifest(data, draft.folder) == draft.manifest
     assert b"0.7," in data  # a float has the fewest digits that give it back
@@ -114,7 +114,7 @@ def test_a_name_that_could_leave_the_package_is_not_written(new_draft: Draft, na
     assert content(new_draft.folder) == {"manifest.json"}
 
 
-def test_a_new_draft_takes_no_folder_with_something_in_it(tmp_path: Path, manifest: Manifest) -> None:
+def test_a_new_draft_takes_no_folder_with_something_in_it(tmp_path: Path, manifest: Heading) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(VolprepError, match="VP4023"):
         Draft.create(tmp_path, manifest)
@@ -131,7 +131,7 @@ def test_opening_says_what_is_wrong_with_a_folder(tmp_path: Path) -> None:
     assert content(tmp_path) == {".stage/mine"}
 
 
-def test_a_draft_cannot_be_made_where_nothing_can_be_written(tmp_path: Path, manifest: Manifest) -> None:
+def test_a_draft_cannot_be_made_where_nothing_can_be_written(tmp_path: Path, manifest: Heading) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(VolprepError, match="VP4020") as caught:
         Draft.create(tmp_path / "file" / "draft", manifest)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from volprep.scene.channels import ONLY_CHANNEL
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.editing.record import Editing, JointHistogram
 from volprep_formats.package.parts.editing.rules import editing_contradictions
@@ -14,7 +15,8 @@ def manifest(built_package) -> Manifest:
 
 
 def histogram(level, **changes) -> JointHistogram:
-    return JointHistogram(level=level, file=f"histograms/scan-{level}.bin", reference_mm=1.0, **changes)
+    fields = {"channel": ONLY_CHANNEL, "file": f"histograms/{ONLY_CHANNEL}-{level}.bin", "reference_mm": 1.0}
+    return JointHistogram(level=level, **fields | changes)
 
 
 def problems(manifest, *histograms, **changes) -> list[str]:

@@ -5,15 +5,16 @@ import tomllib
 import numpy as np
 import pytest
 from command_line import volprep
-from tiny_packages import ES2, ES3, KEY, function, tiny_package
+from tiny_packages import CHANNEL, ES2, ES3, KEY, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing, Room
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
-from volprep_formats.package.manifest import StageRecord
+from volprep_formats.package.channel import ChannelPart, Quantization
+from volprep_formats.package.manifest import Contribution, StageRecord
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
@@ -33,6 +34,12 @@ KINDS = {
     "mosaic in two textures": (ES2, Packing(4, "planar", 1), 9),
     "overlapping mosaic in two textures": (ES2, Packing(4, "overlapping"), 7),
 }
+
+
+def tell(folder, quantization):
+    """Say how the stored values of a draft map to physical values."""
+    made = Contribution(channel=ChannelPart(name=CHANNEL, quantization=quantization))
+    Draft.open(folder).commit(StageRecord(name="told", key=KEY, made=(made,)))
 
 
 @pytest.fixture(params=KINDS)
@@ -59,7 +66,7 @@ def package(request, tmp_path):
         clipped_below=0,
         clipped_above=0,
     )
-    Draft.open(folder).commit(StageRecord(name="told", key=KEY), quantization=quantized)
+    tell(folder, quantized)
     return folder
 
 
@@ -176,7 +183,7 @@ def test_a_draft_as_a_source_is_never_left(tmp_path, trick) -> None:
     (tmp_path / "scan.raw").write_bytes(CODES.tobytes())
     scene = f'[source]\npath = "scan.raw"\n[source.raw]\nshape_zyx = {list(CODES.shape)}\ndtype = "uint8"\n'
     (tmp_path / "scan.toml").write_text(SCENE + scene)
-    draft = import_draft(load_request(tmp_path / "scan.toml"), tmp_path / "scan.volpkg", Silent()).draft
+    draft = import_draft(prepare(load_request(tmp_path / "scan.toml")), tmp_path / "scan.volpkg", Silent()).draft
     open_level(draft.folder).__exit__()
     replace_by(trick, draft.folder / "work" / "level0-scan.raw", tmp_path / "outside")
     with pytest.raises(VolprepError, match="VP4007"):
@@ -255,7 +262,7 @@ def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> No
         clipped_below=0,
         clipped_above=0,
     )
-    Draft.open(folder).commit(StageRecord(name="told", key=KEY), quantization=told)
+    tell(folder, told)
     halves = (codes / 65535).astype(np.float16).astype(np.float64)
     for values, expected in (("stored", halves), ("physical", halves * (65535 * 0.125) - 1000)):
         file = tmp_path / f"{values}{ending}"

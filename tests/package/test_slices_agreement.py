@@ -12,7 +12,6 @@ from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.rules import contradictions
 from volprep_formats.package.texture import GlFormat, Texture
-from volprep_formats.package.transfer_function import TransferFunction
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 
@@ -37,8 +36,12 @@ def without(manifest: Manifest, keep: Callable[[Texture], bool]) -> Manifest:
     return manifest.model_copy(update={"textures": tuple(each for each in manifest.textures if keep(each))})
 
 
-def renamed(manifest: Manifest) -> TransferFunction:
-    return manifest.transfer_functions[0].model_copy(update={"name": "b"})
+def with_function_b(manifest: Manifest) -> Manifest:
+    """Give the channel a transfer function more."""
+    (channel,) = manifest.channels
+    function = channel.transfer_functions[0].model_copy(update={"name": "b"})
+    more = channel.model_copy(update={"transfer_functions": (*channel.transfer_functions, function)})
+    return manifest.model_copy(update={"channels": (more,)})
 
 
 Z = "slices-ramp-z-0"
@@ -73,10 +76,7 @@ def test_a_package_that_was_built_is_sound(package):
             lambda m: m.model_copy(update={"profile": m.profile.model_copy(update={"api": "es2.0"})}),
             "holds slices, but profile gles1 has shaders",
         ),
-        (
-            lambda m: m.model_copy(update={"transfer_functions": (*m.transfer_functions, renamed(m))}),
-            "no stack of slices draws the transfer function b",
-        ),
+        (with_function_b, "no stack of slices draws the transfer function b"),
         (lambda m: with_texture(m, Z, role="ranges"), "is no slices, which are all"),
     ],
 )

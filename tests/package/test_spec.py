@@ -134,7 +134,7 @@ def trilinear(voxels: np.ndarray, at_zyx: tuple[float, float, float]) -> float:
 
 def test_the_formula_for_mosaics_gives_the_trilinear_field(sealed_mosaic: Path) -> None:
     package = Package.open(sealed_mosaic)
-    texture = package.manifest.textures[0]
+    (texture,) = (each for each in package.manifest.textures if each.role == "volume")
     layout = texture.mosaic
     assert layout is not None
     texels = ktx2.decode(package.read_bytes(texture.file), "t").data[0]
@@ -158,7 +158,7 @@ def test_the_formula_for_mosaics_gives_the_trilinear_field(sealed_mosaic: Path) 
 def test_the_formulas_for_spaces_are_those_of_the_grid(sealed: Path) -> None:
     record = json.loads((sealed / "manifest.json").read_text())
     levels = Package.open(sealed).manifest.levels
-    for level, fields in zip(levels, record["levels"], strict=True):
+    for level, fields in zip(levels, record["channels"][0]["levels"], strict=True):
         grid = fields["grid"]
         direction, origin = np.array(grid["direction"]), np.array(grid["origin_mm_xyz"])
         spacing_xyz = np.array(grid["spacing_mm_zyx"][::-1])

@@ -143,7 +143,9 @@ def table_function_of(package):
     quantization = Quantization(
         bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
     )
-    package = type(package)(package.path, package.manifest.model_copy(update={"quantization": quantization}))
+    (channel,) = package.manifest.channels
+    told = channel.model_copy(update={"quantization": quantization})
+    package = type(package)(package.path, package.manifest.model_copy(update={"channels": (told,)}))
     return table_function(package, "test")
 
 

@@ -24,7 +24,7 @@ from volprep.validation.records import (
 )
 from volprep.validation.verdict import judge, passes
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Level, Quantization, SourceRecord, Statistics
+from volprep_formats.package.channel import Channel, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import FileRecord, Manifest, PlanItem, RenderSettings, Tolerance
 from volprep_formats.package.parts.proxy.record import Proxy, ProxyMeshFile
 from volprep_formats.package.parts.skip.record import Skipping, SkipTable
@@ -33,6 +33,7 @@ from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 
+CHANNEL = "scan"
 VIEWS = ("anterior", "superior", "anterior-left")
 STEP_RATIOS = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
 
@@ -139,6 +140,7 @@ def empty_space_of(*, passed: bool) -> EmptySpace:
 FORMS = (
     FormTrial(
         format="ETC2_RGBA8",
+        channel=CHANNEL,
         kept=False,
         level=0,
         size_bytes=23_040,
@@ -150,6 +152,7 @@ FORMS = (
     ),
     FormTrial(
         format="ASTC_6X6",
+        channel=CHANNEL,
         kept=True,
         level=0,
         size_bytes=41_000,
@@ -192,43 +195,50 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
             index_bits=32,
             max_texture_bytes=1 << 28,
         ),
-        source=SourceRecord(
-            info=SourceInfo(
-                format="dicom", grid=grid, stored_type="int16", modality="MR", remarks=("one file ignored",)
-            ),
-            sha256="a" * 64,
-        ),
-        statistics=Statistics(minimum=0, maximum=278, non_finite=0),
-        quantization=Quantization(
-            bits=8,
-            window=(0.0, 255.0),
-            slope=1.0,
-            intercept=0.0,
-            rmse=0.25,
-            max_error=0.5,
-            clipped_below=0,
-            clipped_above=12,
-        ),
-        levels=levels,
-        transfer_functions=(
-            TransferFunction(
-                name="skin",
-                points=(
-                    TransferPoint(value=20, colour=(0.9, 0.5, 0.3), extinction_per_mm=0.0),
-                    TransferPoint(value=60, colour=(0.9, 0.6, 0.4), extinction_per_mm=0.2),
-                    TransferPoint(value=200, colour=(1.0, 1.0, 0.9), extinction_per_mm=1.5),
+        channels=(
+            Channel(
+                name=CHANNEL,
+                stored_type="uint8",
+                source=SourceRecord(
+                    info=SourceInfo(
+                        format="dicom", grid=grid, stored_type="int16", modality="MR", remarks=("one file ignored",)
+                    ),
+                    sha256="a" * 64,
+                ),
+                statistics=Statistics(minimum=0, maximum=278, non_finite=0),
+                quantization=Quantization(
+                    bits=8,
+                    window=(0.0, 255.0),
+                    slope=1.0,
+                    intercept=0.0,
+                    rmse=0.25,
+                    max_error=0.5,
+                    clipped_below=0,
+                    clipped_above=12,
+                ),
+                levels=levels,
+                transfer_functions=(
+                    TransferFunction(
+                        name="skin",
+                        points=(
+                            TransferPoint(value=20, colour=(0.9, 0.5, 0.3), extinction_per_mm=0.0),
+                            TransferPoint(value=60, colour=(0.9, 0.6, 0.4), extinction_per_mm=0.2),
+                            TransferPoint(value=200, colour=(1.0, 1.0, 0.9), extinction_per_mm=1.5),
+                        ),
+                    ),
                 ),
             ),
         ),
         textures=(
             *(
                 Texture(
-                    name=f"volume{level.index}",
+                    name=f"volume-{CHANNEL}-{level.index}",
                     role="volume",
                     file=f"level{level.index}.ktx2",
                     shape_zyx=level.grid.shape_zyx,
                     gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
                     level=level.index,
+                    channels=(CHANNEL,),
                 )
                 for level in levels
             ),
@@ -275,9 +285,16 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
         render=RenderSettings(step_mm=0.25, opacity_cutoff=0.995, tolerance=tolerance),
         plan=(
             PlanItem(
-                name="level 0", kept=True, reason="finest level that fits", files=("level0.ktx2",), size_bytes=92160
+                name="level 0",
+                channel=CHANNEL,
+                kept=True,
+                reason="finest level that fits",
+                files=("level0.ktx2",),
+                size_bytes=92160,
             ),
-            PlanItem(name="normals", kept=False, reason="the scene has no lighting", size_bytes=276480),
+            PlanItem(
+                name="normals", channel=CHANNEL, kept=False, reason="the scene has no lighting", size_bytes=276480
+            ),
         ),
         files=(
             FileRecord(path="level0.ktx2", role="texture", size_bytes=92160, sha256="b" * 64),

@@ -144,7 +144,7 @@ def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -
 def test_what_was_left_out_stands_there_with_its_reason_and_its_cost(elements: Elements) -> None:
     text = words(elements)
     assert "Left out" in text
-    assert "normals the scene has no lighting 276 kB" in text
+    assert "normals scan the scene has no lighting 276 kB" in text
 
 
 def test_every_step_and_every_level_is_in_the_table(report: Report, elements: Elements) -> None:
@@ -183,10 +183,10 @@ def test_names_and_reasons_cannot_bring_markup_in(report: Report) -> None:
     hostile = "<script>alert(1)</script>"
     item = PlanItem(name=hostile, kept=False, reason=hostile)
     manifest = report.package.manifest
-    info = manifest.source.info.model_copy(update={"remarks": (hostile,), "unit": hostile})
-    manifest = manifest.model_copy(
-        update={"plan": (item,), "name": hostile, "source": manifest.source.model_copy(update={"info": info})}
-    )
+    (channel,) = manifest.channels
+    info = channel.source.info.model_copy(update={"remarks": (hostile,), "unit": hostile})
+    channel = channel.model_copy(update={"source": channel.source.model_copy(update={"info": info})})
+    manifest = manifest.model_copy(update={"plan": (item,), "name": hostile, "channels": (channel,)})
     hostile_report = report.model_copy(update={"package": report.package.model_copy(update={"manifest": manifest})})
     assert not Elements(page(hostile_report)).all("script")
 

@@ -201,7 +201,9 @@ def _package(folder: Path) -> bytes:
         clipped_below=0,
         clipped_above=0,
     )
-    manifest = decode_manifest((package / MANIFEST).read_bytes(), package).model_copy(update={"quantization": told})
+    manifest = decode_manifest((package / MANIFEST).read_bytes(), package)
+    (channel,) = manifest.channels
+    manifest = manifest.model_copy(update={"channels": (channel.model_copy(update={"quantization": told}),)})
     (package / MANIFEST).write_bytes(encode_manifest(manifest))
     return _BETWEEN.join((package / name).read_bytes() for name in _PACKAGE_PARTS)
 

@@ -253,7 +253,7 @@ def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
 def _volume(
     index: int, codes: NDArray[np.generic], profile: DeviceProfile, packing: Packing, room: Room | None
 ) -> VolumePlan:
-    name = f"volume-{index}"
+    name = f"volume-{CHANNEL}-{index}"
     if profile.max_3d_texture_size > 0:
         texel = one_channel(8 * codes.dtype.itemsize, profile)
         assert texel is not None, profile

@@ -130,9 +130,9 @@ class TestBitsAndWindow:
         assert 200.0 <= high <= 300.0
 
     def test_the_window_reaches_over_all_transfer_functions(self) -> None:
-        both = scene([(0.1, 0.0), (0.2, 0.5)]).model_copy(
-            update={"transfer": (*scene([(0.1, 0.0), (0.2, 0.5)]).transfer, *scene([(0.6, 0.0), (0.9, 0.5)]).transfer)}
-        )
+        first, second = scene([(0.1, 0.0), (0.2, 0.5)]), scene([(0.6, 0.0), (0.9, 0.5)])
+        other = second.transfer[0].model_copy(update={"name": "other"})
+        both = first.model_copy(update={"transfer": (*first.transfer, other)})
         voxels = np.random.default_rng(1).random((9, 9, 9)).astype(np.float32) * 1000
         voxels[2:7, 2:7, 2:7] /= 1000
         low, high = plan(voxels, both).quantize.window

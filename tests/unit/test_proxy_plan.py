@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from volprep.parts.proxy.decision import item_of_proxy, saved_share
+from volprep.parts.proxy.decision import saved_share
 from volprep.scene.scene import ProxySettings
 
 FORMS = ["blocks", "merged", "convex", "box"]
@@ -30,13 +30,6 @@ def test_tighter_forms_save_more():
         occupied = rng.random((5, 6, 7)) < 0.1
         blocks, convex, box = (saved_share(occupied, form) for form in ("blocks", "convex", "box"))
         assert blocks >= convex >= box
-
-
-def test_an_item_belongs_to_one_transfer_function():
-    assert item_of_proxy("bone", "proxy geometry bone")
-    assert item_of_proxy("bone", "ct: proxy geometry bone")
-    assert not item_of_proxy("bone", "proxy geometry cheekbone")
-    assert not item_of_proxy("bone", "skip table bone")
 
 
 @pytest.mark.parametrize("wrong", [{"form": "ball"}, {"block": 0}, {"block": 257}, {"epsilon": 1.0}, {"levels": [-1]}])

@@ -16,7 +16,7 @@ from volprep.report.plots import (
 from volprep.validation.pictures import colours, css_bytes
 from volprep.validation.records import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep_formats.package.channels import channel_views
-from volprep_formats.package.manifest import Manifest, titles
+from volprep_formats.package.manifest import Manifest
 
 _WAYS: dict[WayName, str] = {
     "neither": "neither",
@@ -65,7 +65,6 @@ class ProgramPlots:
 def page(report: Report) -> str:
     """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report."""
     manifest = report.package.manifest
-    plan = [*zip(titles(manifest.plan), manifest.plan, strict=True)]
     return (
         environment(report.oracle_tolerance)
         .get_template("report.html.j2")
@@ -77,8 +76,8 @@ def page(report: Report) -> str:
             size_plot=error_against_size(report),
             plain_bytes=math.prod(manifest.levels[0].grid.shape_zyx) if report.forms else 0,
             seen_from=_SEEN_FROM,
-            kept=[(title, item) for title, item in plan if item.kept],
-            left_out=[(title, item) for title, item in plan if not item.kept],
+            kept=[item for item in manifest.plan if item.kept],
+            left_out=[item for item in manifest.plan if not item.kept],
             files=manifest.files,
             file_bytes={record.path: record.size_bytes for record in manifest.files},
             way_names=_WAYS,

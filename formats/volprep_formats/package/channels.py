@@ -13,7 +13,7 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
 
 def channel_packages(package: Package) -> dict[str, Package]:
     """Return the package as it is for each channel, under its name, the default one first."""
-    return {name: Package(package.path, view, name) for name, view in channel_views(package.manifest).items()}
+    return {name: package.seen_as(view, name) for name, view in channel_views(package.manifest).items()}
 
 
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
@@ -27,7 +27,7 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     name = functions[0].name if transfer is None and functions else transfer
     for channel in package.manifest.channels:
         if name in channel.transfers:
-            return Package(package.path, _view(package.manifest, channel), channel.name)
+            return package.seen_as(_view(package.manifest, channel), channel.name)
     return package
 
 

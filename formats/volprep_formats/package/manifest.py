@@ -1,6 +1,5 @@
 """manifest.json: names every other file of a package, and says how to draw them."""
 
-from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -92,12 +91,6 @@ class PlanItem(Record):
     """Files that exist because of this item."""
     size_bytes: ByteCount = 0
     """What it costs where it is kept, or would have cost where it is left out."""
-
-
-def titles(items: Sequence[PlanItem]) -> list[str]:
-    """Return the names of items for people: each with its channel, if the items are for more than one."""
-    several = len({item.channel for item in items} - {None}) > 1
-    return [f"{item.channel}: {item.name}" if several and item.channel else item.name for item in items]
 
 
 class Contribution(Record):

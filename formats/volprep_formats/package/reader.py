@@ -1,6 +1,7 @@
 """Reading a package: what an app, the renderer and the validation see of it."""
 
 import hashlib
+from copy import copy
 from pathlib import Path
 from typing import Self
 
@@ -15,7 +16,7 @@ class Package:
     """An open package. It gives only files that the manifest names, and only whole ones."""
 
     def __init__(self, path: Path, manifest: Manifest, channel: str = "") -> None:
-        """Use `open`; `channel` is the one that `manifest` shows alone, of several."""
+        """Use `open`; `channel` is the one that `manifest` shows alone."""
         self._path = path
         self._manifest = manifest
         self._channel = channel
@@ -45,8 +46,14 @@ class Package:
 
     @property
     def channel(self) -> str:
-        """Channel that is shown alone, of several; "" where there is one, or all are shown."""
+        """Channel that is shown alone; "" where all are shown."""
         return self._channel
+
+    def seen_as(self, manifest: Manifest, channel: str) -> Self:
+        """Return the package as `manifest` shows one channel of it alone; files are read as this package reads them."""
+        seen = copy(self)
+        seen._manifest, seen._channel = manifest, channel
+        return seen
 
     def component_of(self, texture: Texture) -> int:
         """Component of the texels of a volume that holds the channel, 0 for red or luminance."""

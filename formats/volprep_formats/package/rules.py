@@ -125,7 +125,7 @@ def _compression(manifest: Manifest) -> Iterator[str]:
 
 
 def _levels(manifest: Manifest) -> Iterator[str]:
-    indices = [level.index for level in manifest.levels]
+    indices = [level.index for channel in manifest.channels for level in channel.levels]
     if indices != sorted(set(indices)):
         yield "the levels are not in ascending order of their indices"
     grid = manifest.grid or manifest.source.info.grid
