@@ -9,8 +9,6 @@
 
 namespace volprep::bind {
 
-inline constexpr Parameter source_volume{
-    "src", "The volume: uint8, int16, uint16 or float32, at least one voxel along each axis."};
 inline constexpr Parameter level_of_its_type{"dst", "Of the same type, with ceil(n / factor) voxels along each axis."};
 inline constexpr Parameter voxels_of_a_block{
     "factors_zyx", "Voxels that become one, along each axis; at least 1, with a product of at most 2^21."};

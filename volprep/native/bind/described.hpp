@@ -12,6 +12,9 @@ struct Parameter {
     std::string_view meaning;
 };
 
+inline constexpr Parameter source_volume{
+    "src", "The volume: uint8, int16, uint16 or float32, at least one voxel along each axis."};
+
 // The section that lists parameters, without the number of threads.
 inline std::string parameters(std::initializer_list<Parameter> all) {
     std::string section = "\n\nParameters\n----------\n";
