@@ -1,6 +1,7 @@
 #include "reader.hpp"
 
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
@@ -12,6 +13,8 @@
 #include <limits>
 #include <stdexcept>
 #include <variant>
+
+#include "tree_walk.hpp"
 
 namespace volprep::vdb {
 namespace {
@@ -71,6 +74,7 @@ class Archive : public openvdb::io::Archive {
 
     // The whole grid. It has to end where the file says that it does.
     openvdb::GridBase::Ptr read() {
+        check();
         readGrid(grid_, descriptor_, file_);
         if (file_.tellg() != descriptor_.getEndPos()) throw std::runtime_error("a grid does not end where it should");
         return grid_;
@@ -79,6 +83,22 @@ class Archive : public openvdb::io::Archive {
     const openvdb::io::GridDescriptor& descriptor() const { return descriptor_; }
 
   private:
+    // Walks over the grid before OpenVDB makes anything of its tree, and goes back to its beginning.
+    void check() {
+        const bool floats = grid_->isType<openvdb::FloatGrid>();
+        if (!floats && !grid_->isType<openvdb::DoubleGrid>())
+            throw std::runtime_error("its voxels are neither floats nor doubles");
+        readGridCompression(file_);
+        grid_->readMeta(file_);
+        const bool half = grid_->saveFloatAsHalf();
+        if (half != descriptor_.saveFloatAsHalf())
+            throw std::runtime_error("a grid says both that its floats have 16 bits and that they have not");
+        grid_->readTransform(file_);
+        if (!descriptor_.isInstance())
+            check_tree(file_, {floats ? 4 : 8, half, openvdb::io::getDataCompression(file_)}, descriptor_.getEndPos());
+        file_.seekg(descriptor_.getGridPos());
+    }
+
     // Before the stream, which refers to it.
     openvdb::SharedPtr<openvdb::io::StreamMetadata> metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
     std::ifstream file_;
@@ -136,6 +156,8 @@ void initialize() {
     // One thread: whoever reads limits its memory, and the stack and heap of each further thread count as such.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     openvdb::initialize();
+    // It only helps to load voxels later, which is never done here, and is decompressed before anything is checked.
+    openvdb::io::DelayedLoadMetadata::unregisterType();
 }
 
 std::vector<GridInfo> list_grids(const std::string& path) {
@@ -151,10 +173,8 @@ ScalarGrid::ScalarGrid(const std::string& path, size_t index) : tree_(std::make_
     const openvdb::GridBase::Ptr grid = reading([&] { return read_grid(path, index); });
     if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
         tree_->grid = floats;
-    else if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
-        tree_->grid = doubles;
     else
-        throw std::runtime_error("its voxels are neither floats nor doubles");
+        tree_->grid = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
 }
 
 ScalarGrid::~ScalarGrid() = default;
