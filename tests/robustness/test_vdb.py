@@ -100,11 +100,23 @@ def test_a_tile_of_the_root_is_taken_for_voxels(tmp_path) -> None:
     [
         (tile(0, 0, 0) + tile(0, 0, 0), (2, 0), "two nodes lie at the same place"),
         (tile(0, 0, 0, active=2), (1, 0), "neither active nor inactive"),
-        (tile(0, 0, 0), (2**32 - 1, 0), "ends before its nodes do"),
-        (tile(0, 0, 0), (1, 2**32 - 1), "ends before its nodes do"),
+        (tile(0, 0, 0), (2**32 - 1, 0), "longer than what is left of it"),
+        (tile(0, 0, 0), (1, 2**32 - 1), "longer than what is left of it"),
     ],
     ids=["twice", "active", "tiles", "children"],
 )
 def test_a_root_that_contradicts_itself_is_refused(tmp_path, tiles, counts, said) -> None:
     error = refusal_at_open(with_root(tmp_path, tiles, *counts))
     assert (error.code, said in str(error)) == ("VP1200", True)
+
+
+@pytest.mark.parametrize("length", [2**32 - 1, 2**31, 2**27])
+@pytest.mark.parametrize("text", [b"density", b"Tree_float_5_4_3", b"class", b"string", b"fog volume", b"AffineMap"])
+def test_no_room_is_made_for_a_text_that_is_longer_than_the_file(tmp_path, text, length) -> None:
+    path = write_vdb_by_hand(tmp_path / "v.vdb", HandGrid({(0, 0, 0): 3.0}))
+    said = struct.pack("<I", len(text)) + text
+    data = path.read_bytes()
+    assert data.count(said) == 1
+    path.write_bytes(data.replace(said, struct.pack("<I", length) + text))
+    error = refusal_at_open(path)
+    assert (error.code, "longer than what is left of it" in str(error)) == ("VP1200", True)

@@ -36,6 +36,7 @@ class Archive : public openvdb::io::Archive {
         setFormatVersion(file_);
         setLibraryVersion(file_);
         setDataCompression(file_);
+        check_metadata(file_, end_);
         openvdb::MetaMap().readMeta(file_);
         grids_left_ = readGridCount(file_);
     }
@@ -45,6 +46,7 @@ class Archive : public openvdb::io::Archive {
         if (at_grid_) descriptor_.seekToEnd(file_);
         if (grids_left_-- <= 0) return false;
         descriptor_ = openvdb::io::GridDescriptor();
+        check_strings(file_, 3, end_);  // name, type, name of the parent
         grid_ = descriptor_.read(file_);
         at_grid_ = true;
         const int64_t begin = descriptor_.getGridPos();
@@ -56,8 +58,7 @@ class Archive : public openvdb::io::Archive {
 
     // The grid with its metadata and transform alone.
     GridInfo info() {
-        readGridCompression(file_);
-        grid_->readMeta(file_);
+        read_metadata();
         const auto first = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
         const auto last = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
         GridInfo info{openvdb::io::GridDescriptor::nameAsString(descriptor_.uniqueName()),
@@ -83,16 +84,22 @@ class Archive : public openvdb::io::Archive {
     const openvdb::io::GridDescriptor& descriptor() const { return descriptor_; }
 
   private:
+    void read_metadata() {
+        readGridCompression(file_);
+        check_metadata(file_, descriptor_.getEndPos());
+        grid_->readMeta(file_);
+    }
+
     // Walks over the grid before OpenVDB makes anything of its tree, and goes back to its beginning.
     void check() {
         const bool floats = grid_->isType<openvdb::FloatGrid>();
         if (!floats && !grid_->isType<openvdb::DoubleGrid>())
             throw std::runtime_error("its voxels are neither floats nor doubles");
-        readGridCompression(file_);
-        grid_->readMeta(file_);
+        read_metadata();
         const bool half = grid_->saveFloatAsHalf();
         if (half != descriptor_.saveFloatAsHalf())
             throw std::runtime_error("a grid says both that its floats have 16 bits and that they have not");
+        check_strings(file_, 1, descriptor_.getEndPos());  // kind of the transform
         grid_->readTransform(file_);
         if (!descriptor_.isInstance())
             check_tree(file_, {floats ? 4 : 8, half, openvdb::io::getDataCompression(file_)}, descriptor_.getEndPos());

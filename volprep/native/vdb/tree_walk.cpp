@@ -51,9 +51,16 @@ class Walk {
         for (; leaves_ > 0; --leaves_) values(number<Mask<leaf_log2>>());
     }
 
+    void metadata() {
+        for (auto left = number<uint32_t>(); left > 0; --left) strings(3);  // name, type, value
+    }
+    void strings(int count) {
+        for (; count > 0; --count) skip(number<uint32_t>());
+    }
+
   private:
     void take(int64_t bytes) {
-        if (bytes > left_) throw std::runtime_error("a grid ends before its nodes do");
+        if (bytes > left_) throw std::runtime_error("a part of it is longer than what is left of it");
         left_ -= bytes;
     }
     void skip(int64_t bytes) {
@@ -118,7 +125,7 @@ class Walk {
                                          " bytes says that it has another size");
             return skip(bytes);
         }
-        if (stored > left_) throw std::runtime_error("a grid ends before its nodes do");
+        if (stored > left_) throw std::runtime_error("a compressed block is longer than what is left of its grid");
         if (format_.compression & COMPRESS_BLOSC) {
             // Blosc believes what these numbers say of its input.
             if (stored < blosc_header_bytes) throw std::runtime_error("a compressed block is too short");
@@ -141,5 +148,17 @@ class Walk {
 }  // namespace
 
 void check_tree(std::istream& stream, const TreeFormat& format, int64_t end) { Walk(stream, format, end).tree(); }
+
+void check_metadata(std::istream& stream, int64_t end) {
+    const auto begin = stream.tellg();
+    Walk(stream, {}, end).metadata();
+    stream.seekg(begin);
+}
+
+void check_strings(std::istream& stream, int count, int64_t end) {
+    const auto begin = stream.tellg();
+    Walk(stream, {}, end).strings(count);
+    stream.seekg(begin);
+}
 
 }  // namespace volprep::vdb
