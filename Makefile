@@ -1,9 +1,9 @@
-# The five commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
+# The commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
 # with the versions of constraints.txt, the native core. What is there already is not done again.
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench fuzz system
+.PHONY: help demo test lint bench fuzz fuzz-native sanitize system
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -26,6 +26,8 @@ help:
 	@echo "make lint    ruff, mypy, clang-format"
 	@echo "make bench   kernels and import against their peers; writes bench.json"
 	@echo "make fuzz    reads damaged files of every kind for five minutes; ARGS='--seconds 60 --seed 1' passes arguments"
+	@echo "make fuzz-native  the native readers alone, with sanitizers and libFuzzer; ARGS='--seconds 1800' passes arguments"
+	@echo "make sanitize     tests of native code against a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 
 demo: $(NATIVE)
 	.venv/bin/python tools/demo.py
@@ -44,6 +46,12 @@ bench: $(NATIVE) $(BENCH)
 
 fuzz: $(NATIVE) $(TEST)
 	.venv/bin/python -m tests.robustness.fuzz $(ARGS)
+
+fuzz-native: $(NATIVE) $(TEST)
+	@tools/fuzz_native.sh $(ARGS)
+
+sanitize: $(NATIVE) $(TEST)
+	@tools/sanitize.sh $(ARGS)
 
 system:
 	@tools/system_packages.sh

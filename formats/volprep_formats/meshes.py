@@ -30,6 +30,10 @@ _VERTICES, _INDICES = 34962, 34963
 _DRACO = "KHR_draco_mesh_compression"
 _LARGEST_JSON = 2**20
 _DRACO_BITS = 24
+# Draco 2.2, a triangle mesh by edgebreaker, no metadata: what `encode_draco` writes.
+_DRACO_START = b"DRACO\x02\x02\x01\x01\x00\x00"
+# A closed surface has about twice as many triangles as vertices, and four times as many where it is full of holes.
+_MOST_TRIANGLES = 8 * MOST_VERTICES
 
 
 @dataclass(frozen=True)
@@ -176,15 +180,37 @@ def decode_draco(data: bytes, name: str) -> Primitive:
     """Decompress a primitive. Raises VP4039 for what is none."""
     import DracoPy  # noqa: PLC0415 - few need it
 
+    _check_draco_start(data, name)
     try:
         mesh = DracoPy.decode(data)
         faces = np.asarray(mesh.faces)
+        positions = np.asarray(mesh.points, np.float32).reshape(-1, 3)
     except (AttributeError, TypeError, ValueError, RuntimeError, DracoPy.FileTypeException) as error:
         _fail(name, f"Draco: {error}")
     if faces.max(initial=0) >= MOST_VERTICES or not faces.size:
         _fail(name, "Draco: indices are missing or need more than 16 bits")
-    positions = np.asarray(mesh.points, np.float32).reshape(-1, 3)
     return Primitive(np.rint(positions), faces.reshape(-1, 3).astype(np.uint16))
+
+
+def _check_draco_start(data: bytes, name: str) -> None:
+    """Check kind and sizes before Draco does: a few bytes that say 2^28 triangles keep it busy for minutes."""
+    if not data.startswith(_DRACO_START):
+        _fail(name, "Draco: it is not a triangle mesh of version 2.2 by edgebreaker")
+    at = len(_DRACO_START) + 1  # how triangles follow each other
+    vertices, at = _varint(data, at)
+    triangles, _ = _varint(data, at)
+    if vertices > MOST_VERTICES or triangles > _MOST_TRIANGLES:
+        _fail(name, f"Draco: it says {vertices} vertices and {triangles} triangles, more than a primitive has")
+
+
+def _varint(data: bytes, at: int) -> tuple[int, int]:
+    """Return the number that begins at `at`, seven bits in each byte, and where the next begins."""
+    number = 0
+    for shift, byte in enumerate(data[at : at + 5]):
+        number |= (byte & 127) << 7 * shift
+        if byte < 128:
+            return number, at + shift + 1
+    return 2**32, at  # it does not end
 
 
 Index = Annotated[int, Field(ge=0, lt=2**16)]

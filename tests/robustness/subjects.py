@@ -40,6 +40,7 @@ from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
 from volprep_formats.textures import ktx2
 
 from .header_subjects import metaimage_file, nrrd_file, vtk_file
+from .mesh_subjects import glb_file, read_mesh
 
 _SHAPE_ZYX = (3, 5, 4)
 _COMPRESSED = (RLELossless, JPEGLSLossless, JPEG2000Lossless)
@@ -296,6 +297,8 @@ SUBJECTS = (
     Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
+    Subject("glTF mesh", ".glb", glb_file(draco=False), read_mesh),
+    Subject("glTF mesh by Draco", ".glb", glb_file(draco=True), read_mesh),
 )
 """All kinds."""
 

@@ -1,6 +1,8 @@
 """The walk over plain DICOM headers finds what pydicom finds, or finds nothing, whatever has been done to the file."""
 
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -204,6 +206,23 @@ def test_a_header_longer_than_any_limit_is_left_to_pydicom(tmp_path) -> None:
     file = written(tmp_path, data=data)
     assert plain_header(file) is None
     assert walked(file, TAGS.values()) is None
+
+
+def test_wanted_values_longer_than_any_limit_are_left_to_pydicom(tmp_path) -> None:
+    wanted = [*TAGS.values(), 0x00291010]
+    for length, is_plain in ((2**20 - 4096, True), (2**20 + 2, False)):
+        file = written(tmp_path, data=plain_image(private_bytes=length))
+        (found,) = _dicom.plain_headers([os.fsencode(file)], wanted, threads=1)
+        assert (found is not None) == is_plain
+        assert found == walked(file, wanted)
+
+
+def test_a_pipe_does_not_hold_the_walk_up(tmp_path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    code = "import sys; from volprep_formats import _dicom; print(_dicom.plain_headers([sys.argv[1].encode()], [], 1))"
+    found = subprocess.run([sys.executable, "-c", code, pipe], timeout=20, check=True, capture_output=True, text=True)
+    assert found.stdout == "[None]\n"
 
 
 def test_what_cannot_be_read_is_not_plain(tmp_path) -> None:

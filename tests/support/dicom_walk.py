@@ -8,6 +8,7 @@ LONG = b"OB OD OF OL OV OW SQ SV UC UN UR UT UV".split()
 UNDEFINED = 0xFFFFFFFF
 IMPLICIT = b"1.2.840.10008.1.2"
 MOST_BYTES = 2**25
+MOST_WANTED_BYTES = 2**20
 DEEPEST = 8
 
 
@@ -88,6 +89,8 @@ def data_set(data: bytes, at: int, wanted: frozenset[int], *, explicit: bool) ->
             at = start + length
             if tag in wanted:
                 found[tag] = part(data, start, at)
+                if sum(map(len, found.values())) > MOST_WANTED_BYTES:
+                    raise UnusualError
 
 
 def after_sequence(data: bytes, at: int, depth: int) -> int:

@@ -24,6 +24,10 @@ class HandGrid:
     corner_xyz: tuple[int, int, int] = (0, 0, 0)
     """First voxel of tile (0, 0, 0), a multiple of 4096."""
     world_from_index: tuple[tuple[float, ...], ...] = field(default=_EYE)
+    compression: int = 0
+    """1 for zip, 4 for Blosc; the blocks of values say that they are not compressed."""
+    said_bytes: int | None = None
+    """What such a block says of its size; the truth unless given."""
 
 
 def write_vdb_by_hand(path: Path, *grids: HandGrid) -> Path:
@@ -32,7 +36,13 @@ def write_vdb_by_hand(path: Path, *grids: HandGrid) -> Path:
     for grid in grids:
         head = _text(grid.name) + _text(f"Tree_{grid.kind}_5_4_3") + _text("")
         start = len(data) + len(head) + 24
-        body = struct.pack("<I", 0) + struct.pack("<I", 1) + _text("class") + _text("string") + _text(grid.grid_class)
+        body = (
+            struct.pack("<I", grid.compression)
+            + struct.pack("<I", 1)
+            + _text("class")
+            + _text("string")
+            + _text(grid.grid_class)
+        )
         body += _text("AffineMap") + np.array(grid.world_from_index).T.astype("<f8").tobytes() + _tree(grid)
         end = start + len(body)
         data += head + struct.pack("<qqq", start, end, end) + body
@@ -53,6 +63,8 @@ def _tree(grid: HandGrid) -> bytes:
         active[(i * 32 + j) * 32 + k] = True
     children = 1 if grid.tiles else 0
     root = struct.pack(f"<i{letter}II", 1, grid.background, 0, children)
+    said = values.nbytes if grid.said_bytes is None else grid.said_bytes
+    size = struct.pack("<q", -said) if grid.compression else b""
     # 6: no mask for the inactive values, all values are there.
-    node = bytes(4096) + np.packbits(active, bitorder="little").tobytes() + b"\6" + values.tobytes()
+    node = bytes(4096) + np.packbits(active, bitorder="little").tobytes() + b"\6" + size + values.tobytes()
     return root + (struct.pack("<iii", *grid.corner_xyz) + node) * children

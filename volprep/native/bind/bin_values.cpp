@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "described.hpp"
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
@@ -34,7 +35,7 @@ void bin_values(nb::module_& module) {
         nb::sig("def bin_values(src: numpy.typing.NDArray[numpy.generic], low: float, high: float, histogram: "
                 "numpy.typing.NDArray[numpy.uint64], "
                 "threads: int = 0) -> None"),
-        R"(Add to histogram the voxels of src that lie in [low, high], in bins of equal width.
+        described(R"(Add to histogram the voxels of src that lie in [low, high], in bins of equal width.
 
 A voxel v is counted in bin min(floor((v - low) * (bins / (high - low))), bins - 1), computed in float64. Voxels outside the
 range and NaN are not counted. A volume may be given slab by slab.
@@ -47,15 +48,9 @@ low, high
     Ends of the range, both included; low < high.
 histogram
     1 to 65536 counts.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size or the range does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                  "a size or the range does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

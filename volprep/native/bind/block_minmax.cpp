@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -48,7 +49,7 @@ void block_minmax(nb::module_& module) {
                nb::sig("def block_minmax(src: numpy.typing.NDArray[numpy.generic], block: int, dst_min: "
                        "numpy.typing.NDArray[numpy.generic], "
                        "dst_max: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> None"),
-               R"(Write the least and the greatest voxel of each block of src, shared voxels included.
+               described(R"(Write the least and the greatest voxel of each block of src, shared voxels included.
 
 Voxels are samples at cell centres, the field is trilinear between them and clamped in the outer half voxel. In voxel-centre
 coordinates (p = texture coordinate * n - 1/2, clamped to [0, n - 1]) block b is the interval [b * block, (b + 1) * block]
@@ -65,15 +66,9 @@ block
     Cells of a block along each axis, 1 to 1024.
 dst_min, dst_max
     Of the same type as src, with the shape that block_minmax_shape gives.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or the block does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a shape or the block does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -47,34 +48,25 @@ void box_reduce(nb::module_& module) {
         nb::sig("def box_reduced_shape(shape_zyx: collections.abc.Sequence[int], factors_zyx: "
                 "collections.abc.Sequence[int]) -> tuple[int, int, int]"),
         "The shape that box_reduce gives: ceil(n / factor) along each axis.");
-    module.def("box_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
-               nb::arg("threads") = 0,
-               nb::sig("def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
-                       "threads: int = 0) -> None"),
-               R"(Write the mean of each block of factors_zyx voxels of src to dst.
+    module.def(
+        "box_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
+        nb::arg("threads") = 0,
+        nb::sig("def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
+                "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
+                "threads: int = 0) -> None"),
+        described(
+            R"(Write the mean of each block of factors_zyx voxels of src to dst.
 
 A block that hangs over the edge behaves as if the edge voxel were repeated. Integers are summed exactly and rounded once,
 half to even. float32 is summed in float64, each row from left to right, then the rows in order of z and y, and rounded
-once; NaN propagates. src and dst are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
-dst
-    Of the same type, with the shape that box_reduced_shape gives.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^31.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a factor does not fit.
-TypeError
-    If an array has another type or order.)");
+once; NaN propagates. src and dst are C-contiguous [z, y, x] and do not overlap.)" +
+                parameters(
+                    {source_volume, Parameter{"dst", "Of the same type, with the shape that box_reduced_shape gives."},
+                     Parameter{
+                         "factors_zyx",
+                         "Voxels that become one, along each axis; at least 1, with a product of at most 2^31."}}),
+            "a shape or a factor does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "described.hpp"
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
@@ -30,7 +31,7 @@ void count_values(nb::module_& module) {
                nb::sig("def count_values(src: numpy.typing.NDArray[numpy.generic], histogram: "
                        "numpy.typing.NDArray[numpy.uint64], threads: int = 0) "
                        "-> None"),
-               R"(Add to histogram how often each stored integer occurs in src.
+               described(R"(Add to histogram how often each stored integer occurs in src.
 
 Range, used bits and every other statistic of the stored values follow from the histogram. A volume may be given slab by
 slab.
@@ -41,15 +42,9 @@ src
     uint8, int16 or uint16, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
 histogram
     256 or 65536 counts, for all values of src's type in ascending order: entry 0 is that of 0, or of -32768 for int16.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

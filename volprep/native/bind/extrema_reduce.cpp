@@ -43,28 +43,17 @@ void extrema_reduce(nb::module_& module) {
         nb::sig("def extrema_reduce(src: numpy.typing.NDArray[numpy.generic], dst_min: "
                 "numpy.typing.NDArray[numpy.generic] | None, dst_max: numpy.typing.NDArray[numpy.generic] | None, "
                 "factors_zyx: collections.abc.Sequence[int], threads: int = 0) -> None"),
-        R"(Write the least and the greatest voxel of each block of factors_zyx voxels of src.
+        described(R"(Write the least and the greatest voxel of each block of factors_zyx voxels of src.
 
 A block that hangs over the edge behaves as if the edge voxel were repeated. In float32 -0 is less than +0, and NaN lies
-beyond the infinities. Arrays are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
-dst_min, dst_max
-    Of the same type, with ceil(n / factor) voxels along each axis. One of them may be None: it is not made.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a factor does not fit.
-TypeError
-    If an array has another type or order.)");
+beyond the infinities. Arrays are C-contiguous [z, y, x] and do not overlap.)" +
+                      parameters({source_volume,
+                                  Parameter{"dst_min, dst_max",
+                                            "Of the same type, with ceil(n / factor) voxels along each axis. One of "
+                                            "them may be None: it is not made."},
+                                  voxels_of_a_block}),
+                  "a shape or a factor does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "volprep/box_reduce.hpp"
 #include "voxels.hpp"
 
@@ -79,7 +80,8 @@ void fit_level(nb::module_& module) {
                 "numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], "
                 "weight_factors_zyx: collections.abc.Sequence[int], iterations: int, step: float, threads: int = 0) "
                 "-> None"),
-        R"(Improve a coarse level until its trilinear field misses level 0 least, in values or in what is made of them.
+        described(
+            R"(Improve a coarse level until its trilinear field misses level 0 least, in values or in what is made of them.
 
 Values are counted in bins, v · bins_per_code for a code v. Each of m transfer functions gives a bin k a feature vector
 F[k], linear between bins; d[k] = F[k + 1] - F[k]. The sum over level 0 of linear · (difference of bins)² and of
@@ -107,15 +109,9 @@ iterations
     What lies so many voxels of the level away has influence: slabs overlap by that.
 step
     1 for plain steps, below 2.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a number does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+            "a shape or a number does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

@@ -60,7 +60,7 @@ void joint_histogram(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: "
                        "collections.abc.Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) "
                        "-> None"),
-               R"(Add to counts how often each value of level 0 occurs where a coarser level has each value.
+               described(R"(Add to counts how often each value of level 0 occurs where a coarser level has each value.
 
 The level is read as a renderer reads it: trilinear between the centres of its voxels, at the centre of each voxel of src.
 
@@ -79,15 +79,9 @@ factors_zyx
 counts
     uint64 [256, 256]: entry [c, f] is that of bin c of the level and bin f of level 0. A bin is a code of 8 bits; one of
     16 bits is in the nearest bin, code / 257.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape, a factor or a number of slices does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a shape, a factor or a number of slices does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "described.hpp"
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
@@ -31,7 +32,7 @@ void laplacian_histogram(nb::module_& module) {
                nb::arg("threads") = 0,
                nb::sig("def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: "
                        "numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None"),
-               R"(Add to histogram how often each size of the Laplacian occurs in src.
+               described(R"(Add to histogram how often each size of the Laplacian occurs in src.
 
 The Laplacian of a voxel is the sum of neighbour + other neighbour - 2 * voxel over the axes along which src has at least
 three voxels. Voxels without both neighbours along each of these axes are not counted, nor those that equal all of them.
@@ -44,15 +45,9 @@ src
 histogram
     1531 counts for uint8, 15376 for the others: entry k is that of the size k up to 2047; from there on entry 2048 * e + m
     is that of the 2^e sizes from (2048 + m) * 2^e - 2048.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

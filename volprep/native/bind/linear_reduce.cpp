@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "described.hpp"
 #include "separable.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
@@ -42,7 +43,7 @@ void linear_reduce(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.int32], taps_y: numpy.typing.NDArray[numpy.int32], taps_x: "
                        "numpy.typing.NDArray[numpy.int32], clamp: bool = False, src_z: int = 0, dst_z: int = 0, depth: "
                        "int | None = None, threads: int = 0) -> None"),
-               R"(Write slices of a pyramid level to dst, made by a separable linear filter.
+               described(R"(Write slices of a pyramid level to dst, made by a separable linear filter.
 
 A voxel of the level is the sum of weight_z * weight_y * weight_x * voxel over the filter's support, divided by the product
 of the sums of the weights. The weights along an axis belong to consecutive voxels around the centre of the cell of `factor`
@@ -68,15 +69,9 @@ src_z, dst_z
     cut: src must hold all slices that dst is made from.
 depth
     Slices of the whole volume; those of src unless given.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape, a factor, a weight or a slab does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a shape, a factor, a weight or a slab does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -30,29 +30,14 @@ void median_reduce(nb::module_& module) {
                nb::sig("def median_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
                        "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
                        "threads: int = 0) -> None"),
-               R"(Write the median of each block of factors_zyx voxels of src to dst.
+               described(R"(Write the median of each block of factors_zyx voxels of src to dst.
 
 Of an even number of voxels it is the mean of the middle two: integers rounded half to even, float32 in float64 and rounded
 once. A block that hangs over the edge behaves as if the edge voxel were repeated. In float32 -0 is less than +0, and NaN
-lies beyond the infinities. src and dst are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
-dst
-    Of the same type, with ceil(n / factor) voxels along each axis.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a factor does not fit.
-TypeError
-    If an array has another type or order.)");
+lies beyond the infinities. src and dst are C-contiguous [z, y, x] and do not overlap.)" +
+                             parameters({source_volume, level_of_its_type, voxels_of_a_block}),
+                         "a shape or a factor does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -36,35 +36,24 @@ void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zy
 }  // namespace
 
 void mode_reduce(nb::module_& module) {
-    module.def("mode_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
-               nb::arg("background") = nb::none(), nb::arg("threads") = 0,
-               nb::sig("def mode_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], background: "
-                       "int | None = None, threads: int = 0) -> None"),
-               R"(Write the most frequent label of each block of factors_zyx voxels of src to dst.
+    module.def(
+        "mode_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
+        nb::arg("background") = nb::none(), nb::arg("threads") = 0,
+        nb::sig("def mode_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
+                "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], background: "
+                "int | None = None, threads: int = 0) -> None"),
+        described(
+            R"(Write the most frequent label of each block of factors_zyx voxels of src to dst.
 
 Of labels that are equally frequent it is the smallest. A block that hangs over the edge behaves as if the edge voxel were
-repeated. src and dst are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    The volume: uint8, int16 or uint16, at least one voxel along each axis.
-dst
-    Of the same type, with ceil(n / factor) voxels along each axis.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
-background
-    A label that does not count, and remains only where a block has no other; None: all count.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape, a factor or the background does not fit.
-TypeError
-    If an array has another type or order.)");
+repeated. src and dst are C-contiguous [z, y, x] and do not overlap.)" +
+                parameters({Parameter{"src", "The volume: uint8, int16 or uint16, at least one voxel along each axis."},
+                            level_of_its_type, voxels_of_a_block,
+                            Parameter{"background",
+                                      "A label that does not count, and remains only where a block has no other; None: "
+                                      "all count."}}),
+            "a shape, a factor or the background does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

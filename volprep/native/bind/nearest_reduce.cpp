@@ -27,29 +27,14 @@ void nearest_reduce(nb::module_& module) {
                nb::sig("def nearest_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
                        "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
                        "threads: int = 0) -> None"),
-               R"(Write one voxel of each block of factors_zyx voxels of src to dst.
+               described(R"(Write one voxel of each block of factors_zyx voxels of src to dst.
 
 It is voxel k * factor + factor // 2 along each axis, or the last one where that lies outside: the one that GL_NEAREST takes
 at the centre of the block. Of an even number it is the upper one beside the centre, so the picture moves by half a voxel.
-src and dst are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    The volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
-dst
-    Of the same type, with ceil(n / factor) voxels along each axis.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a factor does not fit.
-TypeError
-    If an array has another type or order.)");
+src and dst are C-contiguous [z, y, x] and do not overlap.)" +
+                             parameters({source_volume, level_of_its_type, voxels_of_a_block}),
+                         "a shape or a factor does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

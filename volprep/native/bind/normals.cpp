@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "kernels.hpp"
 #include "voxels.hpp"
 
@@ -139,7 +140,7 @@ void normals(nb::module_& module) {
                nb::sig("def gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], "
                        "matrix: collections.abc.Sequence[float], dst: numpy.typing.NDArray[numpy.float32], "
                        "threads: int = 0) -> None"),
-               R"(Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
+               described(R"(Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
 
 The kernels are forward, central, thesis, sobel and isotropic; their sums are the slope of a ramp, per voxel, times 1, 2,
 44, 32 and 72. What lies outside the volume is the voxel at its edge, and the difference along the axis is one-sided there.
@@ -157,15 +158,9 @@ matrix
     3×3, row by row: what turns the sums into the wanted unit and space.
 dst
     float32 [z, y, x, 3], without the halo.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or a name does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a shape or a name does not fit")
+                   .c_str());
     module.def("largest_gradient", &bind_largest, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
                nb::arg("matrix"), nb::arg("threads") = 0,
                nb::sig("def largest_gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, "

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "kernels.hpp"
 #include "voxels.hpp"
 
@@ -81,7 +82,7 @@ void oracle(nb::module_& module) {
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = "
                        "None, threads: int = 0) -> None"),
-               R"(Write the picture of a volume and a bound on the error of each pixel.
+               described(R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
 for the trilinear field of the voxels, or the field that is constant in each, and the piecewise linear transfer function.
@@ -107,15 +108,9 @@ kernel, normals
     With either one, colours are multiplied by the absolute cosine between ray and normal, where the trilinear
     interpolation of the voxels' normals is longer than 0.01. Normals are the directions of the gradients that a kernel
     ("forward", "central", "thesis", "sobel", "isotropic") gives, or float32 [z, y, x, 3] along x, y, z. Not with nearest.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

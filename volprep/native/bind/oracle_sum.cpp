@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -98,7 +99,7 @@ void oracle_sum(nb::module_& module) {
                        "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "threads: int = 0) -> None"),
-               R"(Write the picture of several volumes on one grid and a bound on the error of each pixel.
+               described(R"(Write the picture of several volumes on one grid and a bound on the error of each pixel.
 
 For each pixel the integral of sum(c_i tau_i) exp(-optical depth) along its ray and 1 - exp(-optical depth), where the
 optical depth is the integral of sum(tau_i), exact up to `bound` for the trilinear fields of the voxels and the piecewise
@@ -121,15 +122,9 @@ tolerance
     The error to aim at, at least 1e-13.
 rgba, bound
     float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -66,7 +67,7 @@ void pack_tiles(nb::module_& module) {
                nb::arg("threads") = 0,
                nb::sig("def pack_tiles(planes: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8]], step: int, "
                        "gutter: int, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None"),
-               R"(Lay slices side by side in a strip of a 2D texture: a row of mosaic tiles.
+               described(R"(Lay slices side by side in a strip of a 2D texture: a row of mosaic tiles.
 
 Tile i takes slice i · step of each plane; each plane fills one channel of the texels. A tile is surrounded by `gutter`
 texels that repeat its edge. Where a plane has no such slice, and right of the last tile, texels are 0.
@@ -83,15 +84,9 @@ gutter
 dst
     uint8 [row, column, byte of the texel]: height + 2 · gutter rows, and columns for one tile at least. A texel has
     the bytes of one voxel, or, with 4 planes, of four voxels of 1 or 2 bytes. dst does not overlap the planes.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

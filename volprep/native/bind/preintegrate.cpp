@@ -5,6 +5,7 @@
 #include <string>
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep::bind {
@@ -42,7 +43,7 @@ void preintegrate(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.float64], values: numpy.typing.NDArray[numpy.float64], colours: "
                        "numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], "
                        "step_mm: float, light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
-               R"(Write the light of ray segments along which the value changes linearly.
+               described(R"(Write the light of ray segments along which the value changes linearly.
 
 All attenuation inside a segment counts. Where there is no extinction the colour is the plain mean; where front and back
 are equal it is the function's, at a jump the mean of both sides.
@@ -59,15 +60,9 @@ step_mm
 light
     float64 [n, 4], written: light divided by opacity, and the mean extinction per millimetre. The opacity of the segment
     is 1 - exp(-mean extinction * step).
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit, values do not ascend, or the step is not positive.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a size does not fit, values do not ascend, or the step is not positive")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "described.hpp"
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
@@ -110,7 +111,7 @@ void quantize(nb::module_& module) {
             "window_hi: float, dst: numpy.typing.NDArray[numpy.generic], histogram: "
             "numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> "
             "QuantizationLoss"),
-        R"(Write the code of each voxel to dst, count the codes, and return the loss.
+        described(R"(Write the code of each voxel to dst, count the codes, and return the loss.
 
 physical = slope * src + intercept, and code = round_half_even((physical - window_lo) * ((2^bits - 1) / (window_hi -
 window_lo))), clamped to 0 ... 2^bits - 1, in float64. NaN gets code 0, which is window_lo; an infinity gets the code of the
@@ -128,15 +129,9 @@ dst
     uint8 or uint16 codes, with the shape of src.
 histogram
     256 or 65536 counts of codes, to which those of src are added.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape or the window does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                  "a shape or the window does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

@@ -1,6 +1,7 @@
 #include "volprep/ray_samples.hpp"
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -44,7 +45,7 @@ void ray_samples(nb::module_& module) {
                        "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: "
                        "numpy.typing.NDArray[numpy.int64], samples: numpy.typing.NDArray[numpy.float32], "
                        "threads: int = 0) -> None"),
-               R"(Write the samples of rays that lie in a slab, trilinear between voxels.
+               described(R"(Write the samples of rays that lie in a slab, trilinear between voxels.
 
 The samples of a ray lie in the middles of equal segments. A slab gives those whose lower slice it holds together with the
 upper one, so that slabs that share one slice give each sample once.
@@ -63,15 +64,9 @@ offsets
     int64 [n + 1]: the samples of ray r are offsets[r] to offsets[r + 1] - 1.
 samples
     float32, written where the slab has them.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                         "a shape does not fit")
+                   .c_str());
 }
 
 }  // namespace volprep::bind

@@ -42,34 +42,22 @@ void rgba_reduce(nb::module_& module) {
         nb::sig("def rgba_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
                 "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
                 "spacing_mm_zyx: collections.abc.Sequence[float], reference_mm: float, threads: int = 0) -> None"),
-        R"(Write a coarser level of a classified volume to dst: transmittance is averaged, not opacity.
+        described(
+            R"(Write a coarser level of a classified volume to dst: transmittance is averaged, not opacity.
 
 For each axis the light that crosses the block in each of its columns is integrated, and averaged over the columns and both
 directions; its opacity over reference_mm and its colour are averaged over the three axes, colours weighted with their
 opacities. Blocks without any opacity keep the mean of their colours. A block that hangs over the edge behaves as if the edge
-voxel were repeated. In float64; bytes are rounded half to even. Arrays are C-contiguous and do not overlap.
-
-Parameters
-----------
-src
-    [z, y, x, 4] of uint8 (255 is 1) or float32 from 0 to 1: linear colour, not premultiplied, and opacity over reference_mm.
-dst
-    Of the same type and meaning, with ceil(n / factor) voxels along each axis.
-factors_zyx
-    Voxels that become one, along each axis; at least 1, with a product of at most 2^21.
-spacing_mm_zyx
-    Distance of the voxels of src.
-reference_mm
-    Length that opacities belong to, in src and in dst.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape, a factor or a length does not fit.
-TypeError
-    If an array has another type or order.)");
+voxel were repeated. In float64; bytes are rounded half to even. Arrays are C-contiguous and do not overlap.)" +
+                parameters(
+                    {Parameter{"src",
+                               "[z, y, x, 4] of uint8 (255 is 1) or float32 from 0 to 1: linear colour, not "
+                               "premultiplied, and opacity over reference_mm."},
+                     Parameter{"dst", "Of the same type and meaning, with ceil(n / factor) voxels along each axis."},
+                     voxels_of_a_block, Parameter{"spacing_mm_zyx", "Distance of the voxels of src."},
+                     Parameter{"reference_mm", "Length that opacities belong to, in src and in dst."}}),
+            "a shape, a factor or a length does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

@@ -1,6 +1,7 @@
 #include "volprep/slice_ranges.hpp"
 
 #include "checks.hpp"
+#include "described.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -43,7 +44,7 @@ void slice_ranges(nb::module_& module) {
                 "numpy.typing.NDArray[numpy.generic], row_high: numpy.typing.NDArray[numpy.generic], column_low: "
                 "numpy.typing.NDArray[numpy.generic], column_high: numpy.typing.NDArray[numpy.generic], "
                 "threads: int = 0) -> None"),
-        R"(Write the least and the greatest voxel of each row and of each column of every slice of src.
+        described(R"(Write the least and the greatest voxel of each row and of each column of every slice of src.
 
 -0 counts as less than +0, a NaN with a sign as less than -inf, and one without as greater than +inf: where all ranges are
 finite, all voxels are. All arrays are C-contiguous and do not overlap.
@@ -56,15 +57,9 @@ row_low, row_high
     Ranges of the rows [z, y], of the same type as src.
 column_low, column_high
     Ranges of the columns [z, x], of the same type as src.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape does not fit.
-TypeError
-    If an array has another type or order.)");
+)",
+                  "a shape does not fit")
+            .c_str());
 }
 
 }  // namespace volprep::bind

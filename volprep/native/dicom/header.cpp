@@ -18,6 +18,8 @@ namespace {
 
 constexpr uint64_t first_bytes = 1 << 13;
 constexpr uint64_t most_bytes = 1 << 25;
+// Of the wanted values of one file. There may be thousands of files, and all are kept.
+constexpr uint64_t most_wanted_bytes = 1 << 20;
 constexpr int deepest = 8;
 constexpr uint64_t meta_start = 128 + 4;
 constexpr uint32_t meta_group = 0x0002'0000;
@@ -51,7 +53,8 @@ bool is_one_of(std::string_view types, std::string_view type) {
 
 class File {
   public:
-    explicit File(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    // O_NONBLOCK: a pipe without a writer must not hold us up before it is known for one.
+    explicit File(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
         struct stat found{};
         if (descriptor_ < 0) throw Unusual{};
         if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode)) {
@@ -187,6 +190,7 @@ uint64_t read_elements(Head& head, uint64_t at, bool has_types, const std::vecto
     // Its types may be there though the transfer syntax says that they are not.
     if (!has_types && (is_one_of(short_types, type) || is_one_of(long_types, type))) throw Unusual{};
     uint32_t last = first_tag - 1;
+    uint64_t wanted_bytes = 0;
     while (true) {
         const char* data = head.up_to(at + 12);
         const Element element = has_types ? typed(data, at) : untyped(data, at);
@@ -203,8 +207,10 @@ uint64_t read_elements(Head& head, uint64_t at, bool has_types, const std::vecto
             continue;
         }
         at = element.start + element.length;
-        if (std::binary_search(wanted.begin(), wanted.end(), element.tag))
-            found.emplace_back(element.tag, head.part(element.start, at));
+        if (!std::binary_search(wanted.begin(), wanted.end(), element.tag)) continue;
+        wanted_bytes += element.length;
+        if (wanted_bytes > most_wanted_bytes) throw Unusual{};
+        found.emplace_back(element.tag, head.part(element.start, at));
     }
 }
 

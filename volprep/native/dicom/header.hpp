@@ -20,8 +20,8 @@ struct PlainHeader {
 };
 
 // Reads the header of the file `path`, and of its elements those in `wanted`, which is sorted. Nothing for a file that
-// is not plain: no prefix, tags out of order, unknown types, lengths beyond the file or beyond 32 MiB, sequences deeper
-// than eight, frames; nor for one that cannot be read.
+// is not plain: no prefix, tags out of order, unknown types, lengths beyond the file or beyond 32 MiB, wanted values of
+// more than 1 MiB in all, sequences deeper than eight, frames; nor for one that cannot be read or is no regular file.
 std::optional<PlainHeader> plain_header(const std::string& path, const std::vector<uint32_t>& wanted);
 
 // The same for many files, by up to `threads` threads, which mostly wait for the disk.

@@ -1,6 +1,7 @@
 #include "reader.hpp"
 
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
@@ -12,6 +13,8 @@
 #include <limits>
 #include <stdexcept>
 #include <variant>
+
+#include "tree_walk.hpp"
 
 namespace volprep::vdb {
 namespace {
@@ -33,6 +36,7 @@ class Archive : public openvdb::io::Archive {
         setFormatVersion(file_);
         setLibraryVersion(file_);
         setDataCompression(file_);
+        check_metadata(file_, end_);
         openvdb::MetaMap().readMeta(file_);
         grids_left_ = readGridCount(file_);
     }
@@ -42,6 +46,7 @@ class Archive : public openvdb::io::Archive {
         if (at_grid_) descriptor_.seekToEnd(file_);
         if (grids_left_-- <= 0) return false;
         descriptor_ = openvdb::io::GridDescriptor();
+        check_strings(file_, 3, end_);  // name, type, name of the parent
         grid_ = descriptor_.read(file_);
         at_grid_ = true;
         const int64_t begin = descriptor_.getGridPos();
@@ -53,8 +58,7 @@ class Archive : public openvdb::io::Archive {
 
     // The grid with its metadata and transform alone.
     GridInfo info() {
-        readGridCompression(file_);
-        grid_->readMeta(file_);
+        read_metadata();
         const auto first = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
         const auto last = grid_->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
         GridInfo info{openvdb::io::GridDescriptor::nameAsString(descriptor_.uniqueName()),
@@ -71,6 +75,7 @@ class Archive : public openvdb::io::Archive {
 
     // The whole grid. It has to end where the file says that it does.
     openvdb::GridBase::Ptr read() {
+        check();
         readGrid(grid_, descriptor_, file_);
         if (file_.tellg() != descriptor_.getEndPos()) throw std::runtime_error("a grid does not end where it should");
         return grid_;
@@ -79,6 +84,28 @@ class Archive : public openvdb::io::Archive {
     const openvdb::io::GridDescriptor& descriptor() const { return descriptor_; }
 
   private:
+    void read_metadata() {
+        readGridCompression(file_);
+        check_metadata(file_, descriptor_.getEndPos());
+        grid_->readMeta(file_);
+    }
+
+    // Walks over the grid before OpenVDB makes anything of its tree, and goes back to its beginning.
+    void check() {
+        const bool floats = grid_->isType<openvdb::FloatGrid>();
+        if (!floats && !grid_->isType<openvdb::DoubleGrid>())
+            throw std::runtime_error("its voxels are neither floats nor doubles");
+        read_metadata();
+        const bool half = grid_->saveFloatAsHalf();
+        if (half != descriptor_.saveFloatAsHalf())
+            throw std::runtime_error("a grid says both that its floats have 16 bits and that they have not");
+        check_strings(file_, 1, descriptor_.getEndPos());  // kind of the transform
+        grid_->readTransform(file_);
+        if (!descriptor_.isInstance())
+            check_tree(file_, {floats ? 4 : 8, half, openvdb::io::getDataCompression(file_)}, descriptor_.getEndPos());
+        file_.seekg(descriptor_.getGridPos());
+    }
+
     // Before the stream, which refers to it.
     openvdb::SharedPtr<openvdb::io::StreamMetadata> metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
     std::ifstream file_;
@@ -136,6 +163,8 @@ void initialize() {
     // One thread: whoever reads limits its memory, and the stack and heap of each further thread count as such.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     openvdb::initialize();
+    // It only helps to load voxels later, which is never done here, and is decompressed before anything is checked.
+    openvdb::io::DelayedLoadMetadata::unregisterType();
 }
 
 std::vector<GridInfo> list_grids(const std::string& path) {
@@ -151,10 +180,8 @@ ScalarGrid::ScalarGrid(const std::string& path, size_t index) : tree_(std::make_
     const openvdb::GridBase::Ptr grid = reading([&] { return read_grid(path, index); });
     if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
         tree_->grid = floats;
-    else if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
-        tree_->grid = doubles;
     else
-        throw std::runtime_error("its voxels are neither floats nor doubles");
+        tree_->grid = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
 }
 
 ScalarGrid::~ScalarGrid() = default;
