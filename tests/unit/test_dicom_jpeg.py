@@ -2,9 +2,9 @@
 
 import struct
 
+import imagecodecs
 import numpy as np
 import OpenImageIO
-import openjpeg.utils
 import pytest
 from dicom_files import image, save
 from pydicom.encaps import encapsulate
@@ -37,7 +37,7 @@ def high_throughput(shape_yx: tuple[int, int]) -> bytes:
     and CAP announce the part of the standard, the style of the code blocks says how they are coded (ITU-T T.814, A.2
     to A.4).
     """
-    plain = bytearray(openjpeg.utils.encode_array(np.full(shape_yx, 128, np.uint8), photometric_interpretation=2))
+    plain = bytearray(imagecodecs.jpeg2k_encode(np.full(shape_yx, 128, np.uint8), level=0, codecformat="J2K"))
     struct.pack_into(">H", plain, 6, 0x4000)
     plain[plain.index(b"\xff\x52") + 12] |= 0x40
     end_of_siz = 4 + struct.unpack_from(">H", plain, 4)[0]

@@ -1,6 +1,6 @@
 """What the header of one DICOM image says of geometry and pixels, checked.
 
-Only what `SliceImage` has fields for is kept, of the few attributes that are read (`dicom_fields.py`). Source: DICOM
+Only what `SliceImage` has fields for is kept, of the few attributes that are read (`fields`). Source: DICOM
 PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
 """
 
@@ -68,6 +68,21 @@ class EncodedPixels:
 
 
 @dataclass(frozen=True)
+class ValueTable:
+    """A table that stored values are looked up in; see `value_table`."""
+
+    first: int
+    """The stored value that its first entry belongs to."""
+    bits: int
+    """Bits of each entry."""
+    entries: bytes
+    order: str
+    """Byte order of entries of two bytes."""
+    is_bytes: bool
+    """Whether each entry is one byte."""
+
+
+@dataclass(frozen=True)
 class SliceImage:
     """One slice, alone in its file or one of many. Lengths in millimetres, world space LPS.
 
@@ -78,7 +93,10 @@ class SliceImage:
     number: int | None
     """Its number in the file, from 1; None when it is alone there."""
     series_uid: str
+    """Of the alphabet of UIDs; what is none stands escaped here, and is a problem."""
     instance_uid: str
+    frame_of_reference: str
+    """UID of the coordinate system of its position; empty where the file does not say. Compared, never shown."""
     modality: str
     is_localiser: bool
     shape_yx: tuple[int, int]
@@ -99,6 +117,10 @@ class SliceImage:
     pixels: EncodedPixels | None
     problem: VolprepError | None
     """Why this image cannot be part of a volume; raised when its series is wanted."""
+    table: ValueTable | None = None
+    """What turns stored values into those that are meant, in place of slope and intercept."""
+    has_real_world_values: bool = False
+    """The header maps stored values to real-world ones, besides slope and intercept."""
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
@@ -106,11 +128,11 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     shared = tuple(item for item in data.items() if item[0] not in _OWN)
     like = _sound_image(shared, transfer_syntax, is_float=element.is_float, has_words=element.has_words)
     fields = Fields(path, data)
+    instance_uid = fields.uid("SOPInstanceUID")
     position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
     if like is None or like.pixels is None or fields.problem is not None or element.size_bytes is None:
         return interpreted(path, data, transfer_syntax, element)
     pixels = replace(like.pixels, path=path, offset_bytes=element.offset_bytes, size_bytes=element.size_bytes)
-    instance_uid = fields.text("SOPInstanceUID")
     return replace(like, path=path, instance_uid=instance_uid, position_mm_xyz=position_mm_xyz, pixels=pixels)
 
 
@@ -128,6 +150,8 @@ def _sound_image(
 def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
     """Interpret a header as `slice_image` does, without regard to those before it."""
     fields = Fields(path, data)
+    series_uid, instance_uid = fields.uid("SeriesInstanceUID"), fields.uid("SOPInstanceUID")
+    frame_of_reference = fields.uid("FrameOfReferenceUID")
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
     modality = fields.text("Modality")
@@ -142,8 +166,9 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     return SliceImage(
         path=path,
         number=None,
-        series_uid=fields.text("SeriesInstanceUID"),
-        instance_uid=fields.text("SOPInstanceUID"),
+        series_uid=series_uid,
+        instance_uid=instance_uid,
+        frame_of_reference=frame_of_reference,
         modality=modality if modality in _MODALITIES else "",
         is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
         shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),
