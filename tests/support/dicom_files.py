@@ -15,8 +15,8 @@ from pydicom.uid import (
     ExplicitVRLittleEndian,
     ImplicitVRLittleEndian,
     JPEG2000Lossless,
-    JPEGLosslessSV1,
     JPEGLossless,
+    JPEGLosslessSV1,
     JPEGLSLossless,
     RLELossless,
 )
@@ -100,9 +100,7 @@ def encoded(pixels: NDArray[np.generic], syntax: str, bits: int) -> bytes:
     if syntax in {JPEGLossless, JPEGLosslessSV1}:
         return bytes(imagecodecs.ljpeg_encode(words & words.dtype.type(2**bits - 1), bitspersample=bits))
     if syntax == JPEG2000Lossless:
-        return bytes(
-            imagecodecs.jpeg2k_encode(pixels, level=0, codecformat="J2K", bitspersample=bits, reversible=True)
-        )
+        return bytes(imagecodecs.jpeg2k_encode(pixels, level=0, codecformat="J2K", bitspersample=bits, reversible=True))
     msg = f"no encoder for {syntax}"
     raise ValueError(msg)
 

@@ -74,7 +74,7 @@ def test_a_smooth_picture_of_odd_size_is_what_another_decoder_says(tmp_path) -> 
 def test_a_jpeg_that_is_cut_off_is_refused(tmp_path) -> None:
     pixels = np.kron(BLOCKS, np.ones((8, 8), np.uint8))
     whole = jpeg(pixels, tmp_path / "a.jpg")
-    with pytest.raises(VolprepError, match="VP1039"):
+    with pytest.raises(VolprepError, match="VP1047"):
         read(tmp_path, whole[: len(whole) * 2 // 3], pixels.shape, JPEGBaseline8Bit)
 
 

@@ -3,6 +3,7 @@
 Source: DICOM PS3.5, 8.2 and annexes A and G.
 """
 
+import re
 import struct
 from collections.abc import Callable, Iterator
 
@@ -31,6 +32,8 @@ _ITEM, _SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E0DD
 # OpenJPEG, the greediest, takes 12 bytes and 0.2 µs for each pixel.
 _MEMORY_BYTES, _MEMORY_BYTES_PER_PIXEL = 2**28, 40
 _SECONDS, _SECONDS_PER_PIXEL = 30.0, 10e-6
+# The end of one picture, and the beginning of another; neither can occur among coded values.
+_NEXT_PICTURE = re.compile(rb"\xff\xd9\0*\xff(?:\xd8\xff|\x4f\xff\x51)")
 _RLE_HEADER = struct.Struct("<16L")
 _RLE_EXPANSION = 64
 _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
@@ -107,6 +110,9 @@ def _fragments(value: bytes, *, is_bare: bool) -> Iterator[bytes]:
 
 def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
     """What the data say of themselves, where it agrees with the header."""
+    if _NEXT_PICTURE.search(frame):
+        told = {"frames": 1, "expected": "one compressed picture", "actual": "several"}
+        raise VolprepError("VP1045", path=pixels.path, **told)
     said = declared(frame)
     if said is None:
         msg = "no frame header"

@@ -95,6 +95,7 @@ class SliceImage:
     series_uid: str
     """Of the alphabet of UIDs; what is none stands escaped here, and is a problem."""
     instance_uid: str
+    """Compared, never shown."""
     frame_of_reference: str
     """UID of the coordinate system of its position; empty where the file does not say. Compared, never shown."""
     modality: str
@@ -128,11 +129,11 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     shared = tuple(item for item in data.items() if item[0] not in _OWN)
     like = _sound_image(shared, transfer_syntax, is_float=element.is_float, has_words=element.has_words)
     fields = Fields(path, data)
-    instance_uid = fields.uid("SOPInstanceUID")
     position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
     if like is None or like.pixels is None or fields.problem is not None or element.size_bytes is None:
         return interpreted(path, data, transfer_syntax, element)
     pixels = replace(like.pixels, path=path, offset_bytes=element.offset_bytes, size_bytes=element.size_bytes)
+    instance_uid = fields.text("SOPInstanceUID")
     return replace(like, path=path, instance_uid=instance_uid, position_mm_xyz=position_mm_xyz, pixels=pixels)
 
 
@@ -150,8 +151,7 @@ def _sound_image(
 def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
     """Interpret a header as `slice_image` does, without regard to those before it."""
     fields = Fields(path, data)
-    series_uid, instance_uid = fields.uid("SeriesInstanceUID"), fields.uid("SOPInstanceUID")
-    frame_of_reference = fields.uid("FrameOfReferenceUID")
+    series_uid = fields.uid("SeriesInstanceUID")
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
     modality = fields.text("Modality")
@@ -167,8 +167,8 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         path=path,
         number=None,
         series_uid=series_uid,
-        instance_uid=instance_uid,
-        frame_of_reference=frame_of_reference,
+        instance_uid=fields.text("SOPInstanceUID"),
+        frame_of_reference=fields.text("FrameOfReferenceUID"),
         modality=modality if modality in _MODALITIES else "",
         is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
         shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),

@@ -26,8 +26,7 @@ def with_other_bits(frame: bytes, said: Declared) -> bytes | None:
     if scan is None:
         return None
     parts, begin = [frame[: scan.start]], scan.start
-    restarts = 0
-    for marker in _MARKER.finditer(frame, scan.start):
+    for restarts, marker in enumerate(_MARKER.finditer(frame, scan.start)):
         kind = marker[1][0]
         parts += [frame[begin : marker.start()], _OTHER_BITS, b"\xff", marker[1]]
         begin = marker.end()
@@ -36,7 +35,6 @@ def with_other_bits(frame: bytes, said: Declared) -> bytes | None:
             return b"".join(parts) if is_whole else None
         if kind != _RESTARTS[restarts % 8]:
             return None
-        restarts += 1
     return None
 
 

@@ -78,8 +78,8 @@ class DicomSource:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores, compressed ones in worker processes.
 
-        Raises VolprepError VP1003, VP1031, VP1039, VP1040 or VP1046 to VP1049 when a file is damaged, VP1270 to VP1273 when its decoder
-        goes wrong.
+        Raises VolprepError VP1003, VP1031, VP1039, VP1040 or VP1046 to VP1049 when a file is damaged, VP1270 to VP1273
+        when its decoder goes wrong.
         """
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
         plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]

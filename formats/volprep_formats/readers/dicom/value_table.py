@@ -5,7 +5,7 @@ Source: DICOM PS3.3, C.11.1.1.1.
 """
 
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
