@@ -36,6 +36,7 @@ _SECONDS, _SECONDS_PER_PIXEL = 30.0, 10e-6
 _NEXT_PICTURE = re.compile(rb"\xff\xd9\0*\xff(?:\xd8\xff|\x4f\xff\x51)")
 _RLE_HEADER = struct.Struct("<16L")
 _RLE_EXPANSION = 64
+_TILE_HEADER_BYTES = 14
 _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 
 
@@ -130,10 +131,19 @@ def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
             columns=pixels.columns,
             actual=f"{said.columns}×{said.rows} pixels of {said.components}",
         )
-    if said.tiles > MOST_TILES:
-        msg = "more tiles than JPEG 2000 can number"
+    if said.tiles > MOST_TILES or 8 * len(frame) < _fewest_bits(said):
+        msg = "fewer data than the smallest such picture has"
         raise ValueError(msg)
     return said
+
+
+def _fewest_bits(said: Declared) -> int:
+    """Least that such a picture can be coded in; what declares more than it can hold keeps its decoder busy."""
+    if said.coding == "lossless":  # a code for each pixel
+        return said.rows * said.columns
+    if said.coding == "sequential DCT":  # two codes for each block
+        return 2 * -(-said.rows // 8) * -(-said.columns // 8)
+    return 8 * _TILE_HEADER_BYTES * said.tiles if said.coding == "JPEG 2000" else 0
 
 
 def _decoded(pixels: EncodedPixels, said: Declared, frame: bytes) -> NDArray[np.generic]:
