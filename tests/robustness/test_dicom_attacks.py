@@ -5,6 +5,7 @@ whose segments lie elsewhere, sequences within sequences without end, tables and
 refused with a code, soon, and without the memory that it asks for.
 """
 
+import os
 import struct
 import time
 from collections.abc import Callable
@@ -45,10 +46,9 @@ Change = Callable[[bytearray], None]
 Attack = tuple[str, str, Change, dict[str, int]]
 
 
-def most_memory() -> dict[int, int]:
+def most_memory() -> dict[str, int]:
     """Most bytes that this process and each of its workers ever had, by process."""
-    children = Path("/proc/self/task")
-    pids = {"self", *(pid for task in children.iterdir() for pid in (task / "children").read_text().split())}
+    pids = ["self", *Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()]
     found = {}
     for pid in pids:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()

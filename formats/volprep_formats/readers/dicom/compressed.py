@@ -5,7 +5,7 @@ Source: DICOM PS3.5, 8.2 and annexes A and G.
 
 import re
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,12 @@ _NEXT_PICTURE = re.compile(rb"\xff\xd9\0*\xff(?:\xd8\xff|\x4f\xff\x51)")
 _RLE_HEADER = struct.Struct("<16L")
 _RLE_EXPANSION = 64
 _TILE_HEADER_BYTES = 14
+_PRECISIONS: dict[Coding, Container[int]] = {
+    "sequential DCT": (8, 12),
+    "lossless": range(2, 17),
+    "JPEG-LS": range(2, 17),
+    "JPEG 2000": range(1, 33),
+}
 _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 
 
@@ -131,6 +137,9 @@ def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
             columns=pixels.columns,
             actual=f"{said.columns}×{said.rows} pixels of {said.components}",
         )
+    if said.precision not in _PRECISIONS[said.coding]:
+        msg = f"{said.precision} bits, which {said.coding} data cannot have"
+        raise ValueError(msg)
     if said.tiles > MOST_TILES or 8 * len(frame) < _fewest_bits(said):
         msg = "fewer data than the smallest such picture has"
         raise ValueError(msg)
