@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from dicom_files import encoded
 from numpy.typing import NDArray
 from pydicom.encaps import encapsulate
 from pydicom.uid import UID, JPEG2000Lossless, JPEGLosslessSV1, JPEGLSLossless, RLELossless
 from rich.console import Console
 
+from tests.support.dicom_files import encoded
 from volprep_formats.isolation import available_cores, workers
 from volprep_formats.readers.dicom.compressed import decode_compressed, decode_request
 from volprep_formats.readers.dicom.header import EncodedPixels

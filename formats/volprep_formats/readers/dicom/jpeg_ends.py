@@ -5,11 +5,10 @@ picture that was cut off, and given its end marker again, go on with whatever fo
 before every restart marker; the picture must be the same with them. Source: ITU-T T.81 (B.1.1, E.1, E.2, H.1).
 """
 
-import re
+import numpy as np
 
 from volprep_formats.readers.dicom.codestreams import Declared, scan_of
 
-_MARKER = re.compile(rb"\xff+([\x01-\xfe])")
 _RESTARTS = range(0xD0, 0xD8)
 _END = 0xD9
 # A decoder that runs out of data goes on with zeros, so the first bit is one: where a code begins, it is another code.
@@ -26,16 +25,23 @@ def with_other_bits(frame: bytes, said: Declared) -> bytes | None:
     if scan is None:
         return None
     parts, begin = [frame[: scan.start]], scan.start
-    for restarts, marker in enumerate(_MARKER.finditer(frame, scan.start)):
-        kind = marker[1][0]
-        parts += [frame[begin : marker.start()], _OTHER_BITS, b"\xff", marker[1]]
-        begin = marker.end()
+    for restarts, at in enumerate(_markers(frame, scan.start)):
+        kind = frame[at + 1]
+        parts += [frame[begin:at].rstrip(b"\xff"), _OTHER_BITS, frame[at : at + 2]]
+        begin = at + 2
         if kind not in _RESTARTS:
             is_whole = kind == _END and restarts == _expected_restarts(said, scan.restart_interval)
             return b"".join(parts) if is_whole else None
         if kind != _RESTARTS[restarts % 8]:
             return None
     return None
+
+
+def _markers(frame: bytes, start: int) -> list[int]:
+    """Places of the markers from `start` on: where a byte of all ones is followed neither by zero nor by another."""
+    data = np.frombuffer(frame, np.uint8, offset=start)
+    places: list[int] = (np.flatnonzero((data[:-1] == 0xFF) & (data[1:] - 1 < 0xFE)) + start).tolist()
+    return places
 
 
 def _expected_restarts(said: Declared, interval: int) -> int:
