@@ -136,7 +136,7 @@ def _dicom() -> Iterator[Fact]:
             found=bool(codec.decoders),
             needed=False,
             detail=", ".join(codec.decoders) or "no decoder",
-            remedy="" if codec.decoders else f"Install one of: {'; '.join(codec.missing)}.",
+            remedy="" if codec.decoders else f"pip install {' '.join(codec.missing)}",
         )
 
 

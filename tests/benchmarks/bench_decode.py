@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pydicom.encaps import encapsulate
-from pydicom.pixels.encoders.base import get_encoder
-from pydicom.uid import UID, JPEG2000Lossless, JPEGLSLossless, RLELossless
+from pydicom.uid import UID, JPEG2000Lossless, JPEGLosslessSV1, JPEGLSLossless, RLELossless
 from rich.console import Console
 
+from tests.support.dicom_files import encoded
 from volprep_formats.isolation import available_cores, workers
 from volprep_formats.readers.dicom.compressed import decode_compressed, decode_request
 from volprep_formats.readers.dicom.header import EncodedPixels
@@ -46,7 +46,7 @@ def measure_decode(console: Console) -> list[DecodeRow]:
         for k in range(SLICES)
     ]
     rows = []
-    for syntax in (JPEG2000Lossless, JPEGLSLossless, RLELossless):
+    for syntax in (JPEGLosslessSV1, JPEG2000Lossless, JPEGLSLossless, RLELossless):
         console.print(f"measuring decoding of {syntax.name}", style="dim")
         with tempfile.TemporaryDirectory() as folder:
             rows.append(_measure(syntax, [_encoded(Path(folder) / str(k), s, syntax) for k, s in enumerate(slices)]))
@@ -54,18 +54,7 @@ def measure_decode(console: Console) -> list[DecodeRow]:
 
 
 def _encoded(path: Path, pixels: NDArray[np.uint16], syntax: UID) -> EncodedPixels:
-    frame = get_encoder(syntax).encode(
-        pixels,
-        rows=SIDE,
-        columns=SIDE,
-        samples_per_pixel=1,
-        number_of_frames=1,
-        bits_allocated=16,
-        bits_stored=12,
-        pixel_representation=0,
-        photometric_interpretation="MONOCHROME2",
-    )
-    path.write_bytes(encapsulate([frame]))
+    path.write_bytes(encapsulate([encoded(pixels, syntax, 12)]))
     return EncodedPixels(
         path=path,
         transfer_syntax=syntax,

@@ -2,6 +2,7 @@
 
 Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME]. The seed is printed first, and all is
 repeated with it. A file that ends in anything but a volume or a coded error is kept in out/fuzz; the exit status is 1.
+So is a file that contradicts itself and is read as another picture than it was made from (`lies.py`).
 """
 
 import argparse
@@ -10,12 +11,15 @@ import sys
 import time
 import warnings
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "out" / "fuzz"
 BATCH = 200
+LIES_BATCH = 20
 
 
 def main() -> int:
@@ -29,15 +33,29 @@ def main() -> int:
     sys.path.append(str(ROOT / "tests" / "support"))
     from volprep_formats.isolation import workers
 
+    from .lies import LIES, lie_outcome
     from .mutations import mutation, outcome
     from .subjects import SUBJECTS, VDB, sound_file
 
     kinds = (*SUBJECTS, VDB) if find_spec("volprep_formats._vdb") else SUBJECTS
     subjects = [(subject, sound_file(subject)) for subject in kinds if options.only in subject.name]
-    print(f"seed {options.seed}, {len(subjects)} kinds of files, {options.seconds:g} s", flush=True)
+    lies = [lie for lie in LIES if options.only in lie.name]
+    kinds_of_lies = f"{len(lies)} kinds of lies"
+    print(f"seed {options.seed}, {len(subjects)} kinds of files, {kinds_of_lies}, {options.seconds:g} s", flush=True)
     KEPT.mkdir(parents=True, exist_ok=True)
-    outcomes = {subject.name: Counter[str]() for subject, _ in subjects}
+    outcomes = {
+        name: Counter[str]() for name in (*(subject.name for subject, _ in subjects), *(lie.name for lie in lies))
+    }
     failures = 0
+
+    def count(name: str, end_of: Callable[[], str]) -> None:
+        nonlocal failures
+        try:
+            outcomes[name][end_of()] += 1
+        except AssertionError as error:
+            failures += 1
+            print(error, flush=True)
+
     end = time.monotonic() + options.seconds
     with workers():
         for turn in range(sys.maxsize):
@@ -46,11 +64,12 @@ def main() -> int:
                 for case in range(turn * BATCH, (turn + 1) * BATCH):
                     file.write_bytes(subject.pack(mutation(whole, options.seed, case)))
                     name = f"{subject.name} case {case} of seed {options.seed}"
-                    try:
-                        outcomes[subject.name][outcome(file, subject.read, name)] += 1
-                    except AssertionError as error:
-                        failures += 1
-                        print(error, flush=True)
+                    count(subject.name, partial(outcome, file, subject.read, name))
+                file.unlink()
+            for lie in lies:
+                file = KEPT / "lie"
+                for case in range(turn * LIES_BATCH, (turn + 1) * LIES_BATCH):
+                    count(lie.name, partial(lie_outcome, lie, file, options.seed, case))
                 file.unlink()
             if time.monotonic() > end:
                 break

@@ -217,16 +217,25 @@ def test_pixels_of_other_widths_are_refused(tmp_path, bits) -> None:
     assert f"{bits}-bit pixels" in str(error)
 
 
-@pytest.mark.parametrize(("rows", "code"), [(4, "VP1040"), (1, "VP1040"), (2, None)])
-def test_pixel_data_that_is_too_short_or_holds_another_picture_is_refused(tmp_path, rows, code) -> None:
-    images = stack(3, shape_yx=(3, 4))
+@pytest.mark.parametrize("lie", [{"Rows": 6}, {"Rows": 4}, {"Rows": 3}, {"Rows": 1}, {"Columns": 3}, {"Columns": 4}])
+@pytest.mark.parametrize("syntax", [ImplicitVRLittleEndian, DeflatedExplicitVRLittleEndian])
+def test_pixel_data_that_are_not_exactly_as_long_as_the_header_says_are_refused(tmp_path, lie, syntax) -> None:
+    images = stack(3, shape_yx=(5, 5))
     for data in images:
-        data.Rows = rows
-    save_all(images, tmp_path)
-    if code is None:  # less than one more picture: padding
-        assert read(tmp_path).shape == (3, 2, 4)
-    else:
-        assert refusal(tmp_path).code == code
+        data.update(lie)
+    save_all(images, tmp_path, syntax)
+    assert refusal(tmp_path).code == "VP1040"
+
+
+def test_half_the_bits_of_each_value_are_not_taken_for_the_values(tmp_path) -> None:
+    save_stack(tmp_path, BitsAllocated=8, BitsStored=8, HighBit=7)
+    assert refusal(tmp_path).code == "VP1040"
+
+
+def test_the_pad_byte_of_an_odd_length_is_no_pixel(tmp_path) -> None:
+    pixels = np.arange(15, dtype=np.uint8).reshape(3, 5)
+    save_all([image(pixels + z, (0, 0, z)) for z in range(3)], tmp_path)
+    assert read(tmp_path)[2].tolist() == (pixels + 2).tolist()
 
 
 def test_a_huge_declared_slice_is_refused_before_anything_is_allocated(tmp_path) -> None:

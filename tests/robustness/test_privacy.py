@@ -57,7 +57,7 @@ def filled(data: Dataset) -> Dataset:
         if kind in TEXT_KINDS and keyword not in NEEDED and Tag(tag).group > 2:
             # Without types in the file, a reader takes each for what the standard says it is.
             data[tag] = DataElement(tag, "UT", CANARY)
-        elif kind == "SQ" and "FunctionalGroups" not in keyword:
+        elif kind == "SQ" and "FunctionalGroups" not in keyword and keyword != "ModalityLUTSequence":
             data[tag] = DataElement(tag, "SQ", Sequence([person]))
     for group in (0x0009, 0x0019, 0x0029, 0x00E1):
         data.add_new((group, 0x0010), "LO", CANARY)

@@ -1,13 +1,25 @@
 """DICOM files for tests, made with pydicom straight from the attributes: independent of the project's own writer."""
 
+import struct
 from pathlib import Path
 from typing import Any
 
+import imagecodecs
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydicom import dcmwrite
 from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+from pydicom.encaps import encapsulate
+from pydicom.uid import (
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    JPEG2000Lossless,
+    JPEGLossless,
+    JPEGLosslessSV1,
+    JPEGLSLossless,
+    RLELossless,
+)
 from pydicom.valuerep import format_number_as_ds
 
 SERIES_UID = "1.2.826.0.1.3680043.9.1"
@@ -67,14 +79,40 @@ def save(data: Dataset, path: Path, syntax: str = ExplicitVRLittleEndian) -> Pat
     return path
 
 
-def compressed(data: Dataset, syntax: str) -> Dataset:
-    """Encode the pixels of `data` in place."""
-    data.file_meta = FileMetaDataset()
-    data.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
-    data["PixelData"].VR = "OW"
-    data.set_original_encoding(is_implicit_vr=False, is_little_endian=True)
-    data.compress(syntax, generate_instance_uid=False)
+def compressed(data: Dataset, syntax: str, frame: bytes | None = None) -> Dataset:
+    """Encode the pixels of `data` in place, or put `frame` in their place, which is encoded already."""
+    kind = ("u", "i")[data.PixelRepresentation]
+    pixels = np.frombuffer(data.PixelData, f"<{kind}{data.BitsAllocated // 8}", count=data.Rows * data.Columns)
+    coded = frame or encoded(pixels.reshape(data.Rows, data.Columns), syntax, data.BitsStored)
+    data.PixelData = encapsulate([coded])
+    data["PixelData"].VR = "OB"
+    data["PixelData"].is_undefined_length = True
     return data
+
+
+def encoded(pixels: NDArray[np.generic], syntax: str, bits: int) -> bytes:
+    """One picture [y, x] of values of `bits` bits in a compressed transfer syntax."""
+    words = pixels.view(f"u{pixels.dtype.itemsize}")
+    if syntax == RLELossless:
+        return run_lengths(pixels)
+    if syntax == JPEGLSLossless:  # this encoder codes whole words
+        return bytes(imagecodecs.jpegls_encode(words))
+    if syntax in {JPEGLossless, JPEGLosslessSV1}:
+        return bytes(imagecodecs.ljpeg_encode(words & words.dtype.type(2**bits - 1), bitspersample=bits))
+    if syntax == JPEG2000Lossless:
+        return bytes(imagecodecs.jpeg2k_encode(pixels, level=0, codecformat="J2K", bitspersample=bits, reversible=True))
+    msg = f"no encoder for {syntax}"
+    raise ValueError(msg)
+
+
+def run_lengths(pixels: NDArray[np.generic]) -> bytes:
+    """One picture [y, x] as DICOM's run lengths: a segment for each byte of a value, the highest first."""
+    size = pixels.dtype.itemsize
+    planes = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder(">"))).view(np.uint8).reshape(-1, size).T
+    segments = [bytes(imagecodecs.packbits_encode(plane.tobytes())) for plane in planes]
+    segments = [segment + bytes(len(segment) % 2) for segment in segments]
+    offsets = np.cumsum([64, *(len(segment) for segment in segments)])[:size]
+    return struct.pack("<16L", size, *offsets, *[0] * (15 - size)) + b"".join(segments)
 
 
 def stack(count: int = 5, *, pitch_mm: float = 2.5, shape_yx: tuple[int, int] = (3, 4)) -> list[Dataset]:

@@ -13,7 +13,7 @@ from pydicom.uid import JPEG2000Lossless, JPEGLSLossless, RLELossless
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom.codestreams import DeclaredSize, declared_size
+from volprep_formats.readers.dicom.codestreams import Declared, declared
 from volprep_formats.source import SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
@@ -38,23 +38,33 @@ def frame_header(marker: int, rows: int, columns: int, components: int) -> bytes
 @pytest.mark.parametrize("syntax", SIZES)
 def test_the_size_is_that_of_the_picture(syntax) -> None:
     frame = get_frame(compressed(picture(), syntax).PixelData, 0, number_of_frames=1)
-    assert declared_size(frame) == DeclaredSize(40, 37, 1)
+    found = declared(frame)
+    assert (found.rows, found.columns, found.components) == (40, 37, 1)
+    assert (found.precision, found.signed) == ({JPEG2000Lossless: 12, JPEGLSLossless: 16}[syntax], False)
 
 
 def test_runs_declare_no_size() -> None:
-    assert declared_size(get_frame(compressed(picture(), RLELossless).PixelData, 0, number_of_frames=1)) is None
+    assert declared(get_frame(compressed(picture(), RLELossless).PixelData, 0, number_of_frames=1)) is None
 
 
 @pytest.mark.parametrize("marker", [0xC0, 0xC1, 0xC2, 0xC3, 0xCF, 0xF7])
 def test_every_kind_of_frame_is_found_behind_other_segments_and_fill_bytes(marker) -> None:
     data = b"\xff\xd8" + segment(0xE0, b"JFIF\0") + b"\xff\xff" + segment(0xC4, bytes(30)) + segment(0xDB, bytes(65))
-    assert declared_size(data + frame_header(marker, 300, 65535, 3)) == DeclaredSize(300, 65535, 3)
+    kinds = {0xC0: "sequential DCT", 0xC1: "sequential DCT", 0xC3: "lossless", 0xF7: "JPEG-LS"}
+    kind = kinds.get(marker, "another process of JPEG")
+    assert declared(data + frame_header(marker, 300, 65535, 3)) == Declared(kind, 300, 65535, 3, 8, signed=False)
 
 
 def test_the_grid_of_jpeg_2000_may_begin_anywhere_and_the_file_may_have_boxes() -> None:
     stream = b"\xff\x4f\xff\x51" + struct.pack(">HH8LH", 41, 0, 1100, 700, 100, 200, 64, 64, 0, 0, 2) + b"\7\1\1" * 2
-    assert declared_size(stream) == DeclaredSize(500, 1000, 2)
-    assert declared_size(b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(73) + stream) == DeclaredSize(500, 1000, 2)
+    found = Declared("JPEG 2000", 500, 1000, 2, 8, signed=False, tiles=198)
+    assert declared(stream) == found
+    assert declared(b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(73) + stream) == found
+
+
+def test_the_sign_of_jpeg_2000_is_the_first_bit_of_its_depth() -> None:
+    stream = b"\xff\x4f\xff\x51" + struct.pack(">HH8LH", 41, 0, 9, 9, 0, 0, 9, 9, 0, 0, 1) + b"\x8b\1\1"
+    assert (declared(stream).precision, declared(stream).signed) == (12, True)
 
 
 def test_every_beginning_of_a_codestream_is_read_without_an_error() -> None:
@@ -66,7 +76,7 @@ def test_every_beginning_of_a_codestream_is_read_without_an_error() -> None:
         b"\xff\xd8" + bytes(40),
     ):
         for size in range(len(data)):
-            assert declared_size(data[:size]) in {None, DeclaredSize(3, 4, 1)}
+            assert declared(data[:size]) in {None, Declared("sequential DCT", 3, 4, 1, 8, signed=False)}
 
 
 @pytest.mark.parametrize("syntax", SIZES)
@@ -89,7 +99,9 @@ def test_the_compressed_scans_declare_what_their_headers_say(scans) -> None:
         if path.is_file() and path.read_bytes()[128:132] == b"DICM":
             data = dcmread(path)
             if data.file_meta.TransferSyntaxUID.is_encapsulated:
-                size = declared_size(get_frame(data.PixelData, 0, number_of_frames=1))
-                assert size in {None, DeclaredSize(data.Rows, data.Columns, data.SamplesPerPixel)}
-                found += size is not None
+                said = declared(get_frame(data.PixelData, 0, number_of_frames=1))
+                if said is not None:
+                    found += 1
+                    size = (said.rows, said.columns, said.components)
+                    assert size == (data.Rows, data.Columns, data.SamplesPerPixel)
     assert found > 10

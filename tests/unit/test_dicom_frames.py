@@ -265,3 +265,24 @@ def test_every_prefix_and_many_mutations_of_a_multi_frame_file_end_in_a_coded_er
         except VolprepError:
             refused += 1
     assert refused > 100
+
+
+def test_a_mapping_to_real_world_values_in_the_groups_is_remarked(tmp_path) -> None:
+    data = enhanced()
+    data.SharedFunctionalGroupsSequence[0].RealWorldValueMappingSequence = Sequence([item(LUTLabel="x")])
+    _, info = read(save(data, tmp_path / "e"))
+    assert any("RealWorldValueMappingSequence" in remark for remark in info.remarks)
+
+
+def test_a_table_of_values_beside_the_rescale_of_the_groups_is_refused(tmp_path) -> None:
+    table = item(ModalityLUTType="US", LUTData=bytes(8))
+    table.add_new("LUTDescriptor", "US", [4, 0, 16])
+    assert refusal(enhanced(ModalityLUTSequence=Sequence([table])), tmp_path).code == "VP1050"
+
+
+@pytest.mark.parametrize("lie", [{"NumberOfFrames": 4}, {"Rows": 8}, {"Rows": 10}, {"Columns": 4}])
+def test_frames_that_do_not_fill_the_pixel_data_exactly_are_refused(tmp_path, lie) -> None:
+    data = enhanced(**lie)
+    if "NumberOfFrames" in lie:
+        del data.PerFrameFunctionalGroupsSequence[-1]
+    assert refusal(data, tmp_path).code == "VP1045"

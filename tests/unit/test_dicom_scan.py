@@ -135,3 +135,35 @@ def test_one_file_is_a_volume_of_one_slice(tmp_path) -> None:
         assert source.info.grid.shape_zyx == (1, 2, 3)
         assert source.info.grid.spacing_mm_zyx[0] == 3.5
         assert any("SliceThickness" in remark for remark in source.info.remarks)
+
+
+def test_slices_of_several_frames_of_reference_are_refused_with_one_of_each(tmp_path) -> None:
+    images = stack(6)
+    for k, data in enumerate(images):
+        data.FrameOfReferenceUID = f"1.2.3.{k // 3}"
+    save_all(images, tmp_path / "s")
+    with pytest.raises(VolprepError) as error:
+        read_info(tmp_path)
+    assert error.value.code == "VP1051"
+    assert "2 frames of reference (FrameOfReferenceUID), as I000 and I003 do" in str(error.value)
+
+
+def test_slices_of_one_frame_of_reference_or_of_none_are_one_volume(tmp_path) -> None:
+    images = stack(6)
+    for data in images[:4]:
+        data.FrameOfReferenceUID = "1.2.3.0"
+    assert read_info(save_all(images, tmp_path / "s")).grid.shape_zyx[0] == 6
+
+
+@pytest.mark.parametrize("uid", ["1.2.x", "1.2 3", "1.2\\1.3", "1." * 33])
+def test_a_series_whose_uid_is_none_is_refused(tmp_path, uid) -> None:
+    images = other_series("1.2.3", 4)
+    for k, data in enumerate(images):
+        file = save(data, tmp_path / f"{k}")
+        tag = b"\x20\0\x0e\0UI"
+        value = uid.encode() + b"\0" * (len(uid) % 2)
+        whole = file.read_bytes()
+        at = whole.index(tag) + len(tag)
+        file.write_bytes(whole[:at] + len(value).to_bytes(2, "little") + value + whole[at + 2 + whole[at] :])
+    with pytest.raises(VolprepError, match="VP1052"):
+        read_info(tmp_path)

@@ -150,6 +150,38 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the header says {columns}×{rows} pixels of 1 value, but the compressed data say {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
+    "VP1047": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the compressed picture is cut off: its end marker, or coded data before it, are missing",
+        "Copy the series again from where it came. Do not just remove the file: a slice would be missing.",
+    ),
+    "VP1048": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {syntax}, which is coded as {wanted}, but the compressed data are {actual}",
+        "The file is damaged or was converted wrongly; export the series again as Explicit VR Little Endian.",
+    ),
+    "VP1049": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the header says {stored} values (BitsStored, PixelRepresentation), but the compressed data are "
+        "{precision} ones from {low} to {high}",
+        "The header is wrong, or its bits are ambiguous; export the series again as Explicit VR Little Endian.",
+    ),
+    "VP1050": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the table of values (ModalityLUTSequence) {what}",
+        "Export the series again, or choose another series.",
+    ),
+    "VP1051": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: the slices of the series lie in {count} frames of reference (FrameOfReferenceUID), as {first} and "
+        "{other} do, so their positions have nothing to do with each other",
+        "Put the slices of each frame of reference into a folder of their own.",
+    ),
+    "VP1052": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {keyword} is not a UID, which has digits and dots only, 64 characters at most",
+        "The file is damaged or hostile; export the series again.",
+    ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: exists already and is not an empty folder",

@@ -25,7 +25,8 @@ constexpr uint64_t meta_start = 128 + 4;
 constexpr uint32_t meta_group = 0x0002'0000;
 constexpr uint32_t syntax_tag = 0x0002'0010;
 constexpr uint32_t first_tag = 0x0008'0000;
-constexpr uint32_t frames_tag = 0x5200'9230;  // PerFrameFunctionalGroupsSequence
+// PerFrameFunctionalGroupsSequence; ModalityLUTSequence and RealWorldValueMappingSequence, which say what values mean.
+constexpr std::array<uint32_t, 3> unusual_tags{0x5200'9230, 0x0028'3000, 0x0040'9096};
 constexpr uint32_t item = 0xFFFE'E000;
 constexpr uint32_t item_end = 0xFFFE'E00D;
 constexpr uint32_t sequence_end = 0xFFFE'E0DD;
@@ -194,7 +195,8 @@ uint64_t read_elements(Head& head, uint64_t at, bool has_types, const std::vecto
     while (true) {
         const char* data = head.up_to(at + 12);
         const Element element = has_types ? typed(data, at) : untyped(data, at);
-        if (element.tag <= last || element.tag == frames_tag) throw Unusual{};
+        if (element.tag <= last) throw Unusual{};
+        if (std::find(unusual_tags.begin(), unusual_tags.end(), element.tag) != unusual_tags.end()) throw Unusual{};
         last = element.tag;
         if (std::find(pixel_tags.begin(), pixel_tags.end(), element.tag) != pixel_tags.end()) {
             if (has_types && !is_one_of(pixel_types, element.type)) throw Unusual{};

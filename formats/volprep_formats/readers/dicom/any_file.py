@@ -7,6 +7,7 @@ import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,10 +21,11 @@ from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, Implic
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.element import PIXEL_DATA, pixel_element
 from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
-from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices
+from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices, sequence
 from volprep_formats.readers.dicom.header import SliceImage, slice_image
 from volprep_formats.readers.dicom.inflate import inflated_data_set
 from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices
+from volprep_formats.readers.dicom.value_table import with_table
 
 _TAGS: list[BaseTag | int] = [*TAGS.values(), *PRIVATE_TAGS]
 
@@ -67,10 +69,15 @@ def _slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, 
         # Not kept for later as the problem of this image: even the series that it names may be cut off.
         raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
     image = slice_image(path, elements, str(syntax), element)
+    image = replace(image, has_real_world_values=bool(sequence(data, "RealWorldValueMappingSequence")))
     frames = frame_count(data)
+    slices: tuple[SliceImage, ...] = (image,)
     if frames is not None:
-        return frame_slices(image, data, element, frames)
-    return mosaic_slices(image, elements) if is_mosaic(elements) else (image,)
+        slices = frame_slices(image, data, element, frames)
+    elif is_mosaic(elements):
+        slices = mosaic_slices(image, elements)
+    tables = sequence(data, "ModalityLUTSequence")
+    return tuple(with_table(part, elements_of(tables[0])) for part in slices) if tables else slices
 
 
 def _at_pixels(tag: BaseTag, _vr: str | None, _length: int) -> bool:

@@ -1,54 +1,102 @@
-"""Picture sizes that JPEG, JPEG-LS and JPEG 2000 data declare, read without decoding anything.
+"""What JPEG, JPEG-LS and JPEG 2000 data declare of the picture that they hold, read without decoding anything.
 
 A decoder allocates what its data declares, whatever the file around them says. Sources: ITU-T T.81 (B.2.2, frame
 header), T.87 (C.2.2), T.800 (A.5.1, SIZ).
 """
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 _SOI, _SOC_SIZ = b"\xff\xd8", b"\xff\x4f\xff\x51"
 _JP2_SIGNATURE = b"\0\0\0\x0cjP  \r\n\x87\n"
 _LARGEST_JP2_HEADER = 4096
 # Start of frame: C0 to CF without tables (C4), extensions (C8) and arithmetic conditioning (CC); F7 is JPEG-LS.
 _FRAMES = frozenset((*range(0xC0, 0xD0), 0xF7)) - {0xC4, 0xC8, 0xCC}
-_ENTROPY_CODED = 0xDA
+_INTERVAL, _ENTROPY_CODED = 0xDD, 0xDA
+
+MOST_TILES = 65535
+"""JPEG 2000 numbers no more tiles."""
+
+Coding = Literal["sequential DCT", "lossless", "JPEG-LS", "JPEG 2000", "another process of JPEG"]
+_CODINGS: dict[int, Coding] = {0xC0: "sequential DCT", 0xC1: "sequential DCT", 0xC3: "lossless", 0xF7: "JPEG-LS"}
 
 
 @dataclass(frozen=True)
-class DeclaredSize:
+class Declared:
     """What a codestream says about itself."""
 
+    coding: Coding
     rows: int
     columns: int
     components: int
+    precision: int
+    """Bits of each value."""
+    signed: bool
+    """JPEG 2000 alone can say so."""
+    tiles: int = 1
+    """Number of tiles of JPEG 2000; more than it can number where their size is unsound."""
 
 
-def declared_size(data: bytes) -> DeclaredSize | None:
-    """Size in the first frame header of JPEG or JPEG-LS, or the SIZ segment of JPEG 2000; None if there is none."""
+@dataclass(frozen=True)
+class Scan:
+    """Where the coded pixels of a JPEG picture begin."""
+
+    start: int
+    restart_interval: int
+    """Number of units between two restart markers; 0 where there are none."""
+
+
+def declared(data: bytes) -> Declared | None:
+    """What the first frame header of JPEG or JPEG-LS, or the SIZ segment of JPEG 2000, says; None if there is none."""
     if data[:2] == _SOI:
-        return _jpeg_size(data)
+        return _jpeg(data)
     start = data.find(_SOC_SIZ, 0, _LARGEST_JP2_HEADER) if data.startswith(_JP2_SIGNATURE) else 0
-    if start < 0 or data[start : start + 4] != _SOC_SIZ or len(data) < start + 42:
+    if start < 0 or data[start : start + 4] != _SOC_SIZ or len(data) < start + 43:
         return None
     # Length, capabilities; size and offset of the image on the grid; size and offset of the tiles; components.
-    right, bottom, left, top, *_, components = struct.unpack_from(">8LH", data, start + 8)
-    return DeclaredSize(bottom - top, right - left, components)
+    right, bottom, left, top, width, height, tiles_left, tiles_top, components = struct.unpack_from(
+        ">8LH", data, start + 8
+    )
+    is_sound = width > 0 and height > 0 and tiles_left <= left and tiles_top <= top
+    tiles = -(-(right - tiles_left) // width) * -(-(bottom - tiles_top) // height) if is_sound else MOST_TILES + 1
+    depth = data[start + 42]
+    return Declared("JPEG 2000", bottom - top, right - left, components, (depth & 0x7F) + 1, bool(depth & 0x80), tiles)
 
 
-def _jpeg_size(data: bytes) -> DeclaredSize | None:
-    at = 2
-    while at + 10 <= len(data):
-        if data[at] != 0xFF:
+def scan_of(data: bytes) -> Scan | None:
+    """Where the first scan of JPEG data begins; None if there is none."""
+    interval = 0
+    for marker, at, length in _segments(data):
+        if marker == _INTERVAL and length == 4:
+            (interval,) = struct.unpack_from(">H", data, at + 4)
+        elif marker == _ENTROPY_CODED:
+            return Scan(at + 2 + length, interval)
+    return None
+
+
+def _jpeg(data: bytes) -> Declared | None:
+    for marker, at, length in _segments(data):
+        if marker in _FRAMES and length >= 8:
+            precision, rows, columns, components = struct.unpack_from(">BHHB", data, at + 4)
+            coding = _CODINGS.get(marker, "another process of JPEG")
+            return Declared(coding, rows, columns, components, precision, signed=False)
+        if marker == _ENTROPY_CODED:
             return None
+    return None
+
+
+def _segments(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Marker, place and length of each segment before the end, as far as they are sound."""
+    at = 2
+    while at + 4 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
         if marker == 0xFF:  # a fill byte
             at += 1
             continue
-        if marker in _FRAMES:
-            rows, columns, components = struct.unpack_from(">HHB", data, at + 5)
-            return DeclaredSize(rows, columns, components)
-        if marker == _ENTROPY_CODED:
-            return None
-        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    return None
+        length = int.from_bytes(data[at + 2 : at + 4], "big")
+        if length < 2 or at + 2 + length > len(data):
+            return
+        yield marker, at, length
+        at += 2 + length

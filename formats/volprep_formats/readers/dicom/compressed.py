@@ -1,30 +1,49 @@
-"""Compressed DICOM pictures, by the decoders behind pydicom. They are foreign code, and run in worker processes.
+"""Compressed DICOM pictures: what their data say of themselves, and their values. Decoders run in worker processes.
 
-Source: DICOM PS3.5, 8.2 and annex A.
+Source: DICOM PS3.5, 8.2 and annexes A and G.
 """
 
-from typing import Any
+import re
+import struct
+from collections.abc import Callable, Container, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from pydicom import config
-from pydicom.encaps import get_frame
-from pydicom.pixels.decoders.base import get_decoder
-from pydicom.uid import UID, JPEGLSTransferSyntaxes, JPEGTransferSyntaxes
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request
-from volprep_formats.readers.dicom.any_file import quiet_pydicom
-from volprep_formats.readers.dicom.codecs import DECODERS
-from volprep_formats.readers.dicom.codestreams import declared_size
+from volprep_formats.readers.dicom.codecs import (
+    DECODERS,
+    JPEG,
+    JPEG_2000,
+    JPEG_LS,
+    NAMES,
+    PACKAGE,
+    RLE,
+    is_installed,
+)
+from volprep_formats.readers.dicom.codestreams import MOST_TILES, Coding, Declared, declared
 from volprep_formats.readers.dicom.header import EncodedPixels
+from volprep_formats.readers.dicom.jpeg_ends import with_other_bits
+from volprep_formats.readers.dicom.pixels import masked, stored_range, wrong_length
 from volprep_formats.readers.dicom.value import undecodable, value_of
 
-_EMPTY_TABLE, _END = b"\xfe\xff\x00\xe0" + bytes(4), b"\xfe\xff\xdd\xe0" + bytes(4)
-_ENDING_WITH_EOI = frozenset((*JPEGTransferSyntaxes, *JPEGLSTransferSyntaxes))
+_ITEM, _SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E0DD
 # OpenJPEG, the greediest, takes 12 bytes and 0.2 µs for each pixel.
 _MEMORY_BYTES, _MEMORY_BYTES_PER_PIXEL = 2**28, 40
 _SECONDS, _SECONDS_PER_PIXEL = 30.0, 10e-6
+# The end of one picture, and the beginning of another; neither can occur among coded values.
+_NEXT_PICTURE = re.compile(rb"\xff\xd9\0*\xff(?:\xd8\xff|\x4f\xff\x51)")
+_RLE_HEADER = struct.Struct("<16L")
+_RLE_EXPANSION = 64
+_TILE_HEADER_BYTES = 14
+_PRECISIONS: dict[Coding, Container[int]] = {
+    "sequential DCT": (8, 12),
+    "lossless": range(2, 17),
+    "JPEG-LS": range(2, 17),
+    "JPEG 2000": range(1, 33),
+}
+_LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 
 
 def decode_request(pixels: EncodedPixels) -> Request:
@@ -44,11 +63,15 @@ def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
     """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1031 when it has become shorter, VP1039 when the data
-    cannot be decoded, VP1046 when they declare another size.
+    cannot be decoded, VP1046 to VP1049 when they declare another size, are cut off, are of another kind, or hold values
+    that the header does not allow.
     """
     try:
-        with quiet_pydicom():
-            return _decoded(pixels, value_of(pixels))
+        frame = b"".join(_fragments(value_of(pixels), is_bare=pixels.is_bare))
+        if DECODERS[pixels.transfer_syntax] == RLE:
+            return masked(_run_lengths(pixels, frame), pixels)
+        said = _checked(pixels, frame)
+        return _fitted(pixels, said, _decoded(pixels, said, frame))
     except OSError as error:
         raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
     except (VolprepError, MemoryError):
@@ -59,56 +82,159 @@ def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
 
 def check_decoder(pixels: EncodedPixels) -> None:
     """Raise VolprepError VP1037, VP1038 or VP1043 when no decoder here takes this picture."""
-    syntax = UID(pixels.transfer_syntax, config.IGNORE)
-    plugin = DECODERS.get(syntax)
-    if plugin is None:
+    if pixels.transfer_syntax not in DECODERS:
+        from pydicom import config  # noqa: PLC0415 - heavy, and only for a message
+        from pydicom.uid import UID  # noqa: PLC0415 - as above
+
+        syntax = UID(pixels.transfer_syntax, config.IGNORE)
         name = syntax.name if syntax.is_transfer_syntax else "that its header names"
         raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
-    if plugin not in get_decoder(syntax).available_plugins:
-        raise VolprepError("VP1038", path=pixels.path, syntax=syntax.name, missing=f"{plugin} is missing")
+    if not is_installed():
+        name = NAMES[pixels.transfer_syntax]
+        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing=f"{PACKAGE} is missing")
     if pixels.is_float:
         raise VolprepError("VP1043", path=pixels.path, bits="compressed floating-point pixels")
     if pixels.high_bit != pixels.bits_stored - 1:
         raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))
 
 
-def _decoded(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
-    options: dict[str, Any] = {  # pydicom types each of these as the whole set
-        "rows": pixels.rows,
-        "columns": pixels.columns,
-        "samples_per_pixel": 1,
-        "number_of_frames": 1,
-        "bits_allocated": pixels.bits_allocated,
-        "bits_stored": pixels.bits_stored,
-        "pixel_representation": int(pixels.signed),
-        "photometric_interpretation": "MONOCHROME2",
-        "pixel_keyword": "PixelData",
-    }
-    syntax = UID(pixels.transfer_syntax)
-    if pixels.is_bare:
-        data = _EMPTY_TABLE + data + _END
-    frame = get_frame(data, 0, number_of_frames=1)
-    _check_declared(pixels, frame)
-    if syntax in _ENDING_WITH_EOI and not frame.rstrip(b"\0").endswith(b"\xff\xd9"):
-        msg = "the picture is cut off"  # libjpeg fills up what is missing and says nothing
-        raise ValueError(msg)
-    decoder = get_decoder(syntax)
-    values, _ = decoder.as_array(data, index=0, raw=True, decoding_plugin=DECODERS[syntax], **options)
-    if values.shape != (pixels.rows, pixels.columns):
-        msg = "another shape than the header says"
-        raise ValueError(msg)
-    return values
+def _fragments(value: bytes, *, is_bare: bool) -> Iterator[bytes]:
+    """Values of the items that hold one picture; the first item of a whole value is a table, and none of them."""
+    at, is_table = 0, not is_bare
+    while at + 8 <= len(value):
+        group, number, length = struct.unpack_from("<HHL", value, at)
+        tag = group << 16 | number
+        if tag == _SEQUENCE_END:
+            return
+        if tag != _ITEM or length > len(value) - at - 8:
+            msg = "an item is cut off"
+            raise ValueError(msg)
+        if not is_table:
+            yield value[at + 8 : at + 8 + length]
+        is_table = False
+        at += 8 + length
 
 
-def _check_declared(pixels: EncodedPixels, frame: bytes) -> None:
-    declared = declared_size(frame)
-    if declared is None:  # RLE declares none
-        return
-    if (declared.rows, declared.columns, declared.components) != (pixels.rows, pixels.columns, 1):
+def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
+    """What the data say of themselves, where it agrees with the header."""
+    if _NEXT_PICTURE.search(frame):
+        told = {"frames": 1, "expected": "one compressed picture", "actual": "several"}
+        raise VolprepError("VP1045", path=pixels.path, **told)
+    said = declared(frame)
+    if said is None:
+        msg = "no frame header"
+        raise ValueError(msg)
+    codings: dict[str, Coding] = {JPEG: "sequential DCT", JPEG_LS: "JPEG-LS", JPEG_2000: "JPEG 2000"}
+    wanted = "lossless" if pixels.transfer_syntax in _LOSSLESS_JPEG else codings[DECODERS[pixels.transfer_syntax]]
+    if said.coding != wanted:
+        name = NAMES[pixels.transfer_syntax]
+        raise VolprepError("VP1048", path=pixels.path, syntax=name, wanted=wanted, actual=said.coding)
+    if (said.rows, said.columns, said.components) != (pixels.rows, pixels.columns, 1):
         raise VolprepError(
             "VP1046",
             path=pixels.path,
             rows=pixels.rows,
             columns=pixels.columns,
-            actual=f"{declared.columns}×{declared.rows} pixels of {declared.components}",
+            actual=f"{said.columns}×{said.rows} pixels of {said.components}",
         )
+    if said.precision not in _PRECISIONS[said.coding]:
+        msg = f"{said.precision} bits, which {said.coding} data cannot have"
+        raise ValueError(msg)
+    if said.tiles > MOST_TILES or 8 * len(frame) < _fewest_bits(said):
+        msg = "fewer data than the smallest such picture has"
+        raise ValueError(msg)
+    return said
+
+
+def _fewest_bits(said: Declared) -> int:
+    """Least that such a picture can be coded in; what declares more than it can hold keeps its decoder busy."""
+    if said.coding == "lossless":  # a code for each pixel
+        return said.rows * said.columns
+    if said.coding == "sequential DCT":  # two codes for each block
+        return 2 * -(-said.rows // 8) * -(-said.columns // 8)
+    return 8 * _TILE_HEADER_BYTES * said.tiles if said.coding == "JPEG 2000" else 0
+
+
+def _decoded(pixels: EncodedPixels, said: Declared, frame: bytes) -> NDArray[np.generic]:
+    """Values as the decoder gives them."""
+    import imagecodecs  # noqa: PLC0415 - a worker alone needs it
+
+    decoder = DECODERS[pixels.transfer_syntax]
+    if decoder == JPEG:
+        values = _whole_jpeg(pixels, said, frame, imagecodecs.jpeg8_decode)
+    elif decoder == JPEG_LS:
+        if not frame.rstrip(b"\0").endswith(b"\xff\xd9"):
+            raise VolprepError("VP1047", path=pixels.path)
+        values = imagecodecs.jpegls_decode(frame)
+    else:
+        values = imagecodecs.jpeg2k_decode(frame, numthreads=1)
+    if values.shape != (pixels.rows, pixels.columns):
+        msg = "another shape than the data say"
+        raise ValueError(msg)
+    return values
+
+
+def _whole_jpeg(
+    pixels: EncodedPixels, said: Declared, frame: bytes, decode: Callable[[bytes], NDArray[np.generic]]
+) -> NDArray[np.generic]:
+    """Decode a JPEG picture twice, to see that all of it is there; see `jpeg_ends`."""
+    other = with_other_bits(frame, said)
+    if other is None:
+        raise VolprepError("VP1047", path=pixels.path)
+    values = decode(frame)
+    if not np.array_equal(values, decode(other)):
+        raise VolprepError("VP1047", path=pixels.path)
+    return values
+
+
+def _fitted(pixels: EncodedPixels, said: Declared, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Values as the header types them, where all are possible by its BitsStored and PixelRepresentation.
+
+    The data may declare more bits than the header, as where a whole word was coded for each value, and fewer. Signed
+    values are coded as they are in JPEG 2000, and in lossless JPEG and JPEG-LS as unsigned ones, in two's complement.
+    """
+    low, high = int(values.min()), int(values.max())
+    if high >= 2**said.precision:
+        msg = "values of more bits than the data say"
+        raise ValueError(msg)
+    sign = 2 ** (said.precision - 1)
+    # Of fewer bits than the header says, the highest may be a sign or none.
+    is_clear = True
+    if pixels.signed and said.coding in {"lossless", "JPEG-LS"} and high >= sign:
+        is_clear = said.precision >= pixels.bits_stored
+        values = (values.astype(np.int64) ^ sign) - sign
+        low, high = int(values.min()), int(values.max())
+    lowest, highest = stored_range(pixels)
+    if not is_clear or low < lowest or high > highest:
+        raise VolprepError(
+            "VP1049",
+            path=pixels.path,
+            stored=f"{pixels.bits_stored}-bit {'signed' if pixels.signed else 'unsigned'}",
+            precision=f"{said.precision}-bit{' signed' if said.signed else ''}",
+            low=low,
+            high=high,
+        )
+    return values.astype(f"{'i' if pixels.signed else 'u'}{pixels.bits_allocated // 8}", copy=False)
+
+
+def _run_lengths(pixels: EncodedPixels, frame: bytes) -> NDArray[np.generic]:
+    """Undo run lengths: one segment for each byte of a value, the highest first (PS3.5, annex G)."""
+    import imagecodecs  # noqa: PLC0415 - a worker alone needs it
+
+    planes, count = pixels.bits_allocated // 8, pixels.rows * pixels.columns
+    segments, *offsets = _RLE_HEADER.unpack_from(frame)
+    begins = offsets[:segments] if segments <= len(offsets) else []
+    if len(begins) != planes or begins[0] != _RLE_HEADER.size or begins != sorted(begins) or begins[-1] > len(frame):
+        msg = "segments that are not there, or not as many as a value has bytes"
+        raise ValueError(msg)
+    result = np.empty((count, planes), np.uint8)
+    for k, (begin, end) in enumerate(zip(begins, (*begins[1:], len(frame)), strict=True)):
+        if count > _RLE_EXPANSION * (end - begin):
+            msg = "too few runs for the picture"
+            raise ValueError(msg)
+        plane = imagecodecs.packbits_decode(frame[begin:end])
+        if len(plane) != count:
+            raise wrong_length(pixels, len(plane) * planes)
+        result[:, planes - 1 - k] = np.frombuffer(plane, np.uint8)
+    kind = "i" if pixels.signed else "u"
+    return result.view(f"<{kind}{planes}").reshape(pixels.rows, pixels.columns)

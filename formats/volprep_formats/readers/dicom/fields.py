@@ -5,6 +5,7 @@ here, so that the rest of the reader computes with sound numbers. Source: DICOM 
 """
 
 import math
+import re
 import struct
 from collections.abc import Mapping
 from functools import lru_cache
@@ -37,6 +38,7 @@ TAGS = {
     "SOPClassUID": 0x0008_0016,
     "SOPInstanceUID": 0x0008_0018,
     "SeriesInstanceUID": 0x0020_000E,
+    "FrameOfReferenceUID": 0x0020_0052,
     "Modality": 0x0008_0060,
     "BurnedInAnnotation": 0x0028_0301,
     "SliceThickness": 0x0018_0050,
@@ -59,6 +61,11 @@ TAGS = {
     "RescaleSlope": 0x0028_1053,
     "RescaleType": 0x0028_1054,
     "Units": 0x0054_1001,
+    "ModalityLUTSequence": 0x0028_3000,
+    "LUTDescriptor": 0x0028_3002,
+    "ModalityLUTType": 0x0028_3004,
+    "LUTData": 0x0028_3006,
+    "RealWorldValueMappingSequence": 0x0040_9096,
     "SharedFunctionalGroupsSequence": 0x5200_9229,
     "PerFrameFunctionalGroupsSequence": 0x5200_9230,
     "PlanePositionSequence": 0x0020_9113,
@@ -96,6 +103,8 @@ _BINARY = frozenset(
     )
 )
 """Those of them that are stored as 16-bit numbers, the others being text."""
+_LONGEST_UID = 64
+_UID = re.compile(f"[0-9.]{{1,{_LONGEST_UID}}}")
 _VARIANT_FORMS = {
     "DiffusionBValue": "d",
     "EffectiveEchoTime": "d",
@@ -148,6 +157,14 @@ class Fields:
     def text(self, keyword: str) -> str:
         """Value as text; empty when missing."""
         return raw_text(self._data, keyword)
+
+    def uid(self, keyword: str) -> str:
+        """Value as a UID; empty when missing. What is none is a problem, and comes escaped and cut to its length."""
+        text = self.text(keyword)
+        if not text or _UID.fullmatch(text):
+            return text
+        self.refuse("VP1052", keyword=keyword)
+        return ascii(text)[1:-1][:_LONGEST_UID]
 
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
         """Value as `count` finite numbers of sane size; None when missing or wrong."""

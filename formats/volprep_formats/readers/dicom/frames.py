@@ -66,12 +66,12 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
     """Slices of the multi-frame image that `image` is as a whole; the image itself, with its problem, if it has one."""
     if image.problem is not None or image.pixels is None:
         return (replace(image, pixels=None),)
-    groups = _sequence(data, "PerFrameFunctionalGroupsSequence")
+    groups = sequence(data, "PerFrameFunctionalGroupsSequence")
     if frames == 0 or len(groups) != frames:
         what = f"places for {len(groups)} frames" if groups else "no places for them"
         shown = str(frames) if frames else "an unsound number of"
         return (replace(image, problem=VolprepError("VP1041", path=image.path, frames=shown, what=what)),)
-    shared = (_sequence(data, "SharedFunctionalGroupsSequence") or [Dataset()])[0]
+    shared = (sequence(data, "SharedFunctionalGroupsSequence") or [Dataset()])[0]
     try:
         pixels = _frame_pixels(image.pixels, element, frames)
         parts = zip(groups, pixels, strict=True)
@@ -80,7 +80,8 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
         return (replace(image, problem=error),)
 
 
-def _sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
+def sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
+    """Items of a sequence; none where it is missing, or no sequence."""
     element = data.get(TAGS[keyword])
     return element.value if element is not None and element.VR == "SQ" else []
 
@@ -89,7 +90,7 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
     """One frame as a slice; what its groups leave out is as in the image."""
 
     def group(keyword: str) -> Elements:
-        found = _sequence(own, keyword) or _sequence(shared, keyword)
+        found = sequence(own, keyword) or sequence(shared, keyword)
         return elements_of(found[0]) if found else {}
 
     measures = Fields(image.path, group("PixelMeasuresSequence"))
@@ -112,6 +113,8 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
         unit=unit_of(values, image.modality, rescaled=intercept is not None) or image.unit,
         variants=tuple(_variant(image, group, k) for k in range(len(VARIANTS))),
         pixels=pixels,
+        has_real_world_values=image.has_real_world_values
+        or any(sequence(part, "RealWorldValueMappingSequence") for part in (own, shared)),
     )
     problems = [fields.problem for fields in (measures, orientation, position, values) if fields.problem is not None]
     return replace(found, problem=problems[0]) if problems else found
@@ -133,7 +136,7 @@ def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> 
             for start, end in _fragments(pixels, element, frames)
         ]
     size = pixels.rows * pixels.columns * pixels.bits_allocated // 8
-    if not frames * size <= pixels.size_bytes < (frames + 1) * size + 2:
+    if pixels.size_bytes not in {frames * size, frames * size + frames * size % 2}:
         expected, actual = f"{frames * size} bytes", f"{pixels.size_bytes} bytes"
         raise VolprepError("VP1045", path=pixels.path, frames=frames, expected=expected, actual=actual)
     if syntax == ExplicitVRBigEndian and pixels.bits_allocated == 8 and pixels.has_words and size % 2:

@@ -1,6 +1,6 @@
 """What the header of one DICOM image says of geometry and pixels, checked.
 
-Only what `SliceImage` has fields for is kept, of the few attributes that are read (`dicom_fields.py`). Source: DICOM
+Only what `SliceImage` has fields for is kept, of the few attributes that are read (`fields`). Source: DICOM
 PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
 """
 
@@ -68,6 +68,21 @@ class EncodedPixels:
 
 
 @dataclass(frozen=True)
+class ValueTable:
+    """A table that stored values are looked up in; see `value_table`."""
+
+    first: int
+    """The stored value that its first entry belongs to."""
+    bits: int
+    """Bits of each entry."""
+    entries: bytes
+    order: str
+    """Byte order of entries of two bytes."""
+    is_bytes: bool
+    """Whether each entry is one byte."""
+
+
+@dataclass(frozen=True)
 class SliceImage:
     """One slice, alone in its file or one of many. Lengths in millimetres, world space LPS.
 
@@ -78,7 +93,11 @@ class SliceImage:
     number: int | None
     """Its number in the file, from 1; None when it is alone there."""
     series_uid: str
+    """Of the alphabet of UIDs; what is none stands escaped here, and is a problem."""
     instance_uid: str
+    """Compared, never shown."""
+    frame_of_reference: str
+    """UID of the coordinate system of its position; empty where the file does not say. Compared, never shown."""
     modality: str
     is_localiser: bool
     shape_yx: tuple[int, int]
@@ -99,6 +118,10 @@ class SliceImage:
     pixels: EncodedPixels | None
     problem: VolprepError | None
     """Why this image cannot be part of a volume; raised when its series is wanted."""
+    table: ValueTable | None = None
+    """What turns stored values into those that are meant, in place of slope and intercept."""
+    has_real_world_values: bool = False
+    """The header maps stored values to real-world ones, besides slope and intercept."""
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
@@ -128,6 +151,7 @@ def _sound_image(
 def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
     """Interpret a header as `slice_image` does, without regard to those before it."""
     fields = Fields(path, data)
+    series_uid = fields.uid("SeriesInstanceUID")
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
     modality = fields.text("Modality")
@@ -142,8 +166,9 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     return SliceImage(
         path=path,
         number=None,
-        series_uid=fields.text("SeriesInstanceUID"),
+        series_uid=series_uid,
         instance_uid=fields.text("SOPInstanceUID"),
+        frame_of_reference=fields.text("FrameOfReferenceUID"),
         modality=modality if modality in _MODALITIES else "",
         is_localiser="LOCALIZER" in image_type or "SCOUT" in image_type,
         shape_yx=(int(fields.number("Rows") or 0), int(fields.number("Columns") or 0)),

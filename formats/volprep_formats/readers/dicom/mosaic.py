@@ -47,7 +47,11 @@ def mosaic_slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
 
 
 def _slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
-    count, normal = _count_and_normal(data)
+    counts, normal = _counts_and_normal(data)
+    if len(counts) > 1:
+        said = " and ".join(str(c) for c in sorted(counts))
+        raise VolprepError("VP1042", path=image.path, what=f"its private header says that it holds {said} slices")
+    count = next(iter(counts), None)
     if image.pixels is None or count is None or normal is None:
         missing = "how many slices it holds" if count is None else "which way its slices follow each other"
         raise VolprepError("VP1042", path=image.path, what=f"its private header does not say {missing}")
@@ -85,22 +89,22 @@ def _slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     )
 
 
-def _count_and_normal(data: Elements) -> tuple[int | None, tuple[float, ...] | None]:
-    """NumberOfImagesInMosaic and SliceNormalVector; None where they are missing or unsound."""
-    count: int | None = None
+def _counts_and_normal(data: Elements) -> tuple[set[int], tuple[float, ...] | None]:
+    """All that NumberOfImagesInMosaic is said to be, as far as it is sound, and SliceNormalVector if it is there."""
+    counts: set[int] = set()
     normal: tuple[float, ...] | None = None
     value, order = raw_element(data, MOSAIC_COUNT)
     if len(value) == 2 and _creator(data, MOSAIC_CREATOR) == b"SIEMENS MR HEADER":
-        (count,) = struct.unpack(order + "H", value)
+        counts.update(struct.unpack(order + "H", value))
     if _creator(data, CSA_CREATOR) == b"SIEMENS CSA HEADER":
         header = raw_element(data, CSA_HEADER)[0]
         wanted = {name: numbers for name, numbers in _csa_numbers(header) if numbers}
         vector = wanted.get("SliceNormalVector", ())
         normal = vector if len(vector) == 3 else None
         counted = wanted.get("NumberOfImagesInMosaic", ())
-        if count is None and len(counted) == 1 and counted[0].is_integer():
-            count = int(counted[0])
-    return count if count is not None and 1 <= count <= _MOST_TILES else None, normal
+        if len(counted) == 1 and counted[0].is_integer():
+            counts.add(int(counted[0]))
+    return {count for count in counts if 1 <= count <= _MOST_TILES}, normal
 
 
 def _creator(data: Elements, tag: int) -> bytes:

@@ -1,6 +1,6 @@
 """Stored values of one DICOM picture: read its bytes, undo the transfer syntax, mask unused bits.
 
-Native pixel data is read here; what is compressed is for dicom_compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
+Native pixel data is read here; what is compressed is for compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
 """
 
 import os
@@ -29,18 +29,26 @@ def check_decodable(pixels: EncodedPixels) -> None:
 
         check_decoder(pixels)
         return
-    expected = pixels.rows * pixels.columns * (3 if pixels.colours else 1) * pixels.bits_allocated // 8
-    # A pad byte makes lengths even. More than a whole picture too much means that the header is wrong.
-    if not expected <= pixels.size_bytes < 2 * expected + 2:
-        raise VolprepError(
-            "VP1040",
-            path=pixels.path,
-            actual=pixels.size_bytes,
-            expected=expected,
-            rows=pixels.rows,
-            columns=pixels.columns,
-            bits=pixels.bits_allocated,
-        )
+    if pixels.size_bytes not in {picture_bytes(pixels), picture_bytes(pixels) + picture_bytes(pixels) % 2}:
+        raise wrong_length(pixels, pixels.size_bytes)
+
+
+def picture_bytes(pixels: EncodedPixels) -> int:
+    """Length of the picture where it is not compressed; a pad byte makes that of the whole value even."""
+    return pixels.rows * pixels.columns * (3 if pixels.colours else 1) * pixels.bits_allocated // 8
+
+
+def wrong_length(pixels: EncodedPixels, actual: int) -> VolprepError:
+    """Return the error for pixel data of `actual` bytes, where the header says another number."""
+    return VolprepError(
+        "VP1040",
+        path=pixels.path,
+        actual=actual,
+        expected=picture_bytes(pixels),
+        rows=pixels.rows,
+        columns=pixels.columns,
+        bits=pixels.bits_allocated,
+    )
 
 
 def stored_range(pixels: EncodedPixels) -> tuple[int, int]:
@@ -105,7 +113,7 @@ def read_native(pixels: EncodedPixels, target: NDArray[np.generic]) -> None:
         raise VolprepError("VP1031", path=pixels.path, what=f"only {count} bytes of its pixel data are there")
     if pixels.bits_stored < pixels.bits_allocated:
         as_stored = target.view(f"{'i' if pixels.signed else 'u'}{target.itemsize}")
-        as_stored[...] = _masked(as_stored, pixels)
+        as_stored[...] = masked(as_stored, pixels)
 
 
 def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
@@ -121,11 +129,11 @@ def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     else:
         values = np.frombuffer(data, dtype=f"{order}{kind}{pixels.bits_allocated // 8}", count=count)
     native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
-    return _masked(native, pixels)
+    return masked(native, pixels)
 
 
 def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
-    """Luminance of a picture in colour; dicom_header.py lets through whole little-endian bytes and words only."""
+    """Luminance of a picture in colour; header.py lets through whole little-endian bytes and words only."""
     count = 3 * pixels.rows * pixels.columns
     values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
     if pixels.colours == "planes":
@@ -133,7 +141,7 @@ def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     return luminance(values.reshape(pixels.rows, pixels.columns, 3))
 
 
-def _masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:
+def masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:
     """Move the stored bits to the bottom, with their sign: the bits above and below them may hold anything."""
     if pixels.bits_stored == pixels.bits_allocated:
         return values

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.geometry import Stack, stack_images
-from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage
+from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, ValueTable
 from volprep_formats.readers.dicom.pixels import (
     check_decodable,
     decode_native,
@@ -29,6 +30,7 @@ from volprep_formats.readers.dicom.pixels import (
     stored_range,
 )
 from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
+from volprep_formats.readers.dicom.value_table import looked_up, table_range
 from volprep_formats.readers.luminance import LUMINANCE_REMARK
 from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
 
@@ -40,9 +42,13 @@ _FLOAT32_BITS = 24
 
 @dataclass(frozen=True)
 class _Slice:
-    """How one slice becomes values of the volume: (decoded, or mirror - decoded) · slope + intercept."""
+    """How one slice becomes values of the volume: (v, or mirror - v) · slope + intercept, v being decoded.
+
+    Where there is a table, v is its entry for what was decoded.
+    """
 
     pixels: EncodedPixels
+    table: ValueTable | None
     mirror: int | None
     slope: float
     intercept: float
@@ -50,7 +56,7 @@ class _Slice:
     def is_plain(self, dtype: np.dtype[np.generic]) -> bool:
         """Whether its values are in the file as the volume wants them, which is of type `dtype`."""
         unchanged = self.mirror is None and (self.slope, self.intercept) == (1.0, 0.0) and self.pixels.tile is None
-        return unchanged and is_as_stored(self.pixels, dtype)
+        return unchanged and self.table is None and is_as_stored(self.pixels, dtype)
 
 
 class DicomSource:
@@ -72,8 +78,8 @@ class DicomSource:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores, compressed ones in worker processes.
 
-        Raises VolprepError VP1003, VP1031, VP1039 or VP1046 when a file is damaged, VP1270 to VP1273 when its decoder
-        goes wrong.
+        Raises VolprepError VP1003, VP1031, VP1039, VP1040 or VP1046 to VP1049 when a file is damaged, VP1270 to VP1273
+        when its decoder goes wrong.
         """
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
         plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]
@@ -152,7 +158,7 @@ class UnevenDicomSource:
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:
     """Open the series that `spec` means in the folder tree, or file, `path`.
 
-    Raises VolprepError VP1003, VP1030 to VP1045 (files and pixels) and VP2001 to VP2015 (geometry).
+    Raises VolprepError VP1003, VP1030 to VP1052 (files and pixels) and VP2001 to VP2015 (geometry).
     """
     return _open(spec, path, progress, repair=())[0]
 
@@ -176,7 +182,7 @@ def _open(
     info = SourceInfo(
         format="dicom",
         grid=stack.grid,
-        stored_type=_stored_type(pixels) if one_rescale else "float32",
+        stored_type=_stored_type(images) if one_rescale else "float32",
         slope=first.slope if one_rescale else 1.0,
         intercept=first.intercept if one_rescale else 0.0,
         unit=first.unit,
@@ -186,7 +192,8 @@ def _open(
     slices = [
         _Slice(
             pixels=encoded,
-            mirror=sum(stored_range(encoded)) if _is_turned(encoded, first.unit) else None,
+            table=image.table,
+            mirror=sum(_range(image, encoded)) if _is_turned(encoded, first.unit) else None,
             slope=1.0 if one_rescale else image.slope,
             intercept=0.0 if one_rescale else image.intercept,
         )
@@ -200,11 +207,25 @@ def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: in
     for image in series.images:
         if image.problem is not None:
             raise image.problem
+    _check_frame_of_reference(series.images)
     stack = stack_images(series.images, repair, volume)
     for image in series.images:
         if image.pixels is not None:
             check_decodable(image.pixels)
     return stack
+
+
+def _check_frame_of_reference(images: Sequence[SliceImage]) -> None:
+    """Refuse slices whose positions are told in different coordinate systems; a slice may name none."""
+    firsts: dict[str, SliceImage] = {}
+    for image in images:
+        if image.frame_of_reference:
+            firsts.setdefault(image.frame_of_reference, image)
+    if len(firsts) > 1:
+        one, other, *_ = (image.path for image in firsts.values())
+        folder = os.path.commonpath((one.parent, other.parent))
+        first, second = os.path.relpath(one, folder), os.path.relpath(other, folder)
+        raise VolprepError("VP1051", folder=folder, count=len(firsts), first=first, other=second)
 
 
 def _with_colours(series: Series) -> Series:
@@ -220,6 +241,8 @@ def _with_colours(series: Series) -> Series:
 def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.generic]) -> None:
     """Put one slice of a decoded picture into its place in a slab."""
     values = slice_of(source.pixels, picture)
+    if source.table is not None:
+        values = looked_up(source.table, values)
     if source.mirror is not None:
         values = source.mirror - values.astype(np.int64)
     if (source.slope, source.intercept) != (1.0, 0.0):
@@ -228,11 +251,16 @@ def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.ge
         target[...] = values
 
 
-def _stored_type(pixels: Sequence[EncodedPixels]) -> StoredType:
-    """Smallest type that holds the stored bits of all slices."""
-    if any(p.is_float for p in pixels):
+def _range(image: SliceImage, pixels: EncodedPixels) -> tuple[int, int]:
+    """Lowest and highest value that a slice can have, before its rescale."""
+    return stored_range(pixels) if image.table is None else table_range(image.table)
+
+
+def _stored_type(images: Sequence[SliceImage]) -> StoredType:
+    """Smallest type that holds the values of all slices, before their rescale."""
+    if any(image.pixels is not None and image.pixels.is_float for image in images):
         return "float32"
-    ranges = [stored_range(p) for p in pixels]
+    ranges = [_range(image, image.pixels) for image in images if image.pixels is not None]
     low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
     kinds: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
     for kind in kinds:
@@ -259,6 +287,14 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
             else "MONOCHROME1: low values are meant to be shown bright; the values are kept, because they are in "
             + (images[0].unit or "floating point")
         )
+    if any(image.table is not None for image in images):
+        remarks.append("the values are those of the table in the header (ModalityLUTSequence), not the stored ones")
+    if any(image.has_real_world_values for image in images):
+        remarks.append(
+            "the header also maps its values to real-world ones (RealWorldValueMappingSequence), which is not applied"
+        )
+    if any(not p.is_float and p.high_bit != p.bits_stored - 1 for p in pixels):
+        remarks.append("HighBit is not BitsStored - 1: the stored bits were moved down, and those below them dropped")
     if any(p.colours for p in pixels):
         remarks.append(LUMINANCE_REMARK)
     if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):

@@ -1,16 +1,14 @@
 """The bytes of the pixel data as they stand in a file, and the error for those that no decoder takes."""
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.codecs import NAMES
 from volprep_formats.readers.dicom.header import EncodedPixels
 from volprep_formats.readers.dicom.inflate import DEFLATED, inflated_data_set
 
 
 def undecodable(pixels: EncodedPixels, error: Exception) -> VolprepError:
     """Return the error for damaged pixel data."""
-    from pydicom import config  # noqa: PLC0415 - heavy, and only for a message
-    from pydicom.uid import UID  # noqa: PLC0415 - as above
-
-    name = UID(pixels.transfer_syntax, config.IGNORE).name
+    name = NAMES.get(pixels.transfer_syntax, "values that are not compressed")
     return VolprepError("VP1039", path=pixels.path, syntax=name, error=type(error).__name__)
 
 
