@@ -1,6 +1,5 @@
 """A scene: what the user wants, as one short TOML file."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -18,6 +17,7 @@ from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
+from volprep_formats.toml_file import read_toml_file
 
 
 class QuantizeSettings(Record):
@@ -337,10 +337,10 @@ def load_scene(path: Path) -> Scene:
 def read_toml(path: Path) -> dict[str, object]:
     """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is none."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return read_toml_file(path)
     except OSError as error:
         raise VolprepError("VP3001", path=path, error=error.strerror) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise VolprepError("VP3002", path=path, error=error) from error
 
 

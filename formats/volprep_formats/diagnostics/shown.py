@@ -1,7 +1,7 @@
-"""How fields of messages are shown: foreign text escaped, so that it can neither steer a terminal nor look like a line
-of ours, and cut to a length.
+"""How fields of messages are shown: foreign text is escaped and cut to a length.
 
-File names, headers and messages of libraries are written by whoever made the file.
+File names, headers and messages of libraries are written by whoever made the file. Unescaped they could steer a
+terminal, or look like a line of volprep.
 """
 
 from collections.abc import Iterable
@@ -41,9 +41,9 @@ def shown(value: object) -> object:
 
 
 def visible(text: str) -> Shown:
-    """Return `text` with a visible escape for each character that is none, such as newlines and directions of writing.
+    r"""Return `text` with a visible escape for each character that is none, such as newlines and directions of writing.
 
-    A byte of a file name that is no UTF-8 becomes \\xNN. Backslashes stay, so escaping twice changes nothing.
+    A byte of a file name that is no UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
     """
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … {text[-_TAIL:]}"

@@ -15,6 +15,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
+from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -137,8 +138,12 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     path = base / spec.path
-    if not path.exists():
-        raise VolprepError("VP1001", path=path)
+    try:
+        check_regular_or_folder(path)
+    except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte
+        raise VolprepError("VP1001", path=path) from error
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     return path, _reader(spec, path)
 
 
@@ -180,9 +185,9 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
 
 def _head(path: Path) -> bytes:
     """First bytes of a file, unpacked if it is gzipped and sound. Raises OSError."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_HEAD_BYTES)
     if head[:2] == b"\x1f\x8b":
-        with suppress(EOFError, zlib.error, gzip.BadGzipFile), gzip.open(path) as unpacked:
+        with suppress(EOFError, zlib.error, gzip.BadGzipFile), open_gzipped(path) as unpacked:
             return unpacked.read(_HEAD_BYTES)
     return head

@@ -22,6 +22,7 @@ from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
@@ -82,7 +83,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
 
 def _header(path: Path) -> tuple[Fields, int]:
     """Fields by their lower-case names, and where the header ends: after the line ElementDataFile."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
     fields: Fields = {}
     end = 0
@@ -159,7 +160,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
         check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, dtype))
         return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, dtype)))
     check_declared(file, voxel_bytes, start, size, size)
-    return VoxelFile(file, dtype, shape_zyx, start, file.open("rb", buffering=0))
+    return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
 
 
 def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes: int, *, plain: bool) -> int:

@@ -4,7 +4,6 @@ The header is parsed by nibabel, the voxels are read here. They are kept as stor
 nifti1.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h), "3D image orientation and location".
 """
 
-import gzip
 import logging
 from math import prod
 from pathlib import Path
@@ -20,6 +19,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
 from volprep_formats.readers.voxel_source import VoxelSource, find_stored_type, size_error
+from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
@@ -83,7 +83,7 @@ def _header(path: Path) -> Any:
     # nibabel mends what it can and logs it; what matters is checked here.
     logging.getLogger("nibabel.global").setLevel(logging.CRITICAL)
     try:
-        with gzip.open(path) if is_gzip(path) else path.open("rb") as file:
+        with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
             head = file.read(max(sizes.values()))
         kind: Any = nibabel.Nifti2Header if b"n+2\0" in head[:8] else nibabel.Nifti1Header
         header = kind(head[: sizes[kind]], check=False)

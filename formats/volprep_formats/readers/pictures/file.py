@@ -20,6 +20,7 @@ from volprep_formats.isolation import Request
 from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.regular_files import open_regular
 from volprep_formats.source import StoredType
 
 MAX_PIXELS = 2**28
@@ -196,7 +197,7 @@ def _list_pages(path: Path) -> list[Page]:
 
 
 def _check_ends(path: Path) -> None:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         kind = kind_of(file.read(8))
         file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
         tail = file.read()
@@ -213,7 +214,7 @@ def opened(path: Path) -> Any:
     OpenImageIO.attribute("threads", 1)
     as_stored = OpenImageIO.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         kind = kind_of(file.read(8))
     picture = OpenImageIO.ImageInput.open(str(path), as_stored)
     if picture is None or picture.format_name() != kind:

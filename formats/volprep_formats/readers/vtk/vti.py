@@ -26,6 +26,7 @@ from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
 from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, parse_image
+from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceInfo, SourceSpec
 
 UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x, y, z as left, back and up"
@@ -138,7 +139,7 @@ def _voxels(path: Path, document: Document, array: Array, shape_zyx: tuple[int, 
     if part.is_base64:
         total = width + voxel_bytes
         return VoxelFile(path, dtype, shape_zyx, width, ForwardStream(lambda: part.pieces(0, total)))
-    return VoxelFile(path, dtype, shape_zyx, part.start + width, path.open("rb", buffering=0))
+    return VoxelFile(path, dtype, shape_zyx, part.start + width, open_unbuffered(path))
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ class _Part:
 
     def pieces(self, skip: int, count: int) -> Iterator[bytes]:
         """`count` bytes of one run of base64, or raw, that begins `skip` bytes of the file after the start."""
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             file.seek(self.start + skip)
             left = -(-count // 3) * 4 if self.is_base64 else count
             while left and (piece := file.read(min(left, _CHUNK_BYTES))):
@@ -196,7 +197,7 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
     if form != "appended" or offset is None or encoding not in {"raw", "base64"}:
         problem = f"format {form[:40]!r} and appended data of encoding {encoding[:40]!r}"
         raise VolprepError("VP1142", path=path, what=problem)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(tag_bytes)
         mark = re.match(rb"<[^>]*>\s*_", file.read(_CHUNK_BYTES))
     if mark is None:
@@ -206,7 +207,7 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
 
 def _content(path: Path, array: Array) -> tuple[int, int]:
     """Where the text of an inline array begins, without blanks, and where it ends."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(array.tag_bytes)
         mark = re.match(rb"<[^>]*>\s*", file.read(_CHUNK_BYTES))
     start = array.tag_bytes + (mark.end() if mark else 0)
