@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from volprep_formats.grid import Count, Grid, Length
+from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
 from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
@@ -46,7 +46,7 @@ class RawLayout(Record):
     """Distance between voxel centres, in millimetres."""
     byte_order: Literal["little", "big"] = "little"
     """Byte order of a voxel in the file."""
-    header_bytes: Annotated[int, Field(ge=0)] = 0
+    header_bytes: Annotated[int, Field(ge=0, le=2**53)] = 0
     """Number of bytes before the first voxel."""
 
 
@@ -93,7 +93,7 @@ class SourceSpec(Record):
     """DICOM, NIfTI, OME: which volume to read, from 1, where there are several: time points, echoes, components."""
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
-    level: Annotated[int, Field(ge=0)] | None = None
+    level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
     """OME-Zarr, packages: which resolution to read; the finest that is there if it is not given."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from volprep.scene.points import PhysicalValue
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import LevelFilter, Projection, Tolerance
@@ -25,7 +26,7 @@ class QuantizeSettings(Record):
 
     bits: Literal["auto", 8, 16] = "auto"
     """Bits of a stored value; "auto" takes 8 unless that breaks the scene's tolerance."""
-    window: Literal["auto"] | tuple[float, float] = "auto"
+    window: Literal["auto"] | tuple[PhysicalValue, PhysicalValue] = "auto"
     """Physical values of the smallest and largest code; "auto" takes the values that the transfers tell apart."""
 
 
@@ -96,7 +97,7 @@ class RenderWishes(Record):
     shader, without a texture; "preclassified" no sample, because the voxels of the package are colours."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
-    step_voxels: Annotated[float, Field(gt=0.0)] | None = None
+    step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
     absent 0.5, or 1 between the ends of pre-integrated segments."""
     opacity_cutoff: Fraction = 0.998
@@ -208,7 +209,7 @@ class Scene(Record):
     """Class of devices: a built-in profile, or the path of a TOML file beside the scene."""
     source: SourceSpec
     """Where the scan is."""
-    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1)]
+    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1, max_length=64)]
     """Transfer functions; the first is the default."""
     crop: Literal["auto", "none"] = "auto"
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
