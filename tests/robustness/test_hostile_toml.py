@@ -30,7 +30,7 @@ SCENES = {
     "step": f"{SCENE}points = [{POINT}]\n[render]\nstep_voxels = 1e-300\n",
     "value of many digits": f"{SCENE}points = [{POINT.replace('value=0', 'value=' + '1' * 4000)}]\n",
     "header of many digits": f"{SOURCE}raw = {{shape_zyx=[1,1,1], dtype='uint8', header_bytes={'1' * 4000}}}\n"
-    + f"[[transfer]]\nname = 't'\npoints = [{POINT}]\n",
+    f"[[transfer]]\nname = 't'\npoints = [{POINT}]\n",
     "level in hexadecimal": f"{SOURCE}level = 0x{'f' * 100_000}\n[[transfer]]\nname = 't'\npoints = [{POINT}]\n",
     "points": f"{SCENE}points = [{','.join([POINT.replace(' ', '')] * 15_000)}]\n",
     "transfer functions": SOURCE + "".join(f"[[transfer]]\nname = 't{n}'\npoints = [{POINT}]\n" for n in range(9000)),
