@@ -18,12 +18,15 @@ _FLOAT32_EXACT = 2**24
 
 
 class VoxelSource:
-    """One volume, read slab by slab. `ends_with_voxels` forbids that anything follows them in a packed stream."""
+    """One volume, read slab by slab.
 
-    def __init__(self, info: SourceInfo, voxels: VoxelFile, *, ends_with_voxels: bool = True) -> None:
+    `most_bytes_after` is how much may follow it in a packed stream; if None, anything.
+    """
+
+    def __init__(self, info: SourceInfo, voxels: VoxelFile, *, most_bytes_after: int | None = 0) -> None:
         self._info = info
         self._voxels = voxels
-        self._ends_with_voxels = ends_with_voxels
+        self._most_bytes_after = most_bytes_after
 
     @property
     def info(self) -> SourceInfo:
@@ -38,9 +41,10 @@ class VoxelSource:
         slab = read_voxels(self._voxels, z0, z1)
         if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed:
             # A packed stream says only at its end whether its checksum is right.
-            at_end = self._voxels.at_end()
-            if self._ends_with_voxels and not at_end:
-                raise size_error(self._voxels, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
+            if not self._voxels.at_end() and self._most_bytes_after is not None:
+                actual = self._voxels.unpacked_bytes(2 * self._voxels.end_bytes)
+                if actual > self._voxels.end_bytes + self._most_bytes_after:
+                    raise size_error(self._voxels, actual)
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 
