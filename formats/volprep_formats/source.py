@@ -95,6 +95,10 @@ class SourceSpec(Record):
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
     """OME-Zarr, packages: which resolution to read; the finest that is there if it is not given."""
+    missing: Literal["fill"] | None = None
+    """OME-Zarr only: what chunks are that are not there. Writers leave out those that hold nothing but the fill value,
+    but a copy that broke off lacks them, too: where more than a quarter is missing the store is refused. "fill" takes
+    all of them for the fill value."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""

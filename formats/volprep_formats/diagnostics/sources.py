@@ -387,6 +387,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for "
         "a profile with shaders, with classified samples in place of voxels.",
     ),
+    "VP1260": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {missing} of the {files} chunks of the volume are missing, more than {limit}",
+        'Copy the store again, whole. If the chunks were left out because they are empty, write missing = "fill" in '
+        "[source].",
+    ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",

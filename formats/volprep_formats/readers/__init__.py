@@ -155,6 +155,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("volume", spec.volume, {"dicom", "nifti", *_OME}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
+        ("missing", spec.missing, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
         ("grid", spec.grid, {"vdb"}),

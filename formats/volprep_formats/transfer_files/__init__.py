@@ -36,3 +36,5 @@ def read_transfer_file(path: Path) -> list[FilePoint]:
         return reader(data.decode("utf-8"))
     except ValueError as error:  # UnicodeDecodeError is one
         raise VolprepError("VP3042", path=path, problem=error) from error
+    except RecursionError as error:
+        raise VolprepError("VP3042", path=path, problem="it nests too deeply") from error
