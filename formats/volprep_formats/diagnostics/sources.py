@@ -249,7 +249,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1166": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: pictures with {what} cannot be read",
-        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice.",
+        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice, with 0 as black.",
     ),
     "VP1167": Diagnostic(
         ExitStatus.SOURCE,

@@ -39,12 +39,12 @@ class VoxelSource:
         Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
         """
         slab = read_voxels(self._voxels, z0, z1)
-        if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed:
-            # A packed stream says only at its end whether its checksum is right.
-            if not self._voxels.at_end() and self._most_bytes_after is not None:
-                actual = self._voxels.unpacked_bytes(2 * self._voxels.end_bytes)
-                if actual > self._voxels.end_bytes + self._most_bytes_after:
-                    raise size_error(self._voxels, actual)
+        is_last = z1 == self._voxels.shape_zyx[0]
+        # A packed stream says only at its end whether its checksum is right.
+        if is_last and self._voxels.is_packed and not self._voxels.at_end() and self._most_bytes_after is not None:
+            actual = self._voxels.unpacked_bytes(2 * self._voxels.end_bytes)
+            if actual > self._voxels.end_bytes + self._most_bytes_after:
+                raise size_error(self._voxels, actual)
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 

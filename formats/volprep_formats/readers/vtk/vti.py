@@ -22,6 +22,7 @@ from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
@@ -73,7 +74,11 @@ def _grid(path: Path, document: Document) -> Grid:
     if not (spacing > 0).all():
         raise VolprepError("VP2021", path=path, which="attribute Spacing")
     with np.errstate(over="ignore", invalid="ignore"):
-        columns = _floats(path, image, "Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3) * spacing
+        direction = _floats(path, image, "Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3)
+        # VTK would take longer vectors for wider spacing, others would not.
+        if not (np.abs(np.linalg.norm(direction, axis=0) - 1.0) <= ORIENTATION_TOLERANCE).all():
+            raise VolprepError("VP2021", path=path, which="attribute Direction")
+        columns = direction * spacing
         # Origin is the place of index 0, also where the extent begins elsewhere.
         origin = _floats(path, image, "Origin", "0 0 0", 3) + columns @ first
     return grid_from_affine(path, "Origin, Spacing or Direction", (nz, ny, nx), columns, origin)
