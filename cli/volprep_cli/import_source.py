@@ -7,6 +7,7 @@ import typer
 
 from volprep_cli.build import Profile, Source
 from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
+from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import Listing
@@ -106,7 +107,7 @@ def import_source(
         request = request.with_source(**choices)
     with progress() as watcher:
         draft = import_draft(request, output, watcher).draft
-    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
+    origin = Origin(scene_path=path_text(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
     write_origin(output, origin)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics

@@ -1,5 +1,6 @@
 """What every reader gives: one volume at full precision, readable slab by slab."""
 
+from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
+from volprep_formats.path_text import path_of_text
 from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
@@ -77,7 +79,8 @@ class SourceSpec(Record):
     """Where a scan is and how to read it: the table [source] of a scene."""
 
     path: str = ""
-    """File or folder. A relative path starts at the folder of the scene file."""
+    """File or folder. A relative path starts at the folder of the scene file. A path of bytes that are no UTF-8 is a
+    file URI, file:///scans/%FF.nii."""
     channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
     """Several channels of one volume: "all" that a file has, under their own names if it gives any (OME, packages, the
     volumes of a NIfTI file), or a list of registered files; then each has its own path and settings. Without it the
@@ -113,6 +116,10 @@ class SourceSpec(Record):
     """Stack of pictures only: spacing, and whether numbers may be missing."""
     mosaic: MosaicLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
+
+    def place(self, base: Path) -> Path:
+        """Return the path of the file or folder; a relative one starts at `base`."""
+        return base / path_of_text(self.path)
 
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:

@@ -34,6 +34,7 @@ from volprep_formats.package.manifest_json import decode_manifest, encode_manife
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
 from volprep_formats.package.storage.single_file import write_single_file
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
@@ -61,7 +62,7 @@ class Subject:
 
 def read_volume(path: Path, raw: RawLayout | None = None, **told: object) -> None:
     """Read a volume in two slabs and hold it against its description."""
-    with open_source(SourceSpec(path=str(path), raw=raw, **told), Path(), Silent()) as source:
+    with open_source(SourceSpec(path=path_text(path), raw=raw, **told), Path(), Silent()) as source:
         info = source.info
         shape = info.grid.shape_zyx
         assert min(shape) > 0

@@ -21,6 +21,7 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import output_errors
 from volprep_formats.package.storage.publish import check_target, publish
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo
 
@@ -55,7 +56,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         # Before the package, so that a package never stands without it.
         levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
         forms = tuple(form for each in plan.every for form in each.forms)
-        scene_path = None if request.scene_path is None else str(request.scene_path)
+        scene_path = None if request.scene_path is None else path_text(request.scene_path)
         origin = Origin(scene_path=scene_path, scene=scene, levels=levels, forms=forms)
         write_origin(target, origin)
         publish(partial, target)

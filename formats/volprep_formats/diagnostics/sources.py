@@ -150,6 +150,16 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the header says {columns}×{rows} pixels of 1 value, but the compressed data say {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
+    "VP1070": Diagnostic(
+        ExitStatus.USAGE,
+        "the current folder does not exist any more, so no relative path can be found",
+        "Change into a folder that exists.",
+    ),
+    "VP1071": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its decoder opens only files whose path is UTF-8",
+        "Rename the file, or the folder that the message shows with \\x in its name.",
+    ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: exists already and is not an empty folder",

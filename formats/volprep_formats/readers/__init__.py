@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.ome.zarr_kind import is_zarr
@@ -114,14 +115,14 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
 
 def format_of(path: Path) -> SourceFormat:
     """Name the format of a file or folder. Raises VP1001 to VP1003."""
-    _, reader = _found(SourceSpec(path=str(path)), Path())
+    _, reader = _found(SourceSpec(path=path_text(path)), Path())
     return reader.name
 
 
 def channels_of(path: Path) -> list[str]:
     """Names of the channels of a file or folder, "" where they have none. Raises what `list_channels` raises."""
     several = format_of(path) in _CHANNEL_KEYS
-    return list_channels(SourceSpec(path=str(path)), Path())[1] if several else [""]
+    return list_channels(SourceSpec(path=path_text(path)), Path())[1] if several else [""]
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
@@ -137,7 +138,7 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
-    path = base / spec.path
+    path = spec.place(base)
     try:
         check_regular_or_folder(path)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request
+from volprep_formats.path_text import unicode_path
 from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
@@ -218,7 +219,7 @@ def opened(path: Path) -> Any:
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
     with open_regular(path) as file:
         kind = kind_of(file.read(8))
-    picture = OpenImageIO.ImageInput.open(str(path), as_stored)
+    picture = OpenImageIO.ImageInput.open(unicode_path(path), as_stored)
     if picture is None or picture.format_name() != kind:
         raise unsound(path, OpenImageIO.geterror())
     return picture
