@@ -7,6 +7,7 @@ import shutil
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -245,6 +246,28 @@ def _zip_of_parts(data: bytes) -> bytes:
     return stream.getvalue()
 
 
+@cache
+def _zarr_files() -> dict[str, bytes]:
+    with TemporaryDirectory() as folder:
+        store = _zarr_store(Path(folder))
+        files = sorted(file for file in store.rglob("*") if file.is_file())
+        return {file.relative_to(store).as_posix(): file.read_bytes() for file in files}
+
+
+def _zarr_names(_folder: Path) -> bytes:
+    """Names of the files of a store, of which damage loses some: mostly chunks."""
+    return "\n".join(_zarr_files()).encode()
+
+
+def _zip_of_names(names: bytes) -> bytes:
+    """A store of those files whose names are still right."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as output:
+        for name in sorted(_zarr_files().keys() & {*names.decode("utf-8", "replace").split("\n")}):
+            output.writestr(zipfile.ZipInfo(name), _zarr_files()[name])
+    return stream.getvalue()
+
+
 def _read_first_zarr_channel(path: Path) -> None:
     read_volume(path, format="ome-zarr", channel=1)
 
@@ -285,6 +308,7 @@ SUBJECTS = (
     Subject("OME-TIFF deflated", ".ome.tif", _ome_tiff(packed=True), _read_first_channel),
     Subject("OME-Zarr", ".zarr.zip", _zarr_zip, _read_first_zarr_channel),
     Subject("OME-Zarr within zip", ".zarr.zip", _zarr_parts, _read_first_zarr_channel, _zip_of_parts),
+    Subject("OME-Zarr, chunks missing", ".zarr.zip", _zarr_names, _read_first_zarr_channel, _zip_of_names),
     Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
     Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),
