@@ -41,7 +41,7 @@ def open_unbuffered(path: Path) -> FileIO:
 
 def open_gzipped(path: Path) -> gzip.GzipFile:
     """Open a regular file that is gzipped, to read what is in it. Raises OSError."""
-    file = open_regular(path)
+    file = open_unbuffered(path)
     unpacked = gzip.GzipFile(fileobj=file)
     unpacked.myfileobj = file  # closes it, too
     return unpacked

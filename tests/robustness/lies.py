@@ -159,7 +159,6 @@ LIES = (
     _tiff("bits and bytes of the strips", "VP1165 VP1166", BitsPerSample=(32,)),
     _tiff("bytes of the strips and size of the file", "VP1165 VP1003", StripOffsets=(10**6,)),
     _tiff("samples and bytes of the strips", "VP1164 VP1165 VP1166", SamplesPerPixel=(3,)),
-    _tiff("palette and its colours", "VP1165", PhotometricInterpretation=(3,)),
     _tiff("0 and black", "VP1166", PhotometricInterpretation=(0,)),
     _zarr("shape and chunks that are there", "VP1260", _without_chunks),
     _zarr("shape and chunks that are there", "VP1260", _in_array(r'"shape": ?\[\s*2,\s*3,', '"shape": [2, 30,')),

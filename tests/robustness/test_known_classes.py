@@ -1,8 +1,8 @@
 """Classes of holes that were found in readers of these formats in 2025 and 2026, a file of each: refused with a code.
 
 Sizes that multiply beyond 32 or 64 bits and wrap, sizes that a buffer is made of before the data are looked at, counts
-of rows or samples that the strips do not have, chains of directories that lead back or nowhere, tables shorter than
-what indexes them, names of files that lead out, and data that unpack to more than was declared.
+of rows or samples that the strips do not have, chains of directories that lead back or nowhere, names of files that
+lead out, and data that unpack to more than was declared.
 """
 
 import gzip
@@ -41,11 +41,6 @@ def _tiff_of_entries(count: int) -> bytes:
     (first,) = struct.unpack_from("<I", data, 4)
     struct.pack_into("<H", data, first, count)
     return bytes(data)
-
-
-def _palette_without_colours() -> bytes:
-    """Indexed colours, and no table of colours."""
-    return tiff(PhotometricInterpretation=(3,))
 
 
 def _metaimage(*lines: str) -> bytes:
@@ -87,7 +82,6 @@ CASES: dict[str, tuple[str, Callable[[], bytes]]] = {
     "TIFF, a strip of 4 GB": (".tif", lambda: tiff(StripByteCounts=(2**32 - 1,), ImageLength=(2**31,))),
     "TIFF, a chain that leads back": (".tif", _tiff_that_leads_back),
     "TIFF, a directory beyond the end": (".tif", lambda: _tiff_of_entries(65535)),
-    "TIFF, a palette without colours": (".tif", _palette_without_colours),
     "TIFF, a compression that nobody knows": (".tif", lambda: tiff(Compression=(65000,))),
     "NIfTI, more axes than the field has": (".nii", lambda: _nifti(40, "<h", 30000)),
     "NIfTI, sizes that wrap": (".nii", lambda: _nifti(40, "<8h", 7, *[32767] * 7)),

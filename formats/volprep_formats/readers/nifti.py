@@ -99,8 +99,8 @@ def _header(path: Path) -> Any:
         raise VolprepError("VP1020", path=path, error="its header is not that of a single .nii file")
     least = sizes[kind] + _EXTENDER_BYTES
     if offset < least or not offset.is_integer():
-        error = f"its voxels begin at byte {offset:g}, but the header of a .nii file ends at byte {least}"
-        raise VolprepError("VP1020", path=path, error=error)
+        problem = f"its voxels begin at byte {offset:g}, but the header of a .nii file ends at byte {least}"
+        raise VolprepError("VP1020", path=path, error=problem)
     return header
 
 

@@ -32,7 +32,7 @@ MAX_RATIO = 2**16
 # What stands at the end of a whole file; libjpeg, for one, paints what is missing grey without a word.
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 _TAIL_BYTES = 4096
-_WHITE_IS_ZERO, _BLACK_IS_ZERO, _PALETTE = 0, 1, 3
+_WHITE_IS_ZERO, _BLACK_IS_ZERO = 0, 1
 """PhotometricInterpretation of TIFF."""
 _TYPES: dict[str, StoredType] = {
     "uint8": "uint8",
@@ -225,22 +225,18 @@ def opened(path: Path) -> Any:
     return picture
 
 
-def check_meaning(path: Path, spec: Any) -> None:
-    """Refuse a TIFF page whose numbers do not mean brightness.
+def check_black_is_zero(path: Path, spec: Any) -> None:
+    """Raise VP1166 for a TIFF page whose values grow from white to black (MinIsWhite).
 
-    Raise VP1166 where they grow from white to black (MinIsWhite): OpenImageIO turns such values around if they have 8
-    bits, and gives them as they are if they have more; other programs do neither or both. Raise VP1165 where they are
-    numbers of colours, and there are no colours.
+    OpenImageIO turns such values around if they have 8 bits, and gives them as they are if they have more; other
+    programs do neither or both.
     """
-    meaning = spec.get_int_attribute("tiff:PhotometricInterpretation", _BLACK_IS_ZERO)
-    if meaning == _WHITE_IS_ZERO:
+    if spec.get_int_attribute("tiff:PhotometricInterpretation", _BLACK_IS_ZERO) == _WHITE_IS_ZERO:
         raise VolprepError("VP1166", path=path, what="values that grow from white to black (TIFF's MinIsWhite)")
-    if meaning == _PALETTE and spec.nchannels < 3:  # otherwise OpenImageIO has put the colours in place of numbers
-        raise unsound(path, "its values are numbers of colours in a palette, and there is no palette")
 
 
 def _page(path: Path, spec: Any) -> Page:
-    check_meaning(path, spec)
+    check_black_is_zero(path, spec)
     kind = str(spec.format)
     if spec.deep or spec.depth > 1 or kind not in _TYPES or spec.channelformats:
         what = "deep pixels" if spec.deep else f"{spec.depth} layers" if spec.depth > 1 else f"pixels of type {kind}"
