@@ -21,9 +21,9 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
 # MET_LONG is left out: it has 4 bytes in some versions of MetaIO and 8 in others.
@@ -69,16 +69,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid, remarks = _grid(path, fields, shape_zyx)
     slope, intercept = _intensity(path, fields)
     voxels = _voxels(path, fields, end_bytes, shape_zyx)
-    stored_type, type_remarks = find_stored_type(voxels, progress)
-    info = SourceInfo(
-        format="metaimage",
-        grid=grid,
-        stored_type=stored_type,
-        slope=slope,
-        intercept=intercept,
-        remarks=(*remarks, *type_remarks),
-    )
-    return VoxelSource(info, voxels)
+    return source_of(Told("metaimage", grid, remarks, slope, intercept), voxels, progress)
 
 
 def _header(path: Path) -> tuple[Fields, int]:

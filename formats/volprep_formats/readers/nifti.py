@@ -18,9 +18,9 @@ from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
-from volprep_formats.readers.voxel_source import VoxelSource, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import SourceSpec
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 _UNKNOWN_UNIT = 0
@@ -57,18 +57,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     start = int(header["vox_offset"])
     voxels = VoxelFile(path, dtype, shape_zyx, start + volume * volume_bytes)
     end_remarks = _check_end(voxels, start, volumes * volume_bytes)
-    stored_type, type_remarks = find_stored_type(voxels, progress)
-    info = SourceInfo(
-        format="nifti",
-        grid=grid,
-        stored_type=stored_type,
-        slope=slope,
-        intercept=intercept,
-        remarks=(*bits_remarks, *end_remarks, *remarks, *type_remarks),
-    )
+    told = Told("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
     # What follows the last volume is counted; what follows another one need not be unpacked.
     is_last = volume == volumes - 1
-    return VoxelSource(info, voxels, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
+    return source_of(told, voxels, progress, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:

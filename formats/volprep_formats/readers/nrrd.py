@@ -29,9 +29,9 @@ from volprep_formats.readers.unpacking import (
     unzipped,
 )
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
 _MOST_AXES = 16
@@ -93,11 +93,9 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
     grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
     voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
-    stored_type, type_remarks = find_stored_type(voxels, progress)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
-    info = SourceInfo(format="nrrd", grid=grid, stored_type=stored_type, remarks=(*remarks, *type_remarks))
-    return VoxelSource(info, voxels)
+    return source_of(Told("nrrd", grid, remarks), voxels, progress)
 
 
 def _header(path: Path) -> tuple[Fields, int]:

@@ -1,6 +1,7 @@
 """A source over voxels that lie one after the other, whatever header describes them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.source import SourceInfo, StoredType
@@ -55,6 +57,34 @@ class VoxelSource:
     def __exit__(self, *exception: object) -> None:
         """Close the file."""
         self._voxels.close()
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a header says of its volume, whatever its format."""
+
+    format: str
+    grid: Grid
+    remarks: Sequence[str]
+    slope: float = 1.0
+    intercept: float = 0.0
+
+
+def source_of(told: Told, voxels: VoxelFile, progress: Progress, *, most_bytes_after: int | None = 0) -> VoxelSource:
+    """Return the source of `voxels`; the type that holds them, and what is lost in it, is found here.
+
+    Raises what `find_stored_type` raises.
+    """
+    stored_type, lost = find_stored_type(voxels, progress)
+    info = SourceInfo(
+        format=told.format,
+        grid=told.grid,
+        stored_type=stored_type,
+        slope=told.slope,
+        intercept=told.intercept,
+        remarks=(*told.remarks, *lost),
+    )
+    return VoxelSource(info, voxels, most_bytes_after=most_bytes_after)
 
 
 def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, most: int) -> None:

@@ -6,11 +6,10 @@ value, as the format says; but it may as well have been lost, so missing ones ar
 
 import json
 import math
-from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request, Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
 from volprep_formats.readers.ome.ngff import Level, Picture, picture_of, series_of
 from volprep_formats.readers.ome.zarr_array import (
@@ -124,31 +124,17 @@ class _Slabs:
         self._workers.run([part_request(self._volume.part((z0 + a, z0 + b), y, x)) for (a, b), y, x in boxes], place)
 
 
-class OmeZarrSource:
+class OmeZarrSource(DecodedSource):
     """Chunks of an array, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, slabs: _Slabs, leave: ExitStack) -> None:
-        self._info = info
+    def __init__(self, info: SourceInfo, slabs: _Slabs) -> None:
+        super().__init__(info)
         self._slabs = slabs
-        self._leave = leave
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1220 (damaged), VP1226 and VP1270 to VP1273."""
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them."""
-        self._leave.close()
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSource:
@@ -157,8 +143,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
     Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
     (leads out of the store), VP1227 (no distance), VP1260 (chunks missing) or VP1270 to VP1273.
     """
-    with ExitStack() as opened:
-        pool = opened.enter_context(workers())
+    with workers() as pool:
         store = StoreKey.of(path)
         prefix, picture = _image(path, store, pool, spec.series)
         level = _level(path, picture, spec.level)
@@ -178,7 +163,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         depth = volume.shape_zyx[0]
         stored_type, lost = stored_type_of(facts.dtype, depth, lambda z: slabs.read(z, z + 1), progress)
         info = SourceInfo(format="ome-zarr", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
-        return OmeZarrSource(info, slabs, opened.pop_all())
+        return OmeZarrSource(info, slabs)
 
 
 def channel_names(spec: SourceSpec, path: Path) -> list[str]:

@@ -25,10 +25,10 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
 from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, parse_image
 from volprep_formats.regular_files import open_regular, open_unbuffered
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import SourceSpec
 
 UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x, y, z as left, back and up"
 
@@ -52,10 +52,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid = _grid(path, document)
     array = _scalars(path, document)
     voxels = _voxels(path, document, array, grid.shape_zyx)
-    stored_type, remarks = find_stored_type(voxels, progress)
-    return VoxelSource(
-        SourceInfo(format="vti", grid=grid, stored_type=stored_type, remarks=(UNPLACED, *remarks)), voxels
-    )
+    return source_of(Told("vti", grid, (UNPLACED,)), voxels, progress)
 
 
 def _grid(path: Path, document: Document) -> Grid:
