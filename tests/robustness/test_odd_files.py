@@ -67,6 +67,12 @@ def read_origin_beside(path: Path) -> None:
     read_origin(path.with_name(path.name.removesuffix(".origin.json")))
 
 
+def test_a_scene_whose_source_is_a_pipe_is_refused_at_once(tmp_path) -> None:
+    os.mkfifo(tmp_path / "phantom.raw")
+    with refused("VP1003"):
+        open_source(SourceSpec(path="phantom.raw", format="raw"), tmp_path, Silent())
+
+
 @ODD
 @pytest.mark.parametrize(
     ("name", "read", "code"),
