@@ -102,8 +102,9 @@ def print_remarks(manifest: "Manifest") -> None:
 
 
 def print_json(value: object) -> None:
-    """Print JSON to stdout, keys sorted."""
-    print(json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False))
+    r"""Print JSON to stdout, keys sorted. Bytes of file names that are no UTF-8 become escapes of JSON, \udcNN."""
+    text = json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False)
+    print(text.encode("utf-8", "backslashreplace").decode("utf-8"))
 
 
 def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:

@@ -7,6 +7,7 @@ import typer
 
 from volprep_cli.build import Profile, Source
 from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
+from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import Listing
@@ -108,7 +109,7 @@ def import_source(
     with progress() as watcher:
         imported = import_draft(prepare(request), output, watcher)
     draft = imported.draft
-    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=imported.scene)
+    origin = Origin(scene_path=path_text(request.scene_path) if request.scene_path else None, scene=imported.scene)
     write_origin(output, origin)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from volprep_cli.console import Json, bytes_text, print_json, print_table, voxels_text
+from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
     from volprep_formats.package.channel import Channel
@@ -74,7 +75,7 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
     height, width, _ = made.pixels.shape
     if as_json:
         layout = {"slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
-        print_json({"picture": str(path), "width": width, "height": height, "level": made.level, **layout})
+        print_json({"picture": path_text(path), "width": width, "height": height, "level": made.level, **layout})
         return
     every = "" if made.every == 1 else f", one of {made.every}"
     print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")

@@ -7,6 +7,8 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
+from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -107,6 +109,9 @@ def main() -> None:
     gc.disable()
     # A reader that has seen enough, as head has, ends us without a word.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    # Names of files may hold bytes that stdout cannot encode; a stream that is closed is None.
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
             command_line(sys.argv[1:])(prog_name="volprep")
@@ -126,6 +131,8 @@ def main() -> None:
             # Files have errors of their own.
             _drop_output()
             _fail(VolprepError("VP4020", path=error.filename or "standard output", error=error.strerror))
+        if isinstance(error, FileNotFoundError) and _folder_is_gone():
+            _fail(VolprepError("VP1070"))
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
         # Some messages have many lines, of which the first says what is wrong.
@@ -143,6 +150,15 @@ def _end_by_interrupt() -> None:
     print("volprep: interrupted", file=sys.stderr)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGINT)
+
+
+def _folder_is_gone() -> bool:
+    """Whether the current folder has been removed, so that no relative path leads anywhere."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _drop_output() -> None:

@@ -39,7 +39,7 @@ def stress(
         raise typer.BadParameter(msg)
     chosen = [each for each in CASES if not case or each.name in case]
     with progress() as watcher:
-        result = try_cases(chosen, load_profile(profile, Path.cwd()), report, watcher)
+        result = try_cases(chosen, load_profile(profile, Path()), report, watcher)
     if as_json:
         print_json(result.model_dump(mode="json"))
     else:

@@ -1,12 +1,14 @@
 """What every reader gives: one volume at full precision, readable slab by slab."""
 
+from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from volprep_formats.grid import Count, Grid, Length
+from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
+from volprep_formats.path_text import path_of_text
 from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
@@ -46,7 +48,7 @@ class RawLayout(Record):
     """Distance between voxel centres, in millimetres."""
     byte_order: Literal["little", "big"] = "little"
     """Byte order of a voxel in the file."""
-    header_bytes: Annotated[int, Field(ge=0)] = 0
+    header_bytes: Annotated[int, Field(ge=0, le=2**53)] = 0
     """Number of bytes before the first voxel."""
 
 
@@ -77,7 +79,8 @@ class SourceSpec(Record):
     """Where a scan is and how to read it: the table [source] of a scene."""
 
     path: str = ""
-    """File or folder. A relative path starts at the folder of the scene file."""
+    """File or folder. A relative path starts at the folder of the scene file. A path of bytes that are no UTF-8 is a
+    file URI, file:///scans/%FF.nii."""
     channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
     """Several channels of one volume: "all" that a file has, under their own names if it gives any (OME, packages, the
     volumes of a NIfTI file), or a list of registered files; then each has its own path and settings. Without it the
@@ -93,8 +96,12 @@ class SourceSpec(Record):
     """DICOM, NIfTI, OME: which volume to read, from 1, where there are several: time points, echoes, components."""
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
-    level: Annotated[int, Field(ge=0)] | None = None
+    level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
     """OME-Zarr, packages: which resolution to read; the finest that is there if it is not given."""
+    missing: Literal["fill"] | None = None
+    """OME-Zarr only: what chunks are that are not there. Writers leave out those that hold nothing but the fill value,
+    but a copy that broke off lacks them, too: where more than a quarter is missing the store is refused. "fill" takes
+    all of them for the fill value."""
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
     distances; "tilt": a tilted gantry. Without it such a series is refused."""
@@ -109,6 +116,10 @@ class SourceSpec(Record):
     """Stack of pictures only: spacing, and whether numbers may be missing."""
     mosaic: MosaicLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
+
+    def place(self, base: Path) -> Path:
+        """Return the path of the file or folder; a relative one starts at `base`."""
+        return base / path_of_text(self.path)
 
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:

@@ -337,9 +337,9 @@ def test_a_reader_that_closes_early_ends_the_command_without_a_word(place) -> No
 
 def test_ctrl_c_ends_a_build_without_a_traceback(tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
-    # A source that keeps the reader waiting: a pipe that nobody writes to.
-    (tmp_path / "phantom.raw").unlink()
-    os.mkfifo(tmp_path / "phantom.raw")
+    # A source that takes seconds to import: 2 GB of zeros, which take no room.
+    scene.write_text(scene.read_text().replace("[21, 34, 45]", "[1024, 1024, 1024]"))
+    os.truncate(tmp_path / "phantom.raw", 2**31)
     process = subprocess.Popen([*COMMAND, "build", scene, "-o", tmp_path / "x.volpkg"], stderr=subprocess.PIPE)
     deadline = time.monotonic() + 30
     while not (tmp_path / ".x.volpkg.partial").exists() and time.monotonic() < deadline:

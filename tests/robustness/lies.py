@@ -1,171 +1,175 @@
-"""Files of which two fields that must agree do not, or whose data end early although nothing says so.
+"""Sound files in which one of two fields that must agree has been changed. docs/AGREEMENT.md says what each ends in."""
 
-Each is made by chance that can be repeated, with the picture that it was made from. It must be refused with a code, or
-be read as that picture: anything else is a wrong volume without a word. A new kind of lie adds a line to `LIES`.
-"""
-
-from collections import Counter
+import io
+import re
+import struct
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import imagecodecs
 import numpy as np
-from dicom_files import compressed, encoded, image, save
-from numpy.typing import NDArray
-from pydicom.uid import (
-    ExplicitVRBigEndian,
-    ExplicitVRLittleEndian,
-    HTJ2KLossless,
-    ImplicitVRLittleEndian,
-    JPEG2000Lossless,
-    JPEGBaseline8Bit,
-    JPEGExtended12Bit,
-    JPEGLossless,
-    JPEGLosslessSV1,
-    JPEGLSLossless,
-    RLELossless,
-)
+import tifffile
 
-from volprep_formats.progress import Silent
-from volprep_formats.readers import open_source
-from volprep_formats.source import SourceSpec
+from volprep_formats.source import RawLayout
 
-from .mutations import outcome
+from .subjects import SUBJECTS, read_volume, sound_file
 
-Chance = np.random.Generator
-_END = b"\xff\xd9"
-_NATIVE = (ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian)
-_LOSSLESS = (RLELossless, JPEGLossless, JPEGLosslessSV1, JPEGLSLossless, JPEG2000Lossless, HTJ2KLossless)
-_LOSSY = (JPEGBaseline8Bit, JPEGExtended12Bit)
+Edit = Callable[[bytes], bytes]
+_BY_NAME = {subject.name: subject for subject in SUBJECTS}
 
 
 @dataclass(frozen=True)
 class Lie:
-    """A kind of file that contradicts itself."""
+    """A pair of fields, and a file in which they do not agree."""
 
+    format: str
+    """As docs/AGREEMENT.md names it."""
+    pair: str
+    """What must agree, in its words."""
+    codes: frozenset[str]
+    """What the file may end in."""
     name: str
-    make: Callable[[Path, Chance], NDArray[np.generic]]
-    """Writes one to a path, and gives the picture [y, x] that it was made from."""
+    """Of the file."""
+    make: Callable[[], bytes]
+    read: Callable[[Path], None] = read_volume
 
 
-def lie_outcome(lie: Lie, file: Path, seed: int, case: int) -> str:
-    """Read case number `case` of a lie: "read" as the truth, or the code that refuses it. Anything else fails."""
-    truth = lie.make(file, np.random.default_rng((seed, case)))
-    return outcome(file, lambda path: _read_as(path, truth), f"{lie.name} case {case} of seed {seed}")
+def _of(subject: str, pair: str, code: str, edit: Edit, kind: str | None = None) -> Lie:
+    known = _BY_NAME[subject]
+    make = lambda: known.pack(edit(sound_file(known)))  # noqa: E731 - reads as the sentence that it is
+    return Lie(kind or subject, pair, frozenset(code.split()), f"lie{known.suffix}", make, known.read)
 
 
-def lie_outcomes(lie: Lie, folder: Path, *, count: int, seed: int) -> Counter[str]:
-    """How often each outcome happened among `count` cases."""
-    return Counter(lie_outcome(lie, folder / "lie", seed, case) for case in range(count))
+def _put(offset: int, form: str, *values: float) -> Edit:
+    def edit(whole: bytes) -> bytes:
+        data = struct.pack(form, *values)
+        return whole[:offset] + data + whole[offset + len(data) :]
+
+    return edit
 
 
-def _read_as(path: Path, truth: NDArray[np.generic]) -> None:
-    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
-        found = source.read_slab(0, source.info.grid.shape_zyx[0])
-    assert found.shape == (1, *truth.shape), "read in another shape"
-    assert np.array_equal(found[0], truth), "read as other values"
+def _text(old: str, new: str) -> Edit:
+    def edit(whole: bytes) -> bytes:
+        changed, count = re.subn(old.encode(), new.encode(), whole, count=1)
+        assert count, f"no {old} in the sound file"
+        return changed
+
+    return edit
 
 
-def coded(pixels: NDArray[np.generic], syntax: str, bits: int) -> bytes:
-    """One picture in any compressed transfer syntax that is read."""
-    if syntax in _LOSSY:
-        return bytes(imagecodecs.jpeg8_encode(pixels, level=95))
-    if syntax == HTJ2KLossless:
-        return bytes(imagecodecs.htj2k_encode(pixels, reversible=True))
-    return encoded(pixels, syntax, bits)
+def _shorter(whole: bytes) -> bytes:
+    return whole[:-8]
 
 
-def picture(syntax: str, chance: Chance) -> tuple[NDArray[np.generic], int]:
-    """Return a noisy picture that the transfer syntax can hold, with values up to the last of its bits."""
-    bits = {JPEGBaseline8Bit: 8, JPEGExtended12Bit: 12}.get(syntax) or int(chance.choice([8, 10, 12, 16]))
-    shape = tuple(int(n) for n in chance.integers(9, 40, 2))
-    pixels = chance.integers(0, 2**bits, shape).astype(np.uint8 if bits == 8 else np.uint16)
-    pixels[0, 0], pixels[-1, -1] = 2**bits - 1, 2**bits - 2
-    return pixels, bits
+def _longer(whole: bytes) -> bytes:
+    return whole + bytes(1000)
 
 
-def cut(frame: bytes, share: float) -> bytes:
-    """Keep a share of the coded values of a picture, and its end marker."""
-    begin = next((frame.index(m) + 2 for m in (b"\xff\xda", b"\xff\x93") if m in frame), 64)
-    kept = frame[: begin + max(1, round((len(frame) - begin) * share))]
-    return kept + _END if frame[:1] == b"\xff" else kept
+def _png(width: int, height: int) -> Edit:
+    """Another size in the header, with its checksum."""
+
+    def edit(whole: bytes) -> bytes:
+        chunk = b"IHDR" + struct.pack(">II", width, height) + whole[24:29]
+        return whole[:12] + chunk + struct.pack(">I", zlib.crc32(chunk)) + whole[33:]
+
+    return edit
 
 
-def _cut_dicom(syntax: str) -> Callable[[Path, Chance], NDArray[np.generic]]:
-    def make(file: Path, chance: Chance) -> NDArray[np.generic]:
-        pixels, bits = picture(syntax, chance)
-        whole = coded(pixels, syntax, bits)
-        told = {"BitsStored": bits, "HighBit": bits - 1, "SliceThickness": "1"}
-        share = float(chance.choice([0.02, 0.1, 0.5, 0.9, chance.random()]))
-        save(compressed(image(pixels, **told), syntax, cut(whole, min(share, 0.98))), file, syntax)
-        return _known(pixels, syntax, whole)
-
-    return make
-
-
-def _false_dicom(syntax: str) -> Callable[[Path, Chance], NDArray[np.generic]]:
-    """One attribute of the header says another thing than the pixel data, which were made from sound ones."""
-
-    def make(file: Path, chance: Chance) -> NDArray[np.generic]:
-        pixels, bits = picture(syntax, chance)
-        told = {"BitsStored": bits, "HighBit": bits - 1, "SliceThickness": "1"}
-        data = image(pixels, **told)
-        truth: NDArray[np.generic] = pixels
-        if syntax not in _NATIVE:
-            whole = coded(pixels, syntax, bits)
-            truth = _known(pixels, syntax, whole)
-            data = compressed(data, syntax, whole)
-        lies = [_false_rows, _false_columns, _false_width, _false_frames, _false_samples]
-        if syntax not in {*_NATIVE, RLELossless}:  # whose values say nothing of their bits
-            lies += [_false_bits, _false_bits]
-        if syntax in {JPEG2000Lossless, HTJ2KLossless, *_LOSSY}:
-            lies += [_false_sign]
-        lies[int(chance.integers(len(lies)))](data, chance)
-        save(data, file, syntax)
-        return truth
-
-    return make
+def tiff(**tags: tuple[int, ...]) -> bytes:
+    """Write a page of 8 × 6 16-bit pixels, some of its tags replaced."""
+    stream = io.BytesIO()
+    tifffile.imwrite(stream, np.arange(48, dtype=np.uint16).reshape(6, 8), photometric="minisblack")
+    data = bytearray(stream.getvalue())
+    with tifffile.TiffFile(io.BytesIO(data)) as file:
+        for name, values in tags.items():
+            tag = file.pages.first.tags[name]
+            form = {3: "H", 4: "I"}[int(tag.dtype)]
+            struct.pack_into(f"<{len(values)}{form}", data, tag.valueoffset, *values)
+    return bytes(data)
 
 
-def _false_rows(data, chance: Chance) -> None:
-    data.Rows = int(chance.choice([data.Rows // 2, data.Rows - 1, data.Rows + 1, 2 * data.Rows]))
+def _tiff(pair: str, code: str, **tags: tuple[int, ...]) -> Lie:
+    return Lie("TIFF", pair, frozenset(code.split()), "lie.tif", lambda: tiff(**tags))
 
 
-def _false_columns(data, chance: Chance) -> None:
-    data.Columns = int(chance.choice([data.Columns // 2, data.Columns - 1, data.Columns + 1, 2 * data.Columns]))
+def _zarr(pair: str, code: str, edit: Callable[[dict[str, bytes]], None]) -> Lie:
+    """Return an OME-Zarr in a zip, with `edit` applied to its files."""
+    known = _BY_NAME["OME-Zarr"]
+
+    def make() -> bytes:
+        with zipfile.ZipFile(io.BytesIO(sound_file(known))) as sound:
+            files = {name: sound.read(name) for name in sound.namelist()}
+        edit(files)
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as output:
+            for name, data in files.items():
+                output.writestr(zipfile.ZipInfo(name), data)
+        return stream.getvalue()
+
+    return Lie("OME-Zarr", pair, frozenset(code.split()), "lie.zarr.zip", make, known.read)
 
 
-def _false_width(data, chance: Chance) -> None:
-    data.BitsAllocated = int(chance.choice([bits for bits in (8, 16, 32) if bits != data.BitsAllocated]))
-    data.BitsStored = min(data.BitsStored, data.BitsAllocated)
-    data.HighBit = data.BitsStored - 1
+def _without_chunks(files: dict[str, bytes]) -> None:
+    for name in [name for name in files if "/c/" in name]:
+        del files[name]
 
 
-def _false_bits(data, chance: Chance) -> None:
-    data.BitsStored = int(chance.integers(1, data.BitsAllocated + 1))
-    data.HighBit = data.BitsStored - 1
+def _in_array(old: str, new: str) -> Callable[[dict[str, bytes]], None]:
+    def edit(files: dict[str, bytes]) -> None:
+        files["0/zarr.json"] = _text(old, new)(files["0/zarr.json"])
+
+    return edit
 
 
-def _false_sign(data, _chance: Chance) -> None:
-    data.PixelRepresentation = 1 - data.PixelRepresentation
+def _read_raw(path: Path) -> None:
+    read_volume(path, RawLayout(shape_zyx=(3, 5, 4), dtype="int16"))
 
 
-def _false_frames(data, chance: Chance) -> None:
-    data.NumberOfFrames = int(chance.choice([0, 2, 3, 10**6]))
-
-
-def _false_samples(data, chance: Chance) -> None:
-    data.SamplesPerPixel = int(chance.choice([0, 2, 3, 4]))
-
-
-def _known(pixels: NDArray[np.generic], syntax: str, whole: bytes) -> NDArray[np.generic]:
-    """Return the picture that the whole data hold."""
-    return imagecodecs.jpeg8_decode(whole) if syntax in _LOSSY else pixels
-
-
+_NIFTI = "NIfTI-1"
 LIES = (
-    *(Lie(f"DICOM {syntax.name}: a false header", _false_dicom(syntax)) for syntax in (*_NATIVE, *_LOSSLESS, *_LOSSY)),
-    *(Lie(f"DICOM {syntax.name}: cut, with an end", _cut_dicom(syntax)) for syntax in (*_LOSSLESS, *_LOSSY)),
+    Lie("raw", "shape, type and size of the file", frozenset(["VP1011"]), "lie.raw", lambda: bytes(119), _read_raw),
+    Lie("raw", "shape, type and size of the file", frozenset(["VP1011"]), "lie.raw", lambda: bytes(121), _read_raw),
+    _of(_NIFTI, "bitpix and datatype", "VP1020", _put(72, "<h", 8), "NIfTI"),
+    _of(_NIFTI, "bitpix and datatype", "VP1020", _put(70, "<h", 2), "NIfTI"),
+    _of(_NIFTI, "dim and size of the data", "VP1008", _put(40, "<4h", 3, 4, 5, 4), "NIfTI"),
+    _of(_NIFTI, "dim and size of the data", "VP1008", _put(40, "<4h", 3, 4, 5, 2), "NIfTI"),
+    _of(_NIFTI, "dim and size of the data", "VP1008", _longer, "NIfTI"),
+    _of("NIfTI-1 within gzip", "dim and size of the data", "VP1008", _put(40, "<4h", 3, 4, 5, 2), "NIfTI"),
+    _of(_NIFTI, "vox_offset and size of the header", "VP1020", _put(108, "<f", 348), "NIfTI"),
+    _of(_NIFTI, "dim[0] and the sizes after it", "VP1020", _put(40, "<h", 9), "NIfTI"),
+    _of("NRRD", "sizes and size of the data", "VP1008", _text("sizes: 4 5 3", "sizes: 4 5 2")),
+    _of("NRRD", "sizes and size of the data", "VP1008", _text("sizes: 4 5 3", "sizes: 4 5 4")),
+    _of("NRRD", "type and size of the data", "VP1008", _text("type: (int16|short)", "type: uint8")),
+    _of("NRRD", "dimension and number of sizes", "VP1100 VP1101 VP1103", _text("dimension: 3", "dimension: 4")),
+    _of("MetaImage", "DimSize and size of the data", "VP1008", _text("DimSize = 4 5 3", "DimSize = 4 5 2")),
+    _of("MetaImage", "DimSize and size of the data", "VP1008", _text("DimSize = 4 5 3", "DimSize = 4 5 4")),
+    _of("MetaImage", "ElementType and size of the data", "VP1008", _text("MET_SHORT", "MET_UCHAR")),
+    _of("MetaImage", "NDims and number of sizes", "VP1121", _text("NDims = 3", "NDims = 2")),
+    _of("MetaImage", "TransformMatrix and unit vectors", "VP2021", _text("Matrix = 0 -1 0", "Matrix = 0 -2 0")),
+    _of("VTK XML", "WholeExtent and Extent of the piece", "VP1140", _text('Piece Extent="0 3', 'Piece Extent="0 2')),
+    _of("VTK XML", "Direction and unit vectors", "VP2021", _text('Direction="1 0 0', 'Direction="2 0 0')),
+    _of("VTK XML", "type and size of the data", "VP1008", _text('type="Int16"', 'type="Int32"')),
+    _of("VTK legacy", "DIMENSIONS and POINT_DATA", "VP1140", _text("DIMENSIONS 4 5 3", "DIMENSIONS 4 5 2")),
+    _of("VTK legacy", "DIMENSIONS and size of the data", "VP1008", _shorter),
+    _of("PNG", "size in the header and data", "VP1165", _png(7, 12)),
+    _of("PNG", "size in the header and data", "VP1165", _png(9, 9)),
+    _tiff("size and bytes of the strips", "VP1165 VP1167", ImageLength=(60,), RowsPerStrip=(60,)),
+    _tiff("bits and bytes of the strips", "VP1165 VP1166", BitsPerSample=(32,)),
+    _tiff("bytes of the strips and size of the file", "VP1165 VP1003", StripOffsets=(10**6,)),
+    _tiff("samples and bytes of the strips", "VP1164 VP1165 VP1166", SamplesPerPixel=(3,)),
+    _tiff("0 and black", "VP1166", PhotometricInterpretation=(0,)),
+    _zarr("shape and chunks that are there", "VP1260", _without_chunks),
+    _zarr("shape and chunks that are there", "VP1260", _in_array(r'"shape": ?\[\s*2,\s*3,', '"shape": [2, 30,')),
+    _zarr("data_type and size of a chunk", "VP1220", _in_array('"int16"', '"int64"')),
+    _zarr(
+        "chunk_shape and size of a chunk",
+        "VP1220 VP1260",
+        _in_array(r'"chunk_shape": ?\[\s*1,\s*2,', '"chunk_shape": [1, 1,'),
+    ),
+    _zarr("axes of array and image", "VP1220", _in_array(r'"shape": ?\[\s*2,', '"shape": [')),
+    _of("OME-TIFF", "sizes of OME-XML and pages", "VP1220", _text('SizeZ="3"', 'SizeZ="4"')),
+    _of("OME-TIFF", "sizes of OME-XML and pages", "VP1220", _text('SizeX="4"', 'SizeX="8"')),
+    _of("OME-TIFF", "Type of OME-XML and pages", "VP1220", _text('Type="int16"', 'Type="uint8"')),
 )
-"""All kinds."""

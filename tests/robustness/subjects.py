@@ -7,6 +7,7 @@ import shutil
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -34,6 +35,7 @@ from volprep_formats.package.manifest_json import decode_manifest, encode_manife
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
 from volprep_formats.package.storage.single_file import write_single_file
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
@@ -62,7 +64,7 @@ class Subject:
 
 def read_volume(path: Path, raw: RawLayout | None = None, **told: object) -> None:
     """Read a volume in two slabs and hold it against its description."""
-    with open_source(SourceSpec(path=str(path), raw=raw, **told), Path(), Silent()) as source:
+    with open_source(SourceSpec(path=path_text(path), raw=raw, **told), Path(), Silent()) as source:
         info = source.info
         shape = info.grid.shape_zyx
         assert min(shape) > 0
@@ -247,6 +249,28 @@ def _zip_of_parts(data: bytes) -> bytes:
     return stream.getvalue()
 
 
+@cache
+def _zarr_files() -> dict[str, bytes]:
+    with TemporaryDirectory() as folder:
+        store = _zarr_store(Path(folder))
+        files = sorted(file for file in store.rglob("*") if file.is_file())
+        return {file.relative_to(store).as_posix(): file.read_bytes() for file in files}
+
+
+def _zarr_names(_folder: Path) -> bytes:
+    """Names of the files of a store, of which damage loses some: mostly chunks."""
+    return "\n".join(_zarr_files()).encode()
+
+
+def _zip_of_names(names: bytes) -> bytes:
+    """A store of those files whose names are still right."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as output:
+        for name in sorted(_zarr_files().keys() & {*names.decode("utf-8", "replace").split("\n")}):
+            output.writestr(zipfile.ZipInfo(name), _zarr_files()[name])
+    return stream.getvalue()
+
+
 def _read_first_zarr_channel(path: Path) -> None:
     read_volume(path, format="ome-zarr", channel=1)
 
@@ -287,6 +311,7 @@ SUBJECTS = (
     Subject("OME-TIFF deflated", ".ome.tif", _ome_tiff(packed=True), _read_first_channel),
     Subject("OME-Zarr", ".zarr.zip", _zarr_zip, _read_first_zarr_channel),
     Subject("OME-Zarr within zip", ".zarr.zip", _zarr_parts, _read_first_zarr_channel, _zip_of_parts),
+    Subject("OME-Zarr, chunks missing", ".zarr.zip", _zarr_names, _read_first_zarr_channel, _zip_of_names),
     Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
     Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),

@@ -1,10 +1,11 @@
+import json
 import re
 import string
 from pathlib import Path
 
 import pytest
 
-from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
+from volprep_formats.diagnostics import CATALOGUE, ExitStatus, Lines, VolprepError
 
 ROOT = Path(__file__).parents[2]
 CODE = re.compile(r"\"(VP\d{4})\"")
@@ -51,3 +52,41 @@ def test_an_error_fills_its_texts(code) -> None:
     assert str(error).startswith(f"{code} ")
     assert "{" not in str(error)
     assert error.status == entry.status
+
+
+HOSTILE = "a\x1b[2Jb\nvolprep: VP0000 all is well\u202ec\udcff\x07"
+
+
+@pytest.mark.parametrize("value", [HOSTILE, Path(HOSTILE), OSError(HOSTILE), [HOSTILE]])
+def test_foreign_text_in_a_message_is_escaped_whatever_carries_it(value) -> None:
+    message = str(VolprepError("VP1003", path=value, error=value))
+    assert message.isprintable()
+    assert "\\x1b[2J" in message
+    json.dumps(message, ensure_ascii=False).encode()
+
+
+def test_a_quoted_field_is_escaped_once() -> None:
+    error = VolprepError("VP1007", path="p", text="x\x1b", dtype="uint8")
+    assert "'x\\x1b'" in error.summary
+
+
+def test_long_foreign_text_is_cut_and_keeps_its_beginning_and_its_end() -> None:
+    error = VolprepError("VP1003", path="begin" + "x" * 100_000 + "end", error="e")
+    assert len(str(error)) < 1200
+    assert error.summary.startswith("begin")
+    assert "end: cannot be read" in error.summary
+
+
+def test_a_list_stays_a_list_and_no_line_of_it_can_add_another() -> None:
+    found = Lines(["1.2.3, CT", "4.5\nvolprep: VP0000 all is well"])
+    assert VolprepError("VP1033", path="p", count=2, found=found).remedy.splitlines()[1:] == [
+        "  1.2.3, CT",
+        "  4.5\\nvolprep: VP0000 all is well",
+    ]
+
+
+def test_a_list_of_very_many_lines_is_cut() -> None:
+    found = Lines(str(n) for n in range(100_000))
+    lines = VolprepError("VP1033", path="p", count=2, found=found).remedy.splitlines()
+    assert len(lines) < 200
+    assert lines[-1].startswith("  and 99")

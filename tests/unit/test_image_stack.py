@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+import tifffile
 from dicom_files import save_all, stack
 from header_files import check_every_cut, read, refusal, refusal_at_open, same_or_refused
 
@@ -336,3 +337,14 @@ def test_cuts_of_a_real_tiff_file_are_refused(scans, tmp_path) -> None:
     for percent in range(2, 100, 7):
         file.write_bytes(whole[: len(whole) * percent // 100])
         assert same_or_refused(file, np.zeros(0))
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
+def test_values_that_grow_from_white_to_black_are_refused(tmp_path, dtype) -> None:
+    file = tmp_path / "a.tif"
+    tifffile.imwrite(file, voxels(dtype), photometric="miniswhite")
+    error = refusal_at_open(file)
+    assert error.code == "VP1166"
+    assert "MinIsWhite" in str(error)
+    tifffile.imwrite(file, voxels(dtype), photometric="minisblack")
+    assert np.array_equal(read(file)[0], voxels(dtype))

@@ -179,7 +179,13 @@ def test_units_become_millimetres(tmp_path, unit, mm) -> None:
 def test_what_the_header_leaves_open_is_remarked(tmp_path) -> None:
     _, info = read(save(tmp_path / "v.mha", ["TransformMatrix", "ElementSpacing", "Offset"]))
     np.testing.assert_array_equal(info.grid.world_from_index, np.eye(4))
-    assert len(info.remarks) == 2
+    assert len(info.remarks) == 3
+
+
+def test_a_place_that_is_left_out_is_remarked(tmp_path) -> None:
+    _, info = read(save(tmp_path / "v.mha", ["Offset"]))
+    assert info.grid.origin_mm_xyz == (0, 0, 0)
+    assert [remark for remark in info.remarks if "0, 0, 0" in remark]
 
 
 def test_the_intensity_function_is_kept_beside_the_stored_values(tmp_path) -> None:

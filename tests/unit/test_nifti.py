@@ -297,3 +297,60 @@ def test_half_of_a_pair_is_refused(tmp_path) -> None:
     error = refusal(tmp_path / "v.hdr")
     assert error.code == "VP1020"
     assert "joined" in str(error)
+
+
+@pytest.mark.parametrize("bits", [8, 32, 15, -16])
+def test_bits_that_are_not_those_of_the_type_are_refused(tmp_path, bits) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 72, np.array(bits, "<i2").tobytes())
+    error = refusal(file)
+    assert error.code == "VP1020"
+    assert f"{bits} bits" in str(error)
+
+
+def test_bits_that_are_left_out_are_remarked(tmp_path) -> None:
+    values, info = read(patched(save(tmp_path / "v.nii", noise()), 72, bytes(2)))
+    assert np.array_equal(values, noise().T)
+    assert any("16 of int16" in remark for remark in info.remarks)
+
+
+@pytest.mark.parametrize("offset", [348.0, 351.0, 352.5, -16.0, float("nan")])
+def test_voxels_that_begin_within_the_header_are_refused(tmp_path, offset) -> None:
+    file = patched(save(tmp_path / "v.nii", noise()), 108, np.array(offset, "<f4").tobytes())
+    assert refusal(file).code == "VP1020"
+
+
+def test_voxels_that_begin_within_the_longer_header_of_version_2_are_refused(tmp_path) -> None:
+    file = save(tmp_path / "v.nii", noise(), kind=nibabel.Nifti2Image)
+    assert refusal(patched(file, 168, np.array(540, "<i8").tobytes())).code == "VP1020"
+
+
+def packed_as(name: str, path: Path) -> Path:
+    if name.endswith(".gz"):
+        path.with_name(name).write_bytes(gzip.compress(path.read_bytes()))
+        return path.with_name(name)
+    return path
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+@pytest.mark.parametrize("dims", [[3, 4, 5, 2], [3, 4, 5, 1], [4, 4, 5, 1, 2], [2, 4, 5]])
+def test_a_file_that_holds_more_slices_or_volumes_than_it_declares_is_refused(tmp_path, name, dims) -> None:
+    file = save(tmp_path / "v.nii", noise(shape=(4, 5, 3)))
+    told = np.ones(8, "<i2")
+    told[: len(dims)] = dims
+    file = packed_as(name, patched(file, 40, told.tobytes()))
+    spec = SourceSpec(path=str(file), volume=2 if dims[0] == 4 else None)
+    with (
+        pytest.raises(VolprepError, match="VP1008"),
+        open_source(spec, Path(), Silent()) as source,
+    ):
+        source.read_slab(0, source.info.grid.shape_zyx[0])
+
+
+@pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
+def test_padding_of_less_than_a_slice_is_read_over(tmp_path, name) -> None:
+    values = noise(shape=(4, 5, 3))
+    file = save(tmp_path / "v.nii", values)
+    file.write_bytes(file.read_bytes() + bytes(39))
+    found, info = read(packed_as(name, file))
+    assert np.array_equal(found, values.T)
+    assert name.endswith(".gz") or any(remark.startswith("39 bytes follow") for remark in info.remarks)

@@ -321,3 +321,9 @@ def test_nothing_but_geometry_is_kept_of_the_description(tmp_path) -> None:
     write(tmp_path / "a.ome.tif", "ZYX")
     rewrite(tmp_path / "a.ome.tif", 'Name="Image0"', 'Name="Bob"')
     assert "Bob" not in read(tmp_path / "a.ome.tif")[0].model_dump_json()
+
+
+def test_values_that_grow_from_white_to_black_are_refused(tmp_path) -> None:
+    file = tmp_path / "a.ome.tif"
+    tifffile.imwrite(file, noise("ZYX"), photometric="miniswhite", ome=True, metadata={"axes": "ZYX"})
+    assert refusal(file).code == "VP1166"

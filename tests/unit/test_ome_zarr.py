@@ -362,7 +362,7 @@ def test_many_chunks_of_a_few_voxels_are_refused_before_any_is_read(tmp_path) ->
 def test_a_few_small_chunks_or_many_larger_ones_are_read(tmp_path) -> None:
     for shape, chunk in ((16, 1), (136, 8)):
         folder = cubes(tmp_path / f"{chunk}.zarr", shape, chunk)
-        with open_source(SourceSpec(path=str(folder)), tmp_path, Silent()) as source:
+        with open_source(SourceSpec(path=str(folder), missing="fill"), tmp_path, Silent()) as source:
             assert source.info.grid.shape_zyx == (shape, shape, shape)
 
 
@@ -445,3 +445,114 @@ def test_of_several_numbered_images_one_is_chosen(tmp_path) -> None:
     assert refusal(tmp_path / "a.zarr").fields["key"] == "series"
     assert np.array_equal(read(tmp_path / "a.zarr", series="2")[1], values)
     assert np.array_equal(read(tmp_path / "a.zarr/1")[1], values)
+
+
+def chunk_files(folder) -> list:
+    """Files of the chunks of level 0."""
+    return sorted(file for file in (folder / "0").rglob("*") if file.is_file() and file.name[0].isdigit())
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("is_zip", [False, True])
+@pytest.mark.parametrize(("count", "is_read"), [(1, True), (4, True), (5, False), (18, False)])
+def test_chunks_that_are_missing_are_counted_and_too_many_refused(tmp_path, version, is_zip, count, is_read) -> None:
+    folder = tmp_path / "a.zarr"
+    store(folder, version=version, fill_value=7)
+    chunks = chunk_files(folder)
+    assert len(chunks) == 18
+    for chunk in chunks[:count]:
+        chunk.unlink()
+    path = zipped(folder, tmp_path / "b.zarr.zip") if is_zip else folder
+    if is_read:
+        info, values = read(path)
+        assert f"{count} of 18 chunks are missing and hold the fill value" in info.remarks
+        assert (values == 7).sum() >= count
+        return
+    assert refusal(path).code == "VP1260"
+    assert f"{count} of the 18" in str(refusal(path))
+    _, values = read(path, missing="fill")
+    assert count < 18 or (values == 7).all()
+
+
+def test_a_shape_that_is_larger_than_the_data_is_refused(tmp_path) -> None:
+    store(tmp_path / "a.zarr")
+    change(tmp_path / "a.zarr/0/zarr.json", lambda array: array.update(shape=[9, 7, 6]))
+    assert refusal(tmp_path / "a.zarr").code == "VP1260"
+
+
+def test_shards_that_are_missing_are_counted(tmp_path) -> None:
+    store(tmp_path / "a.zarr", shards=(2, 6, 8))
+    shards = chunk_files(tmp_path / "a.zarr")
+    for shard in shards[: len(shards) // 2]:
+        shard.unlink()
+    assert refusal(tmp_path / "a.zarr").code == "VP1260"
+
+
+def test_chunks_of_another_channel_may_be_missing(tmp_path) -> None:
+    values = store(tmp_path / "a.zarr", "czyx")
+    for chunk in (tmp_path / "a.zarr/0/c/0").rglob("*"):
+        if chunk.is_file():
+            chunk.unlink()
+    info, found = read(tmp_path / "a.zarr", channel=2)
+    assert np.array_equal(found, values[1])
+    assert not any("missing" in remark for remark in info.remarks)
+    assert refusal(tmp_path / "a.zarr", channel=1).code == "VP1260"
+
+
+def test_missing_is_a_key_of_ome_zarr_only(tmp_path) -> None:
+    (tmp_path / "a.nrrd").write_bytes(b"NRRD0004\n")
+    with pytest.raises(VolprepError, match=r"VP1004.*source\.missing"):
+        open_source(SourceSpec(path=str(tmp_path / "a.nrrd"), missing="fill"), tmp_path, Silent())
+
+
+OTHER_TYPES = ([], [1], "text", 7, 1.5, True, None, {}, [{}], {"ome": []}, {"ome": {"multiscales": 7}})
+
+
+@pytest.mark.parametrize("other", OTHER_TYPES, ids=str)
+@pytest.mark.parametrize(
+    ("version", "name", "keys"),
+    [
+        (3, "zarr.json", ()),
+        (3, "zarr.json", ("attributes",)),
+        (3, "zarr.json", ("attributes", "ome")),
+        (3, "zarr.json", ("attributes", "ome", "multiscales")),
+        (3, "zarr.json", ("attributes", "ome", "multiscales", 0)),
+        (3, "zarr.json", ("attributes", "ome", "multiscales", 0, "axes")),
+        (3, "zarr.json", ("attributes", "ome", "multiscales", 0, "datasets", 0)),
+        (3, "0/zarr.json", ()),
+        (3, "0/zarr.json", ("shape",)),
+        (3, "0/zarr.json", ("chunk_grid",)),
+        (3, "0/zarr.json", ("chunk_grid", "configuration")),
+        (3, "0/zarr.json", ("codecs",)),
+        (3, "0/zarr.json", ("codecs", 0)),
+        (2, ".zattrs", ()),
+        (2, ".zattrs", ("multiscales",)),
+        (2, "0/.zarray", ()),
+        (2, "0/.zarray", ("compressor",)),
+        (2, "0/.zarray", ("chunks",)),
+        (2, "0/.zarray", ("filters",)),
+    ],
+)
+def test_metadata_of_another_type_are_read_or_refused_with_a_code(tmp_path, version, name, keys, other) -> None:
+    store(tmp_path / "a.zarr", version=version)
+    file = tmp_path / "a.zarr" / name
+    document = within = json.loads(file.read_text())
+    for key in keys[:-1]:
+        within = within[key]
+    if keys:
+        within[keys[-1]] = other
+    file.write_text(json.dumps(document if keys else other))
+    code = ""
+    try:
+        read(tmp_path / "a.zarr")
+    except VolprepError as error:
+        code = error.code
+    assert code in {"", "VP1220", "VP1221", "VP1224", "VP1225", "VP1260"}
+
+
+def test_metadata_nested_as_deep_as_a_worker_can_read_are_refused_or_read(tmp_path) -> None:
+    store(tmp_path / "a.zarr")
+    for depth in range(700, 1000, 20):
+        deep = "[" * depth + "]" * depth
+        (tmp_path / "a.zarr/zarr.json").write_text('{"attributes": {"ome": {"version": "0.5", "x": ' + deep + "}}}")
+        assert refusal(tmp_path / "a.zarr").code == "VP1220"

@@ -24,6 +24,7 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import output_errors
 from volprep_formats.package.storage.publish import check_target, publish
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 
 
@@ -59,7 +60,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 
 def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoice, ...]) -> Origin:
-    scene_path = None if prepared.scene_path is None else str(prepared.scene_path)
+    scene_path = None if prepared.scene_path is None else path_text(prepared.scene_path)
     levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
     return Origin(scene_path=scene_path, scene=scene, levels=levels, forms=plan.forms)
 

@@ -14,6 +14,9 @@ from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage.files import output_errors, replace_file
 from volprep_formats.record import Record, problems
+from volprep_formats.regular_files import read_regular
+
+_MOST_BYTES = 2**26
 
 
 class Origin(Record):
@@ -46,7 +49,7 @@ def read_origin(package: Path) -> Origin | None:
     """Read the origin beside a package, None if there is none. Raises VP4043 for a file that is wrong."""
     path = origin_path(package)
     try:
-        return Origin.model_validate_json(path.read_bytes())
+        return Origin.model_validate_json(read_regular(path, _MOST_BYTES))
     except FileNotFoundError:
         return None
     except OSError as error:

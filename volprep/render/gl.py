@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from volprep.render.bindings import EXT_NORM16, GLES3, GLError
 from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.egl import Context
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.package.texture import Texture
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
@@ -122,7 +122,7 @@ class Gl:
                 GLES3.glBindAttribLocation(handle, 0, attribute)
             GLES3.glLinkProgram(handle)
             if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
-                log = _text(GLES3.glGetProgramInfoLog(handle))
+                log = Lines(_text(GLES3.glGetProgramInfoLog(handle)).splitlines())
                 paths = f"{vertex.path}, {fragment.path}"
                 raise VolprepError("VP5006", name=name, paths=paths, driver=self.driver, log=log)
             yield LinkedProgram(handle, _active_uniforms(handle))
@@ -307,7 +307,7 @@ class Gl:
             GLES3.glShaderSource(handle, source.text)
             GLES3.glCompileShader(handle)
             if not GLES3.glGetShaderiv(handle, GLES3.GL_COMPILE_STATUS):
-                log = _text(GLES3.glGetShaderInfoLog(handle))
+                log = Lines(_text(GLES3.glGetShaderInfoLog(handle)).splitlines())
                 raise VolprepError("VP5005", path=source.path, driver=self.driver, log=log)
             yield handle
 

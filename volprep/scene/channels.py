@@ -73,4 +73,4 @@ def left_out(scene: Scene) -> tuple[str, ...]:
 
 def files_of(spec: SourceSpec) -> tuple[Path, ...]:
     """Return the paths of a source, one for each channel; "all" has been listed."""
-    return tuple(Path(each.path) for each in (spec.channels or (spec,)) if isinstance(each, SourceSpec))
+    return tuple(each.place(Path()) for each in (spec.channels or (spec,)) if isinstance(each, SourceSpec))

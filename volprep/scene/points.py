@@ -8,10 +8,13 @@ from pydantic import Field, model_validator
 
 from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
 from volprep_formats.record import Record
+from volprep_formats.transfer_files.points import MOST_POINTS
 
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
 Length = Annotated[float, Field(gt=0.0)]
 
+PhysicalValue = Annotated[float, Field(ge=-1e38, le=1e38)]
+"""A value that 32-bit floating point can hold, as can twice it and the difference of two."""
 MOST_OPAQUE = 1.0 - 2.0**-16
 """Opacity above this counts as this: 1 would need an infinite extinction. In 8 bits it is 1 all the same."""
 
@@ -34,7 +37,7 @@ ANY_SCAN = Measure(0.0, 1.0, 1.0)
 class ScenePoint(Record):
     """One control point of a transfer function. It has an extinction or an opacity, not both."""
 
-    value: Annotated[float, Field(ge=-1e38, le=1e38)]
+    value: PhysicalValue
     """Physical value (HU for CT), or place in the measured range."""
     colour: Colour
     """sRGB colour as "#rrggbb", or three numbers from 0 to 1 in the transfer function's colour space."""
@@ -56,7 +59,7 @@ class TransferWish(Record):
     """Reference length of opacities, in millimetres."""
     reference_share: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     """Reference length of opacities as part of the diagonal of the scan, for scans of any size."""
-    points: tuple[ScenePoint, ...] = ()
+    points: Annotated[tuple[ScenePoint, ...], Field(max_length=MOST_POINTS)] = ()
     """Control points in ascending order of value; two at one value make a jump."""
 
     @model_validator(mode="after")

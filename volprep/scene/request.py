@@ -17,6 +17,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.path_text import path_text
 from volprep_formats.record import problems
 from volprep_formats.source import SourceSpec
 from volprep_formats.transfer_files import read_transfer_file
@@ -54,7 +55,7 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     base = scene_path.absolute().parent
     functions = tuple(_without_file(transfer, base) for transfer in scene.transfer)
     resolved = scene.model_copy(update={"source": at_place(scene.source, base, source), "transfer": functions})
-    device = load_profile(profile, Path.cwd()) if profile is not None else load_profile(scene.profile, base)
+    device = load_profile(profile, Path()) if profile is not None else load_profile(scene.profile, base)
     return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
 
 
@@ -96,10 +97,10 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     if spec.channels and spec.channels != "all":
         if instead is not None:
             raise VolprepError("VP1243", path=instead)
-        listed = tuple(each.model_copy(update={"path": str(base / each.path)}) for each in spec.channels)
+        listed = tuple(each.model_copy(update={"path": path_text(each.place(base))}) for each in spec.channels)
         return spec.model_copy(update={"channels": listed})
-    where = instead.absolute() if instead is not None else base / spec.path
-    return spec.model_copy(update={"path": str(where)})
+    where = instead.absolute() if instead is not None else spec.place(base)
+    return spec.model_copy(update={"path": path_text(where)})
 
 
 def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
@@ -119,12 +120,12 @@ def request_for_source(source: Path, profile: str | None = None) -> Request:
     name = re.sub(r"[^a-z0-9_-]+", "-", source.stem.lower()).strip("-_") or "volume"
     scene = Scene(
         name=name,
-        source=SourceSpec(path=str(source.absolute())),
+        source=SourceSpec(path=path_text(source.absolute())),
         transfer=(
             SceneTransfer(name="grey", points=(ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)),
         ),
     )
-    return Request(scene=scene, profile=load_profile(profile or scene.profile, Path.cwd()), scene_path=None)
+    return Request(scene=scene, profile=load_profile(profile or scene.profile, Path()), scene_path=None)
 
 
 def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:

@@ -1,11 +1,11 @@
 """A scene: what the user wants, as one short TOML file."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from volprep.scene.points import PhysicalValue
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
@@ -19,6 +19,7 @@ from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
+from volprep_formats.toml_file import read_toml_file
 
 
 class QuantizeSettings(Record):
@@ -26,7 +27,7 @@ class QuantizeSettings(Record):
 
     bits: Literal["auto", 8, 16] = "auto"
     """Bits of a stored value; "auto" takes 8 unless that breaks the scene's tolerance."""
-    window: Literal["auto"] | tuple[float, float] = "auto"
+    window: Literal["auto"] | tuple[PhysicalValue, PhysicalValue] = "auto"
     """Physical values of the smallest and largest code; "auto" takes the values that the transfers tell apart."""
 
 
@@ -100,7 +101,7 @@ class RenderWishes(Record):
     shader, without a texture; "preclassified" no sample, because the voxels of the package are colours."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
-    step_voxels: Annotated[float, Field(gt=0.0)] | None = None
+    step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
     absent 0.5, or 1 between the ends of pre-integrated segments."""
     opacity_cutoff: Fraction = 0.998
@@ -212,7 +213,7 @@ class Scene(Record):
     """Class of devices: a built-in profile, or the path of a TOML file beside the scene."""
     source: SourceSpec
     """Where the scan is."""
-    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1)]
+    transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1, max_length=64)]
     """Transfer functions; the first is the default."""
     crop: Literal["auto", "none"] = "auto"
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
@@ -341,10 +342,10 @@ def load_scene(path: Path) -> Scene:
 def read_toml(path: Path) -> dict[str, object]:
     """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is none."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return read_toml_file(path)
     except OSError as error:
         raise VolprepError("VP3001", path=path, error=error.strerror) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise VolprepError("VP3002", path=path, error=error) from error
 
 

@@ -16,6 +16,7 @@ from volprep.scene.scene import RenderWishes, load_scene
 from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec
 
@@ -57,7 +58,7 @@ def find_scan(package: Path, source: Path | None) -> FoundScan:
             scene = origin.scene
             spec = at_place(scene.source, Path("/"), source)
         elif source is not None:
-            spec = SourceSpec(path=str(source.absolute()))
+            spec = SourceSpec(path=path_text(source.absolute()))
             return FoundScan((SceneChannel("", spec, ()),), RenderWishes().picture_size)
         else:
             raise VolprepError("VP6012", path=package)

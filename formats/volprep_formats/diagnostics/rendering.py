@@ -25,12 +25,12 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP5005": Diagnostic(
         ExitStatus.RENDER,
-        "{path}: the driver {driver} does not compile this shader:\n{log}",
+        "{path}: the driver {driver} does not compile this shader:{log}",
         "Rebuild the package; if the shader is unchanged, report the log and the driver.",
     ),
     "VP5006": Diagnostic(
         ExitStatus.RENDER,
-        "program {name} ({paths}): the driver {driver} does not link it:\n{log}",
+        "program {name} ({paths}): the driver {driver} does not link it:{log}",
         "Rebuild the package; if the shaders are unchanged, report the log and the driver.",
     ),
     "VP5007": Diagnostic(

@@ -182,6 +182,16 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: {keyword} is not a UID, which has digits and dots only, 64 characters at most",
         "The file is damaged or hostile; export the series again.",
     ),
+    "VP1070": Diagnostic(
+        ExitStatus.USAGE,
+        "the current folder does not exist any more, so no relative path can be found",
+        "Change into a folder that exists.",
+    ),
+    "VP1071": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its decoder opens only files whose path is UTF-8",
+        "Rename the file, or the folder that the message shows with \\x in its name.",
+    ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: exists already and is not an empty folder",
@@ -281,7 +291,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1166": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: pictures with {what} cannot be read",
-        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice.",
+        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice, with 0 as black.",
     ),
     "VP1167": Diagnostic(
         ExitStatus.SOURCE,
@@ -418,6 +428,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: holds the colours that its transfer functions make of the scan, and no values",
         "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for "
         "a profile with shaders, with classified samples in place of voxels.",
+    ),
+    "VP1260": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {missing} of the {files} chunks of the volume are missing, more than {limit}",
+        'Copy the store again, whole. If the chunks were left out because they are empty, write missing = "fill" in '
+        "[source].",
     ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
+from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -113,14 +115,14 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
 
 def format_of(path: Path) -> SourceFormat:
     """Name the format of a file or folder. Raises VP1001 to VP1003."""
-    _, reader = _found(SourceSpec(path=str(path)), Path())
+    _, reader = _found(SourceSpec(path=path_text(path)), Path())
     return reader.name
 
 
 def channels_of(path: Path) -> list[str]:
     """Names of the channels of a file or folder, "" where they have none. Raises what `list_channels` raises."""
     several = format_of(path) in _CHANNEL_KEYS
-    return list_channels(SourceSpec(path=str(path)), Path())[1] if several else [""]
+    return list_channels(SourceSpec(path=path_text(path)), Path())[1] if several else [""]
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
@@ -136,9 +138,13 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
-    path = base / spec.path
-    if not path.exists():
-        raise VolprepError("VP1001", path=path)
+    path = spec.place(base)
+    try:
+        check_regular_or_folder(path)
+    except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte
+        raise VolprepError("VP1001", path=path) from error
+    except OSError as error:
+        raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     return path, _reader(spec, path)
 
 
@@ -150,6 +156,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("volume", spec.volume, {"dicom", "nifti", *_OME}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
+        ("missing", spec.missing, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
         ("grid", spec.grid, {"vdb"}),
@@ -180,9 +187,9 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
 
 def _head(path: Path) -> bytes:
     """First bytes of a file, unpacked if it is gzipped and sound. Raises OSError."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_HEAD_BYTES)
     if head[:2] == b"\x1f\x8b":
-        with suppress(EOFError, zlib.error, gzip.BadGzipFile), gzip.open(path) as unpacked:
+        with suppress(EOFError, zlib.error, gzip.BadGzipFile), open_gzipped(path) as unpacked:
             return unpacked.read(_HEAD_BYTES)
     return head

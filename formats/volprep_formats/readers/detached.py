@@ -18,7 +18,7 @@ def data_file(header: Path, name: str) -> Path:
         if not path.is_relative_to(folder):
             problem = "lies outside the folder of the header"
         elif not path.is_file():
-            problem = "is missing"
+            problem = "is no regular file" if path.exists() else "is missing"
     except (OSError, ValueError, RuntimeError):  # too long, a zero byte, links in a circle
         problem = "is not the name of a file"
     if problem:

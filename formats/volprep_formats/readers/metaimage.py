@@ -21,8 +21,9 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.regular_files import open_regular, open_unbuffered
+from volprep_formats.source import SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
 # MET_LONG is left out: it has 4 bytes in some versions of MetaIO and 8 in others.
@@ -68,21 +69,12 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid, remarks = _grid(path, fields, shape_zyx)
     slope, intercept = _intensity(path, fields)
     voxels = _voxels(path, fields, end_bytes, shape_zyx)
-    stored_type, type_remarks = find_stored_type(voxels, progress)
-    info = SourceInfo(
-        format="metaimage",
-        grid=grid,
-        stored_type=stored_type,
-        slope=slope,
-        intercept=intercept,
-        remarks=(*remarks, *type_remarks),
-    )
-    return VoxelSource(info, voxels)
+    return source_of(Told("metaimage", grid, remarks, slope, intercept), voxels, progress)
 
 
 def _header(path: Path) -> tuple[Fields, int]:
     """Fields by their lower-case names, and where the header ends: after the line ElementDataFile."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
     fields: Fields = {}
     end = 0
@@ -106,6 +98,8 @@ def _grid(path: Path, fields: Fields, shape_zyx: tuple[int, int, int]) -> tuple[
     remarks = []
     if "transformmatrix" not in fields:
         remarks.append("the file does not say how the volume lies in the patient; left, back and up are taken")
+    if "offset" not in fields:
+        remarks.append("the file does not say where the volume lies; its first voxel is taken to be at 0, 0, 0")
     if "elementspacing" not in fields and "elementsize" not in fields:
         remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
     unit = _MM_PER_UNIT.get(fields.get("distanceunits", "mm").lower())
@@ -159,7 +153,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
         check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, dtype))
         return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, dtype)))
     check_declared(file, voxel_bytes, start, size, size)
-    return VoxelFile(file, dtype, shape_zyx, start, file.open("rb", buffering=0))
+    return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
 
 
 def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes: int, *, plain: bool) -> int:

@@ -5,9 +5,7 @@ shader that divides the picture by n finds it, and has floor(s/n) pixels. Tiles 
 hold anything and are not looked at.
 """
 
-from contextlib import ExitStack
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +14,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
     Page,
     Part,
@@ -27,24 +26,17 @@ from volprep_formats.readers.pictures.file import (
 from volprep_formats.source import MosaicLayout, SourceInfo, SourceSpec
 
 
-class MosaicSource:
+class MosaicSource(DecodedSource):
     """A mosaic, decoded one row of tiles after the other in worker processes."""
 
     def __init__(
         self, info: SourceInfo, path: Path, page: Page, tiles_yx: tuple[int, int], *, makes_grey: bool
     ) -> None:
-        self._info = info
+        super().__init__(info)
         self._path = path
         self._page = page
         self._tiles_yx = tiles_yx
         self._makes_grey = makes_grey
-        self._leave = ExitStack()
-        self._workers = self._leave.enter_context(workers())
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x].
@@ -70,14 +62,6 @@ class MosaicSource:
             parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page, self._makes_grey))
         self._workers.run([decode_request(part) for part in parts], place)
         return slab
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them. The file is not open between slabs."""
-        self._leave.close()
 
 
 def tile_start(tile: int, tiles: int, length: int) -> int:

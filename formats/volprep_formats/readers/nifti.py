@@ -4,7 +4,6 @@ The header is parsed by nibabel, the voxels are read here. They are kept as stor
 nifti1.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h), "3D image orientation and location".
 """
 
-import gzip
 import logging
 from math import prod
 from pathlib import Path
@@ -19,8 +18,9 @@ from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
-from volprep_formats.readers.voxel_source import VoxelSource, find_stored_type, size_error
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.readers.voxel_source import Told, VoxelSource, source_of
+from volprep_formats.regular_files import open_gzipped, open_regular
+from volprep_formats.source import SourceSpec
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 _UNKNOWN_UNIT = 0
@@ -29,6 +29,8 @@ _LENGTH_BITS = 7  # the other bits of the field are the unit of time
 _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
 _DISAGREEMENT_MM = 1e-2
 _LARGEST_OFFSET = 2**31
+_EXTENDER_BYTES = 4
+"""They follow each header of a .nii file, and say whether extensions do."""
 _MOST_CHANNELS = 2**16
 
 Matrix = NDArray[np.float64]
@@ -48,25 +50,17 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
     if dtype.name not in _NUMBERS:
         raise VolprepError("VP1022", path=path, dtype=dtype.name)
+    bits_remarks = _check_bits(path, header, dtype)
     grid, remarks = _grid(path, header, shape_zyx)
     slope, intercept = _scaling(path, header)
-    offset = int(header.get_data_offset()) + volume * prod(shape_zyx) * dtype.itemsize
-    voxels = VoxelFile(path, dtype, shape_zyx, offset)
-    actual = path.stat().st_size
-    if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1):
-        voxels.close()
-        raise size_error(voxels, actual)
-    stored_type, type_remarks = find_stored_type(voxels, progress)
-    info = SourceInfo(
-        format="nifti",
-        grid=grid,
-        stored_type=stored_type,
-        slope=slope,
-        intercept=intercept,
-        remarks=(*remarks, *type_remarks),
-    )
-    # Other data may follow the voxels: the format allows it.
-    return VoxelSource(info, voxels, ends_with_voxels=False)
+    volume_bytes = prod(shape_zyx) * dtype.itemsize
+    start = int(header["vox_offset"])
+    voxels = VoxelFile(path, dtype, shape_zyx, start + volume * volume_bytes)
+    end_remarks = _check_end(voxels, start, volumes * volume_bytes)
+    told = Told("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
+    # What follows the last volume is counted; what follows another one need not be unpacked.
+    is_last = volume == volumes - 1
+    return source_of(told, voxels, progress, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
@@ -83,7 +77,7 @@ def _header(path: Path) -> Any:
     # nibabel mends what it can and logs it; what matters is checked here.
     logging.getLogger("nibabel.global").setLevel(logging.CRITICAL)
     try:
-        with gzip.open(path) if is_gzip(path) else path.open("rb") as file:
+        with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
             head = file.read(max(sizes.values()))
         kind: Any = nibabel.Nifti2Header if b"n+2\0" in head[:8] else nibabel.Nifti1Header
         header = kind(head[: sizes[kind]], check=False)
@@ -93,9 +87,39 @@ def _header(path: Path) -> Any:
         if isinstance(error, OSError) and error.errno is not None:
             raise
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
-    if not single or not sizes[kind] <= offset < _LARGEST_OFFSET:
+    if not single or not offset < _LARGEST_OFFSET:
         raise VolprepError("VP1020", path=path, error="its header is not that of a single .nii file")
+    least = sizes[kind] + _EXTENDER_BYTES
+    if offset < least or not offset.is_integer():
+        problem = f"its voxels begin at byte {offset:g}, but the header of a .nii file ends at byte {least}"
+        raise VolprepError("VP1020", path=path, error=problem)
     return header
+
+
+def _check_bits(path: Path, header: Any, dtype: np.dtype[np.generic]) -> list[str]:
+    """Refuse a number of bits that is not that of the type; 0 is remarked: some programs leave it out."""
+    bits = int(header["bitpix"])
+    if bits == 0:
+        return [f"the file does not say how many bits a voxel has; {8 * dtype.itemsize} of {dtype.name} are taken"]
+    if bits != 8 * dtype.itemsize:
+        error = f"its header says {bits} bits for a voxel of type {dtype.name}, which has {8 * dtype.itemsize}"
+        raise VolprepError("VP1020", path=path, error=error)
+    return []
+
+
+def _check_end(voxels: VoxelFile, start: int, declared: int) -> list[str]:
+    """Refuse a file that is shorter than the volumes that it declares, or longer by a slice or more.
+
+    Fewer bytes after the last volume are padding, and remarked. A gzipped file shows its size only at its end.
+    """
+    actual = voxels.path.stat().st_size
+    after = actual - start - declared
+    if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1) or (
+        not voxels.is_gzip and not 0 <= after < voxels.slice_bytes
+    ):
+        voxels.close()
+        raise VolprepError("VP1008", path=voxels.path, expected=declared, actual=max(actual - start, 0))
+    return [f"{after} bytes follow the voxels; they are not read"] if after and not voxels.is_gzip else []
 
 
 def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], int]:

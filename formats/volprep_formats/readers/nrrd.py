@@ -29,8 +29,9 @@ from volprep_formats.readers.unpacking import (
     unzipped,
 )
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.regular_files import open_regular, open_unbuffered
+from volprep_formats.source import SourceSpec
 
 _MOST_HEADER_BYTES = 2**20
 _MOST_AXES = 16
@@ -92,16 +93,14 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
     grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
     voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
-    stored_type, type_remarks = find_stored_type(voxels, progress)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
-    info = SourceInfo(format="nrrd", grid=grid, stored_type=stored_type, remarks=(*remarks, *type_remarks))
-    return VoxelSource(info, voxels)
+    return source_of(Told("nrrd", grid, remarks), voxels, progress)
 
 
 def _header(path: Path) -> tuple[Fields, int]:
     """Fields by their lower-case names, and where the header ends."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
     if re.match(rb"NRRD000[1-5]\r?\n", head) is None:
         raise VolprepError("VP1100", path=path, error="it does not begin with NRRD0001 to NRRD0005")
@@ -233,7 +232,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
         size = file.stat().st_size
         start = size - voxel_bytes if skip == -1 else start + skip
         check_declared(file, voxel_bytes, max(start, 0), size, size)
-        return VoxelFile(file, dtype, shape_zyx, start, file.open("rb", buffering=0))
+        return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
     if skip == -1 or (skip and encoding == "ascii"):
         raise VolprepError("VP1102", path=path, what=f"byte skip {skip} with encoding {encoding}")
     stream, most = _packed(file, start, str(encoding), dtype)
@@ -253,7 +252,7 @@ def _packed(file: Path, start: int, encoding: str, dtype: np.dtype[np.generic]) 
 
 def _skip_lines(file: Path, start: int, lines: int) -> int:
     """Position after `lines` further lines; the end of the file when there are fewer."""
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         opened.seek(start)
         while lines and (piece := opened.readline(_MOST_HEADER_BYTES)):
             lines -= piece.endswith(b"\n")

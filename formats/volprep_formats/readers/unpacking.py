@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.regular_files import open_regular
 
 MAX_BZIP2_RATIO = 2**21
 """More than any bzip2 stream unpacks to: a run of 259 bytes takes five, and a block of 900,000 of those about 40."""
@@ -96,7 +97,7 @@ class ForwardStream:
 
 def unzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
     """Contents of the gzip members that follow from byte `start_bytes` of the file."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(start_bytes)
         with gzip.GzipFile(fileobj=file) as unpacked:
             while piece := unpacked.read(_CHUNK_BYTES):
@@ -105,7 +106,7 @@ def unzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
 
 def unbzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
     """Contents of the bzip2 streams that follow from byte `start_bytes` of the file."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(start_bytes)
         with bz2.BZ2File(file) as unpacked:
             while piece := unpacked.read(_CHUNK_BYTES):
@@ -114,7 +115,7 @@ def unbzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
 
 def inflated(path: Path, start_bytes: int) -> Iterator[bytes]:
     """Contents of the zlib stream at byte `start_bytes` of the file. What follows it is taken as contents, too."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(start_bytes)
         decoder = zlib.decompressobj()
         yield from inflate(decoder, file.read)
@@ -152,7 +153,7 @@ def numbers_from_text(
     Raises VolprepError VP1007 when something is no number of that type.
     """
     left = sys.maxsize if count is None else count
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(start_bytes)
         rest = b""
         while left and (chunk := file.read(_most(_CHUNK_BYTES, file.tell(), end_bytes))):

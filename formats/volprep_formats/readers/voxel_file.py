@@ -4,7 +4,6 @@ Plain files are read rather than mapped: a mapped file that shrinks kills the pr
 in use. A gzip stream has no index, so slabs come fastest in ascending order; going back begins the file anew.
 """
 
-import gzip
 import zlib
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.unpacking import ForwardStream, Stream
+from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuffered
 
 MAX_DEFLATE_RATIO = 1032
 """No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
@@ -22,7 +22,7 @@ _SKIP_BYTES = 2**20
 
 def is_gzip(path: Path) -> bool:
     """Whether the file begins as gzip does."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return file.read(2) == b"\x1f\x8b"
 
 
@@ -53,7 +53,7 @@ class VoxelFile:
         if stream is not None:
             self._file = stream
         else:
-            self._file = gzip.GzipFile(path) if self.is_gzip else path.open("rb", buffering=0)
+            self._file = open_gzipped(path) if self.is_gzip else open_unbuffered(path)
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Voxels of slices z0 to z1 - 1 as [z, y, x], in native byte order.
@@ -70,11 +70,8 @@ class VoxelFile:
                 if not count:
                     raise EOFError
                 view = view[count:]
-        except zlib.error as error:
-            raise VolprepError("VP1005", path=self.path, error=error) from error
-        except OSError as error:  # from the system, it has a number; from gzip or bz2, it has none
-            code = "VP1003" if error.errno is not None else "VP1005"
-            raise VolprepError(code, path=self.path, error=error.strerror or error) from error
+        except (zlib.error, OSError) as error:
+            raise self._error(error) from error
         return slab.astype(self.dtype.newbyteorder("="), copy=False)
 
     def at_end(self) -> bool:
@@ -86,9 +83,9 @@ class VoxelFile:
 
     def unpacked_bytes(self, limit: int) -> int:
         """Size of the data, unpacked if packed; counting stops beyond `limit`."""
-        if not self.is_packed:
-            return self.path.stat().st_size
         try:
+            if not self.is_packed:
+                return self.path.stat().st_size
             self._file.seek(0)
             total = 0
             while total <= limit and (chunk := self._file.read(_SKIP_BYTES)):
@@ -96,8 +93,14 @@ class VoxelFile:
         except EOFError:
             return total
         except (zlib.error, OSError) as error:
-            raise VolprepError("VP1005", path=self.path, error=error) from error
+            raise self._error(error) from error
         return total
+
+    def _error(self, error: zlib.error | OSError) -> VolprepError:
+        """Return VP1003 for what the system says, which has a number, and VP1005 for what zlib, gzip or bz2 say."""
+        if isinstance(error, OSError) and error.errno is not None:
+            return VolprepError("VP1003", path=self.path, error=error.strerror)
+        return VolprepError("VP1005", path=self.path, error=error)
 
     def close(self) -> None:
         """Close the file."""

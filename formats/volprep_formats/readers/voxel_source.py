@@ -1,6 +1,7 @@
 """A source over voxels that lie one after the other, whatever header describes them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.source import SourceInfo, StoredType
@@ -18,12 +20,15 @@ _FLOAT32_EXACT = 2**24
 
 
 class VoxelSource:
-    """One volume, read slab by slab. `ends_with_voxels` forbids that anything follows them in a packed stream."""
+    """One volume, read slab by slab.
 
-    def __init__(self, info: SourceInfo, voxels: VoxelFile, *, ends_with_voxels: bool = True) -> None:
+    `most_bytes_after` is how much may follow it in a packed stream; if None, anything.
+    """
+
+    def __init__(self, info: SourceInfo, voxels: VoxelFile, *, most_bytes_after: int | None = 0) -> None:
         self._info = info
         self._voxels = voxels
-        self._ends_with_voxels = ends_with_voxels
+        self._most_bytes_after = most_bytes_after
 
     @property
     def info(self) -> SourceInfo:
@@ -36,11 +41,12 @@ class VoxelSource:
         Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
         """
         slab = read_voxels(self._voxels, z0, z1)
-        if z1 == self._voxels.shape_zyx[0] and self._voxels.is_packed:
-            # A packed stream says only at its end whether its checksum is right.
-            at_end = self._voxels.at_end()
-            if self._ends_with_voxels and not at_end:
-                raise size_error(self._voxels, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
+        is_last = z1 == self._voxels.shape_zyx[0]
+        # A packed stream says only at its end whether its checksum is right.
+        if is_last and self._voxels.is_packed and not self._voxels.at_end() and self._most_bytes_after is not None:
+            actual = self._voxels.unpacked_bytes(2 * self._voxels.end_bytes)
+            if actual > self._voxels.end_bytes + self._most_bytes_after:
+                raise size_error(self._voxels, actual)
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 
@@ -51,6 +57,34 @@ class VoxelSource:
     def __exit__(self, *exception: object) -> None:
         """Close the file."""
         self._voxels.close()
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a header says of its volume, whatever its format."""
+
+    format: str
+    grid: Grid
+    remarks: Sequence[str]
+    slope: float = 1.0
+    intercept: float = 0.0
+
+
+def source_of(told: Told, voxels: VoxelFile, progress: Progress, *, most_bytes_after: int | None = 0) -> VoxelSource:
+    """Return the source of `voxels`; the type that holds them, and what is lost in it, is found here.
+
+    Raises what `find_stored_type` raises.
+    """
+    stored_type, lost = find_stored_type(voxels, progress)
+    info = SourceInfo(
+        format=told.format,
+        grid=told.grid,
+        stored_type=stored_type,
+        slope=told.slope,
+        intercept=told.intercept,
+        remarks=(*told.remarks, *lost),
+    )
+    return VoxelSource(info, voxels, most_bytes_after=most_bytes_after)
 
 
 def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, most: int) -> None:

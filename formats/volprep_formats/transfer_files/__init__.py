@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.regular_files import read_regular
 from volprep_formats.transfer_files.itksnap import read_labels
 from volprep_formats.transfer_files.paraview import read_paraview
 from volprep_formats.transfer_files.points import FilePoint
 from volprep_formats.transfer_files.slicer import read_slicer
 
-_LARGEST = 1 << 20
 _READERS: dict[str, Callable[[str], list[FilePoint]]] = {
     ".vp": read_slicer,
     ".json": read_paraview,
@@ -29,13 +29,12 @@ def read_transfer_file(path: Path) -> list[FilePoint]:
     if reader is None:
         raise VolprepError("VP3042", path=path, problem=f"it ends in none of {', '.join(_READERS)}")
     try:
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
+        data = read_regular(path)
     except OSError as error:
         raise VolprepError("VP3042", path=path, problem=error.strerror) from error
-    if len(data) > _LARGEST:
-        raise VolprepError("VP3042", path=path, problem=f"it has more than {_LARGEST} bytes")
     try:
         return reader(data.decode("utf-8"))
     except ValueError as error:  # UnicodeDecodeError is one
         raise VolprepError("VP3042", path=path, problem=error) from error
+    except RecursionError as error:
+        raise VolprepError("VP3042", path=path, problem="it nests too deeply") from error

@@ -1,6 +1,5 @@
 """Classes of devices, one TOML file each. Users may name one of these or give the path of their own."""
 
-import tomllib
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -8,6 +7,7 @@ from pydantic import ValidationError
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.record import problems
+from volprep_formats.toml_file import read_toml_file
 
 _FOLDER = Path(__file__).parent
 
@@ -30,10 +30,10 @@ def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
     else:
         path = base / name_or_path
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml_file(path)
     except OSError as error:
         raise VolprepError("VP3011", path=path, error=error.strerror) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise VolprepError("VP3011", path=path, error=error) from error
     try:
         return DeviceProfile.model_validate(table)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.file import slices_of
 from volprep_formats.readers.dicom.header import SliceImage
@@ -123,5 +123,5 @@ def _files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: file.parts)
 
 
-def _listed(series: tuple[Series, ...]) -> str:
-    return "".join(f"\n  {s}" for s in series)
+def _listed(series: tuple[Series, ...]) -> Lines:
+    return Lines(str(s) for s in series)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 
 MOST_VOXELS = 2**34
@@ -84,6 +84,6 @@ def grid_of(
     return Grid.of(shape_zyx, (z, y, x), tuple(reversed(origin_mm_zyx))), remarks
 
 
-def _listed(names: Sequence[str]) -> str:
-    lines = [f"\n  {number}{f': {name[:60]!r}' if name else ''}" for number, name in enumerate(names[:_MOST_LISTED], 1)]
-    return "".join(lines) + (f"\n  and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else "")
+def _listed(names: Sequence[str]) -> Lines:
+    lines = [f"{number}{f': {name[:60]!r}' if name else ''}" for number, name in enumerate(names[:_MOST_LISTED], 1)]
+    return Lines([*lines, f"and {len(names) - _MOST_LISTED} more"] if len(names) > _MOST_LISTED else lines)

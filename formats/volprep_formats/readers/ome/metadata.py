@@ -170,6 +170,9 @@ def planes_of(path: Path, description: Description, image: Image, sizes: Sizes) 
             raise VolprepError("VP1220", path=path, error="a plane is in two places")
         where[start : start + planes, 0] = files.index(data)
         where[start : start + planes, 1] = np.arange(page, page + planes)
+    if len(image.data) == 1 and (missing := int((where[:, 0] < 0).sum())):
+        # One run of pages is counted along the axes: where these are longer than the run, it is of other planes.
+        raise VolprepError("VP1220", path=path, error=f"its one run of pages lacks {missing} of {total} planes")
     shaped = where.reshape(*reversed(lengths), 2)
     axes = [sizes.order[::-1].index(axis) for axis in "TCZ"]
     return np.ascontiguousarray(shaped.transpose(*axes, 3)), files.names

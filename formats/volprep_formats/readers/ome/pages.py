@@ -21,6 +21,7 @@ from volprep_formats.readers.pictures.file import (
     MEMORY_BYTES_PER_PIXEL,
     SECONDS,
     SECONDS_PER_PIXEL,
+    check_black_is_zero,
     coded_errors,
     opened,
     unsound,
@@ -123,6 +124,7 @@ def _list_pages(path: Path) -> NDArray[np.generic]:
 
 
 def _page(path: Path, spec: Any) -> TiffPage:
+    check_black_is_zero(path, spec)
     if min(spec.width, spec.height, spec.nchannels) < 1:
         raise unsound(path, f"it has {spec.width}×{spec.height} pixels of {spec.nchannels} channels")
     name = str(spec.format)

@@ -5,10 +5,8 @@ The axes come from the OME-XML, in any order; samples of a pixel count as channe
 """
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +14,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
     Description,
@@ -43,33 +42,18 @@ _USUAL_UNIT = "µm"
 _SAMPLE_NAMES = {2: ("1", "2"), 3: ("red", "green", "blue"), 4: ("red", "green", "blue", "alpha")}
 
 
-class OmeTiffSource:
+class OmeTiffSource(DecodedSource):
     """Pages of the same size and type, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, slices: "_Slices", pool: Workers, leave: ExitStack) -> None:
-        self._info = info
+    def __init__(self, info: SourceInfo, slices: "_Slices") -> None:
+        super().__init__(info)
         self._slices = slices
-        self._workers = pool
-        self._leave = leave
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1165 (damaged) and VP1270 to VP1273."""
         slab = self._slices.read(self._workers, z0, z1)
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them. Files are not open between slabs."""
-        self._leave.close()
 
 
 @dataclass(frozen=True)
@@ -136,13 +120,12 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
     if missing := int((places.each[:, 0] < 0).sum()):
         raise VolprepError("VP1220", path=path, error=f"{missing} of the {sizes.z} slices are in no page")
     grid, remarks = grid_of(path, (sizes.z, sizes.y, sizes.x), _spacing_mm_zyx(path, image))
-    with ExitStack() as opened:
-        pool = opened.enter_context(workers())
+    with workers() as pool:
         page = _common_page(path, places, _expected(path, image, sizes), pool, progress)
         slices = _Slices(places, channel % sizes.samples, page)
         stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
         info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
-        return OmeTiffSource(info, slices, pool, opened.pop_all())
+        return OmeTiffSource(info, slices)
 
 
 def _chosen_image(spec: SourceSpec, path: Path) -> tuple[Description, Image]:

@@ -8,6 +8,8 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
+from volprep_formats.regular_files import open_regular
+
 _BIG = 43
 _IMAGE_DESCRIPTION, _ASCII = 270, 2
 
@@ -43,7 +45,7 @@ class _Tiff:
 def count_pages(path: Path, most: int) -> int | None:
     """Number of directories, at most `most` + 1; None when a link of the chain leads nowhere or back."""
     size = path.stat().st_size
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         tiff = _Tiff(file)
         seen: set[int] = set()
         try:
@@ -62,7 +64,7 @@ def count_pages(path: Path, most: int) -> int | None:
 
 def description_of(path: Path, most: int) -> bytes | None:
     """Text of the first page, at most `most` bytes of it; None when there is none, or it lies beyond the end."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         tiff = _Tiff(file)
         try:
             entries, begin = tiff.entries(tiff.first())

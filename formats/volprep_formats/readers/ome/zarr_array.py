@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +29,7 @@ MOST_TEXT_BYTES = 2**24
 _MOST_CHUNK_BYTES = 2**30
 _MOST_INNER_CHUNKS = 2**22
 _MEMORY_BYTES = 2**29
-_SECONDS, _SECONDS_PER_BYTE = 60.0, 1e-6
+_SECONDS, _SECONDS_PER_BYTE, _SECONDS_PER_CHUNK = 60.0, 1e-6, 1e-3
 _DTYPES = frozenset(
     ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float16", "float32", "float64")
 )
@@ -105,6 +106,27 @@ def part_request(part: PartRequest) -> Request:
     return Request(read_part, part, part.array.store.path, size, memory, _SECONDS + _SECONDS_PER_BYTE * size)
 
 
+def count_request(part: PartRequest) -> Request:
+    """Ask how many files hold the chunks of a box, and how many of these are missing, as JSON."""
+    chunks = math.prod(-(-n // m) for n, m in zip(part.facts.shape, part.facts.chunks, strict=True))
+    seconds = _SECONDS + _SECONDS_PER_CHUNK * chunks
+    return Request(count_files, part, part.array.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, seconds)
+
+
+def count_files(part: PartRequest) -> NDArray[np.uint8]:
+    """Count the files of chunks, or of shards, of a box, and those of them that are not there."""
+    with _coded_errors(part.array.store.path):
+        array, files = _opened(part.array), _files(part.array.store)
+        stored = array.shards or array.chunks
+        ranges = [range(start // n, -(-stop // n)) for (start, stop), n in zip(part.box, stored, strict=True)]
+        missing = sum(
+            files.size(_key(part.array.name, array.metadata.encode_chunk_key(place))) is None
+            for place in itertools.product(*ranges)
+        )
+        said = {"files": math.prod(map(len, ranges)), "missing": missing}
+        return np.frombuffer(json.dumps(said).encode(), np.uint8)
+
+
 def read_group(request: GroupRequest) -> NDArray[np.uint8]:
     """Return the attributes of a group as JSON; of what is no group, null."""
     with _coded_errors(request.store.path):
@@ -113,7 +135,9 @@ def read_group(request: GroupRequest) -> NDArray[np.uint8]:
         if document is None:
             attributes = _document(request.store.path, files, _key(request.name, ".zattrs"))
         else:
-            attributes = document.get("attributes", {})
+            attributes = document.get("attributes") or {}
+        if not isinstance(attributes, (dict, NoneType)):
+            raise VolprepError("VP1220", path=request.store.path, error="the attributes of a group are no JSON object")
         return np.frombuffer(json.dumps(attributes).encode(), np.uint8)
 
 

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.ome.zarr_kind import METADATA
+from volprep_formats.regular_files import open_regular
 
 _MOST_ENTRIES = 2**20
 _ENCRYPTED = 1
@@ -46,7 +47,7 @@ class FolderFiles:
 
     def read(self, key: str, start: int, count: int) -> bytes:
         """See `Files`."""
-        with self._file(key).open("rb") as file:
+        with open_regular(self._file(key)) as file:
             file.seek(start)
             return file.read(count)
 
@@ -64,7 +65,7 @@ class ZipFiles:
     def __init__(self, path: Path) -> None:
         """Raise VP1220 for a zip that is not sound, VP1226 for one whose entries would leave a folder."""
         self._path = path
-        self._zip = zipfile.ZipFile(path)
+        self._zip = zipfile.ZipFile(open_regular(path))
         entries = self._zip.infolist()
         if len(entries) > _MOST_ENTRIES:
             raise VolprepError("VP1225", path=path, size=f"{len(entries)} files", limit=str(_MOST_ENTRIES))

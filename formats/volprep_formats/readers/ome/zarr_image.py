@@ -1,16 +1,15 @@
 """OME-Zarr: one channel at one time point of one level of an image, in a folder or a zip, Zarr 2 or 3.
 
-Metadata and chunks are read by worker processes, which keep within the store; a chunk that is missing holds the fill
-value, as the format says.
+Metadata and chunks are read by worker processes, which keep within the store. A chunk that is missing holds the fill
+value, as the format says; but it may as well have been lost, so missing ones are counted.
 """
 
 import json
 import math
-from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request, Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
 from volprep_formats.readers.ome.ngff import Level, Picture, picture_of, series_of
 from volprep_formats.readers.ome.zarr_array import (
@@ -27,6 +27,7 @@ from volprep_formats.readers.ome.zarr_array import (
     PartRequest,
     Range,
     StoreKey,
+    count_request,
     part_request,
     read_facts,
     read_group,
@@ -39,6 +40,10 @@ _MOST_SERIES, _MOST_CHANNELS, _MOST_TIMES = 1000, 2**16, 2**20
 _PART_BYTES, _ROW_BYTES = 2**22, 2**25
 _FEW_CHUNKS, _LEAST_CHUNK_VOXELS = 2**12, 2**9
 """More chunks than so few must have voxels enough: each costs its 0.2 ms, however little is in it."""
+_MOST_MISSING = 0.25
+"""Largest share of missing chunks that is read with a remark. Writers leave out chunks that hold nothing but the fill
+value, such as the corners around what was scanned, so some may be missing. If the shape is a third too large, a quarter
+of the chunks is missing."""
 _KEPT_BYTES = 2**28
 """Rows of chunks up to this size are decoded once, however thin the slabs are that are asked for."""
 
@@ -119,41 +124,26 @@ class _Slabs:
         self._workers.run([part_request(self._volume.part((z0 + a, z0 + b), y, x)) for (a, b), y, x in boxes], place)
 
 
-class OmeZarrSource:
+class OmeZarrSource(DecodedSource):
     """Chunks of an array, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, slabs: _Slabs, leave: ExitStack) -> None:
-        self._info = info
+    def __init__(self, info: SourceInfo, slabs: _Slabs) -> None:
+        super().__init__(info)
         self._slabs = slabs
-        self._leave = leave
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1220 (damaged), VP1226 and VP1270 to VP1273."""
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
 
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them."""
-        self._leave.close()
-
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSource:
     """Open the channel, time point, level and image that are chosen, or the only ones; the finest level.
 
     Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
-    (leads out of the store), VP1227 (no distance) or VP1270 to VP1273.
+    (leads out of the store), VP1227 (no distance), VP1260 (chunks missing) or VP1270 to VP1273.
     """
-    with ExitStack() as opened:
-        pool = opened.enter_context(workers())
+    with workers() as pool:
         store = StoreKey.of(path)
         prefix, picture = _image(path, store, pool, spec.series)
         level = _level(path, picture, spec.level)
@@ -164,14 +154,16 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
             raise VolprepError("VP1220", path=path, error=error)
         volume = _Volume(array, facts, _space_axes(picture), _fixed(path, picture, facts, spec))
         _check_chunks(path, volume)
+        missing = _check_missing(path, pool, volume, is_accepted=spec.missing == "fill")
         grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
+        remarks += missing
         if not picture.has_units:
             remarks.append("the file does not say its unit of length; millimetres are taken")
         slabs = _Slabs(volume, pool)
         depth = volume.shape_zyx[0]
         stored_type, lost = stored_type_of(facts.dtype, depth, lambda z: slabs.read(z, z + 1), progress)
         info = SourceInfo(format="ome-zarr", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
-        return OmeZarrSource(info, slabs, opened.pop_all())
+        return OmeZarrSource(info, slabs)
 
 
 def channel_names(spec: SourceSpec, path: Path) -> list[str]:
@@ -193,20 +185,32 @@ def _check_chunks(path: Path, volume: _Volume) -> None:
         raise VolprepError("VP1225", path=path, size=f"{count} chunks of {voxels} voxels", limit=limit)
 
 
-def _ask(pool: Workers, request: Request) -> Any:
+def _check_missing(path: Path, pool: Workers, volume: _Volume, *, is_accepted: bool) -> list[str]:
+    """Raise VP1260 where too many chunks are missing to be the empty ones; remark fewer."""
+    counted = _ask(path, pool, count_request(volume.part(*((0, n) for n in volume.shape_zyx))))
+    files, missing = counted["files"], counted["missing"]
+    if missing > _MOST_MISSING * files and not is_accepted:
+        raise VolprepError("VP1260", path=path, missing=missing, files=files, limit=f"{_MOST_MISSING:.0%}")
+    return [f"{missing} of {files} chunks are missing and hold the fill value"] if missing else []
+
+
+def _ask(path: Path, pool: Workers, request: Request) -> Any:
     answers: list[bytes] = []
     pool.run([request], lambda _, answer: answers.append(answer.tobytes()))
-    return json.loads(answers[0])
+    try:
+        return json.loads(answers[0])
+    except RecursionError as error:  # what the worker could read may be too deep here, where more calls are open
+        raise VolprepError("VP1220", path=path, error="its metadata nest too deeply") from error
 
 
 def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
-    told = _ask(pool, text_request(read_facts, array))
+    told = _ask(array.store.path, pool, text_request(read_facts, array))
     return ArrayFacts(tuple(told["shape"]), tuple(told["chunks"]), told["dtype"])
 
 
 def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tuple[str, Picture]:
     """Where the group of the image lies, with a slash at its end, and what it says."""
-    attributes = _ask(pool, text_request(read_group, GroupRequest(store, ""))) or {}
+    attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, ""))) or {}
     picture = picture_of(path, attributes)
     if picture is not None:
         if wanted is not None:
@@ -216,7 +220,7 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
         raise VolprepError("VP1220", path=path, error="it has no multiscales, which make a Zarr store an image")
     pictures: list[Picture] = []
     while len(pictures) < _MOST_SERIES:
-        attributes = _ask(pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))
+        attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))
         found = None if attributes is None else picture_of(path, attributes)
         if found is None:
             break

@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import Request
+from volprep_formats.path_text import unicode_path
 from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.regular_files import open_regular
 from volprep_formats.source import StoredType
 
 MAX_PIXELS = 2**28
@@ -30,6 +32,8 @@ MAX_RATIO = 2**16
 # What stands at the end of a whole file; libjpeg, for one, paints what is missing grey without a word.
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 _TAIL_BYTES = 4096
+_WHITE_IS_ZERO, _BLACK_IS_ZERO = 0, 1
+"""PhotometricInterpretation of TIFF."""
 _TYPES: dict[str, StoredType] = {
     "uint8": "uint8",
     "int16": "int16",
@@ -196,7 +200,7 @@ def _list_pages(path: Path) -> list[Page]:
 
 
 def _check_ends(path: Path) -> None:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         kind = kind_of(file.read(8))
         file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
         tail = file.read()
@@ -213,15 +217,26 @@ def opened(path: Path) -> Any:
     OpenImageIO.attribute("threads", 1)
     as_stored = OpenImageIO.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         kind = kind_of(file.read(8))
-    picture = OpenImageIO.ImageInput.open(str(path), as_stored)
+    picture = OpenImageIO.ImageInput.open(unicode_path(path), as_stored)
     if picture is None or picture.format_name() != kind:
         raise unsound(path, OpenImageIO.geterror())
     return picture
 
 
+def check_black_is_zero(path: Path, spec: Any) -> None:
+    """Raise VP1166 for a TIFF page whose values grow from white to black (MinIsWhite).
+
+    OpenImageIO turns such values around if they have 8 bits, and gives them as they are if they have more; other
+    programs do neither or both.
+    """
+    if spec.get_int_attribute("tiff:PhotometricInterpretation", _BLACK_IS_ZERO) == _WHITE_IS_ZERO:
+        raise VolprepError("VP1166", path=path, what="values that grow from white to black (TIFF's MinIsWhite)")
+
+
 def _page(path: Path, spec: Any) -> Page:
+    check_black_is_zero(path, spec)
     kind = str(spec.format)
     if spec.deep or spec.depth > 1 or kind not in _TYPES or spec.channelformats:
         what = "deep pixels" if spec.deep else f"{spec.depth} layers" if spec.depth > 1 else f"pixels of type {kind}"

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from volprep_formats.readers.dicom import kind as dicom_kind
+from volprep_formats.regular_files import open_regular
 from volprep_formats.tree import files_below
 
 SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
@@ -44,5 +45,5 @@ def _is_dicom(file: Path) -> bool:
         return True
     if file.suffix.lower() in SUFFIXES:
         return False
-    with file.open("rb") as data:
+    with open_regular(file) as data:
         return dicom_kind.has_prefix(data.read(dicom_kind.HEAD_BYTES))

@@ -6,10 +6,8 @@ distances come from the scene; rows go along +y and columns along +x of the pati
 
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import ExitStack
 from itertools import accumulate
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +16,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
     Page,
     Part,
@@ -32,7 +31,7 @@ from volprep_formats.readers.pictures.names import in_order
 from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
 
 
-class StackSource:
+class StackSource(DecodedSource):
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
     def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, makes_grey: bool) -> None:
@@ -40,18 +39,11 @@ class StackSource:
 
         `makes_grey` says whether colours become luminance.
         """
+        super().__init__(info)
         self._makes_grey = makes_grey
-        self._info = info
         self._page = page
         self._files = tuple(files)
         self._starts = (0, *accumulate(count for _, count in files))
-        self._leave = ExitStack()
-        self._workers = self._leave.enter_context(workers())
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x].
@@ -67,14 +59,6 @@ class StackSource:
 
         self._workers.run([decode_request(part) for _, part in wanted], place)
         return slab
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them. Files are not open between slabs."""
-        self._leave.close()
 
     def _parts(self, z0: int, z1: int) -> list[tuple[int, Part]]:
         """Pages of one file each, few enough for all cores to have some, and where they go."""

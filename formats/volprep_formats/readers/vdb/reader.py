@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.isolation import Function, Request, Workers, workers
 from volprep_formats.progress import Progress
@@ -164,7 +164,7 @@ def _chosen(path: Path, wanted: str | None, entries: list[GridEntry]) -> int:
         if (entry.name == wanted if wanted is not None else entry.value_type in _SCALARS)
     ]
     if len(fits) != 1:
-        found = "".join(f"\n  {_described(entry)}" for entry in entries[:20])
+        found = Lines(_described(entry) for entry in entries[:20])
         raise VolprepError("VP1202", path=path, count=len(entries), found=found or " none")
     entry = entries[fits[0]]
     if entry.value_type not in _SCALARS:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.path_text import unicode_path
 
 if TYPE_CHECKING:
     from volprep_formats._vdb import ScalarGrid
@@ -86,7 +87,7 @@ def list_grids(path: Path) -> NDArray[np.uint8]:
     """All grids of a file as JSON: fields of `GridEntry`. Raises VolprepError VP1200 or VP1201."""
     vdb = openvdb(path)
     try:
-        grids = vdb.list_grids(str(path))
+        grids = vdb.list_grids(unicode_path(path))
         entries = [GridEntry(**{name: getattr(grid, name) for name in GridEntry.__annotations__}) for grid in grids]
     except (RuntimeError, ValueError) as error:  # names that are not UTF-8 are ValueErrors
         raise VolprepError("VP1200", path=path, error=_readable(error)) from error
@@ -136,7 +137,7 @@ def openvdb(path: Path) -> ModuleType:
 def _tree(request: TreeRequest) -> "ScalarGrid":
     vdb = openvdb(request.path)
     try:
-        tree: ScalarGrid = vdb.ScalarGrid(str(request.path), request.index)
+        tree: ScalarGrid = vdb.ScalarGrid(unicode_path(request.path), request.index)
     except RuntimeError as error:
         raise VolprepError("VP1200", path=request.path, error=_readable(error)) from error
     return tree

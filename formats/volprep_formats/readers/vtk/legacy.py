@@ -19,9 +19,10 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.unpacking import ForwardStream, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
 from volprep_formats.readers.vtk.vti import UNPLACED
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.regular_files import open_regular, open_unbuffered
+from volprep_formats.source import SourceSpec
 
 _MOST_HEADER_BYTES = 2**16
 # long and unsigned_long are left out: they have 4 bytes on some machines and 8 on others.
@@ -61,15 +62,12 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
     voxels = _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text)
-    stored_type, remarks = find_stored_type(voxels, progress)
-    return VoxelSource(
-        SourceInfo(format="vtk", grid=grid, stored_type=stored_type, remarks=(UNPLACED, *remarks)), voxels
-    )
+    return source_of(Told("vtk", grid, (UNPLACED,)), voxels, progress)
 
 
 def _header(path: Path) -> tuple[bool, Lines, int]:
     """Whether the data are text, the words of each line from DATASET on, and where the data begin."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
     start = re.match(rb"# vtk DataFile Version [0-9]+\.[0-9]+[ \t]*\r?\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", head)
     if start is None:
@@ -131,7 +129,7 @@ def _voxels(path: Path, lines: Lines, data_bytes: int, shape_zyx: tuple[int, int
     count, size = prod(shape_zyx), path.stat().st_size
     if not is_text:
         check_declared(path, count * dtype.itemsize, data_bytes, 0, size)
-        return VoxelFile(path, dtype, shape_zyx, data_bytes, path.open("rb", buffering=0))
+        return VoxelFile(path, dtype, shape_zyx, data_bytes, open_unbuffered(path))
     check_declared(path, count * dtype.itemsize, 0, 0, most_text_bytes(size - data_bytes, dtype))
     if lines[-1][0] == "COLOR_SCALARS":
         return VoxelFile(path, dtype, shape_zyx, 0, ForwardStream(lambda: _shades(path, data_bytes, count)))

@@ -22,11 +22,13 @@ from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import VoxelSource, check_declared, find_stored_type
+from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
 from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, parse_image
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.regular_files import open_regular, open_unbuffered
+from volprep_formats.source import SourceSpec
 
 UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x, y, z as left, back and up"
 
@@ -50,10 +52,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid = _grid(path, document)
     array = _scalars(path, document)
     voxels = _voxels(path, document, array, grid.shape_zyx)
-    stored_type, remarks = find_stored_type(voxels, progress)
-    return VoxelSource(
-        SourceInfo(format="vti", grid=grid, stored_type=stored_type, remarks=(UNPLACED, *remarks)), voxels
-    )
+    return source_of(Told("vti", grid, (UNPLACED,)), voxels, progress)
 
 
 def _grid(path: Path, document: Document) -> Grid:
@@ -72,7 +71,11 @@ def _grid(path: Path, document: Document) -> Grid:
     if not (spacing > 0).all():
         raise VolprepError("VP2021", path=path, which="attribute Spacing")
     with np.errstate(over="ignore", invalid="ignore"):
-        columns = _floats(path, image, "Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3) * spacing
+        direction = _floats(path, image, "Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3)
+        # VTK would take longer vectors for wider spacing, others would not.
+        if not (np.abs(np.linalg.norm(direction, axis=0) - 1.0) <= ORIENTATION_TOLERANCE).all():
+            raise VolprepError("VP2021", path=path, which="attribute Direction")
+        columns = direction * spacing
         # Origin is the place of index 0, also where the extent begins elsewhere.
         origin = _floats(path, image, "Origin", "0 0 0", 3) + columns @ first
     return grid_from_affine(path, "Origin, Spacing or Direction", (nz, ny, nx), columns, origin)
@@ -138,7 +141,7 @@ def _voxels(path: Path, document: Document, array: Array, shape_zyx: tuple[int, 
     if part.is_base64:
         total = width + voxel_bytes
         return VoxelFile(path, dtype, shape_zyx, width, ForwardStream(lambda: part.pieces(0, total)))
-    return VoxelFile(path, dtype, shape_zyx, part.start + width, path.open("rb", buffering=0))
+    return VoxelFile(path, dtype, shape_zyx, part.start + width, open_unbuffered(path))
 
 
 @dataclass(frozen=True)
@@ -166,7 +169,7 @@ class _Part:
 
     def pieces(self, skip: int, count: int) -> Iterator[bytes]:
         """`count` bytes of one run of base64, or raw, that begins `skip` bytes of the file after the start."""
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             file.seek(self.start + skip)
             left = -(-count // 3) * 4 if self.is_base64 else count
             while left and (piece := file.read(min(left, _CHUNK_BYTES))):
@@ -196,7 +199,7 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
     if form != "appended" or offset is None or encoding not in {"raw", "base64"}:
         problem = f"format {form[:40]!r} and appended data of encoding {encoding[:40]!r}"
         raise VolprepError("VP1142", path=path, what=problem)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(tag_bytes)
         mark = re.match(rb"<[^>]*>\s*_", file.read(_CHUNK_BYTES))
     if mark is None:
@@ -206,7 +209,7 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
 
 def _content(path: Path, array: Array) -> tuple[int, int]:
     """Where the text of an inline array begins, without blanks, and where it ends."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(array.tag_bytes)
         mark = re.match(rb"<[^>]*>\s*", file.read(_CHUNK_BYTES))
     start = array.tag_bytes + (mark.end() if mark else 0)

@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.regular_files import open_regular
 
 _CHUNK_BYTES = 2**18
 _MOST_ELEMENTS = 10_000
@@ -49,7 +50,7 @@ def parse_image(path: Path) -> Document:
     document = Document()
     parser = expat.ParserCreate("UTF-8")
     _Handlers(path, parser, document)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         try:
             while chunk := file.read(_CHUNK_BYTES):
                 parser.Parse(chunk, False)

@@ -1,0 +1,71 @@
+"""Opening files that somebody else named: regular ones only, and never larger than what is wanted of them.
+
+A pipe would be waited for without end, and a device such as /dev/zero read without end. Links are followed: what they
+lead to must be a regular file.
+"""
+
+import errno
+import gzip
+import os
+import stat
+from io import BufferedReader, FileIO
+from pathlib import Path
+
+MOST_TEXT_BYTES = 2**20
+"""Largest text file that a user writes: a scene, a profile, a transfer function. They have some kilobytes."""
+
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Open a regular file for reading. Raises OSError, for anything else too; its `strerror` says what the path is."""
+    return BufferedReader(open_unbuffered(path))
+
+
+def open_unbuffered(path: Path) -> FileIO:
+    """Open a regular file as `open_regular` does, without a buffer."""
+    # O_NONBLOCK: opening a pipe that nobody writes to would wait for ever. It changes nothing for regular files.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        _check_kind(path, os.fstat(descriptor))
+    except OSError:
+        os.close(descriptor)
+        raise
+    return FileIO(descriptor, "rb")
+
+
+def open_gzipped(path: Path) -> gzip.GzipFile:
+    """Open a regular file that is gzipped, to read what is in it. Raises OSError."""
+    file = open_unbuffered(path)
+    unpacked = gzip.GzipFile(fileobj=file)
+    unpacked.myfileobj = file  # closes it, too
+    return unpacked
+
+
+def check_regular_or_folder(path: Path) -> None:
+    """Raise OSError for a path that is neither a regular file nor a folder, or cannot be reached."""
+    state = path.stat()
+    if not stat.S_ISDIR(state.st_mode):
+        _check_kind(path, state)
+
+
+def read_regular(path: Path, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
+    """Return all bytes of a regular file. Raises OSError, also for a file of more than `most_bytes`."""
+    with open_regular(path) as file:
+        data = file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise OSError(errno.EINVAL, f"it has more than {most_bytes} bytes", str(path))
+    return data
+
+
+def _check_kind(path: Path, state: os.stat_result) -> None:
+    if stat.S_ISDIR(state.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(state.st_mode):
+        kind = _KINDS.get(stat.S_IFMT(state.st_mode), "no file")
+        raise OSError(errno.EINVAL, f"it is {kind}, not a regular file", str(path))
