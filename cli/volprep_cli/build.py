@@ -32,8 +32,8 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
 
     What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
     """
-    from volprep.pipeline.build import build as build_package  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.build import build as build_package
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     with progress() as watcher:

@@ -44,8 +44,8 @@ def progress() -> Iterator["Progress"]:
 
 @contextmanager
 def _bars() -> Iterator["Progress"]:
-    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
-    from rich.progress import Progress as Bar  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import Progress as Bar
 
     with Bar(console=Console(stderr=True)) as bar:
         yield _Bars(bar)
@@ -93,7 +93,7 @@ class _Bars:
 
 def print_remarks(manifest: "Manifest") -> None:
     """Print to stderr what a user should know of a package."""
-    from volprep.pipeline.remarks import remarks, warnings  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.remarks import remarks, warnings
 
     for text in remarks(manifest):
         print(f"note: {text}", file=sys.stderr)
@@ -117,8 +117,8 @@ def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
 
 def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print rows under headings; on a terminal long cells are folded to its width."""
-    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
-    from rich.table import Column, Table  # noqa: PLC0415
+    from rich.console import Console
+    from rich.table import Column, Table
 
     columns = [Column(heading, overflow="fold") for heading in headings]
     table = Table(*columns, box=None, pad_edge=False, header_style="bold")

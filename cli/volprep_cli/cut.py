@@ -30,8 +30,8 @@ def cut(
 
     Reads only the voxels of the box. cut.json says where it lies, in the patient and in each level.
     """
-    from volprep.parts.subvolumes.cut_files import write_cut  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.package.reader import Package  # noqa: PLC0415
+    from volprep.parts.subvolumes.cut_files import write_cut
+    from volprep_formats.package.reader import Package
 
     record = write_cut(Package.open(package), _numbers(center), size, output, world=world, force=force)
     if as_json:

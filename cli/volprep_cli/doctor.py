@@ -21,7 +21,7 @@ def doctor(
 
     Exit status 0: nothing needed is missing. 8: something is.
     """
-    from volprep.doctor import examine  # noqa: PLC0415 -- keeps volprep --help fast
+    from volprep.doctor import examine
 
     examination = examine()
     if as_json:

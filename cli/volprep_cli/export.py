@@ -41,9 +41,9 @@ def export(
 
     Of a draft, level 0 is the scan as it was imported. A raw file gets a sidecar with its shape, FILE.toml.
     """
-    from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.readers.volpkg import open_level  # noqa: PLC0415
-    from volprep_formats.writers.values import StoredValues  # noqa: PLC0415
+    from volprep_formats.diagnostics import VolprepError
+    from volprep_formats.readers.volpkg import open_level
+    from volprep_formats.writers.values import StoredValues
 
     kind = _kind(file)
     if file.is_dir() if kind != "dicom" else file.exists():
@@ -63,7 +63,7 @@ def export(
 
 def _kind(file: Path) -> str:
     """Name of the writer, which is a module of `volprep_formats.writers`."""
-    from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.diagnostics import VolprepError
 
     endings = {".nii": "nifti", ".nrrd": "nrrd", ".raw": "raw", ".vdb": "vdb", "": "dicom"}
     ending = file.suffix.lower()

@@ -90,9 +90,9 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.pipeline.drafts import import_draft, scene_of  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.pipeline.origin import Origin, write_origin  # noqa: PLC0415
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.drafts import import_draft, scene_of
+    from volprep.pipeline.origin import Origin, write_origin
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     if unknown := set(repair) - {"gaps", "tilt"}:
@@ -121,7 +121,7 @@ def import_source(
 
 
 def _list(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import format_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers import format_of
 
     if format_of(path) == "dicom":
         _list_series(path, as_json=as_json)
@@ -130,7 +130,7 @@ def _list(path: Path, *, as_json: bool) -> None:
 
 
 def _list_channels(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import channels_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers import channels_of
 
     names = channels_of(path)
     if as_json:
@@ -140,7 +140,7 @@ def _list_channels(path: Path, *, as_json: bool) -> None:
 
 
 def _list_series(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers.dicom.listing import list_series  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers.dicom.listing import list_series
 
     with progress() as watcher:
         listing = list_series(path, watcher)

@@ -46,7 +46,7 @@ def inspect(
     Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
     the textures of a level, and writes a picture of its slices instead.
     """
-    from volprep_formats.package.reader import Package  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.package.reader import Package
 
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
@@ -67,7 +67,7 @@ def inspect(
 
 
 def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
-    from volprep.parts.mosaic.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.parts.mosaic.montage import write_montage
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape

@@ -54,7 +54,7 @@ _VERBS = {
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version  # noqa: PLC0415 - keeps volprep --help fast
+        from importlib.metadata import version
 
         print(f"volprep {version('volprep')}")
         raise typer.Exit
@@ -153,7 +153,7 @@ def _drop_output() -> None:
 def _fail(error: VolprepError) -> NoReturn:
     # A picture beyond the tolerance is a result, which is on stdout already.
     if "--json" in sys.argv and error.status is not ExitStatus.TOLERANCE:
-        from volprep_cli.console import print_json  # noqa: PLC0415 - not needed when all is well
+        from volprep_cli.console import print_json
 
         try:
             print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})

@@ -10,8 +10,8 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     Reads the whole source, and writes nothing. Transfer functions that come with volprep (preset = "NAME" in
     [[transfer]] of the scene): angiography, ct-bone, ct-soft-tissue, labels, micro-ct, mr-head.
     """
-    from volprep.pipeline.build import plan_build  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.build import plan_build
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     with progress() as watcher:

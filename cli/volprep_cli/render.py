@@ -64,7 +64,7 @@ def render(
     # Before the renderer loads: a wrong command line needs no driver.
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)
-    from volprep.pipeline.shot import Shot, take  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.shot import Shot, take
 
     shot = Shot(
         view=view,

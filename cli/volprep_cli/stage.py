@@ -15,8 +15,8 @@ Draft = Annotated[Path, typer.Argument(help="Draft that volprep import began.", 
 
 def run_stage(package: Path, verb: str, **wishes: object) -> None:
     """Run a stage on a draft. Options of the verb are keys of a table of the scene, and replace them where not None."""
-    from volprep.pipeline.drafts import run_verb  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.scene import changed  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.drafts import run_verb
+    from volprep.scene.scene import changed
 
     def change(scene: "Scene") -> "Scene":
         return changed(scene, verb, **wishes) if wishes else scene

@@ -29,9 +29,9 @@ def stress(
 
     Exit status 0: all are drawn, or refused, as they must be. 1: one is not.
     """
-    from volprep.report.stress import stress as try_cases  # noqa: PLC0415 - loads OpenGL
-    from volprep.scene.profiles import load_profile  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.truth.stress import CASES  # noqa: PLC0415
+    from volprep.report.stress import stress as try_cases
+    from volprep.scene.profiles import load_profile
+    from volprep.truth.stress import CASES
 
     names = [each.name for each in CASES]
     if unknown := set(case).difference(names):
@@ -60,7 +60,7 @@ def _print(report: "StressReport", folder: Path) -> None:
 
 
 def _cells(drawing: "StressDrawing", bound: float) -> tuple[str, str, str, str]:
-    from volprep.report.text import error, number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import error, number, ratio
 
     steps = ", ".join(
         f"{ratio(point.step_ratio)}: {error(point.rmse, bound)} in {number(point.draw_ms, 2)} ms"

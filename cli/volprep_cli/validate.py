@@ -46,8 +46,8 @@ def validate(
     if quick:
         _check(package, as_json=as_json)
         return
-    from volprep.report.validate import default_report_path  # noqa: PLC0415 - loads OpenGL
-    from volprep.report.validate import validate as validate_package  # noqa: PLC0415
+    from volprep.report.validate import default_report_path
+    from volprep.report.validate import validate as validate_package
 
     folder = report or default_report_path(package)
     with progress() as watcher:
@@ -61,7 +61,7 @@ def validate(
 
 
 def _check(package: Path, *, as_json: bool) -> None:
-    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.validation.whole import open_whole
 
     manifest = open_whole(package).manifest
     if as_json:
@@ -85,7 +85,7 @@ def _print(report: "Report", folder: Path) -> None:
 
 
 def _print_views(program: "ProgramResult", bound: float) -> None:
-    from volprep.report.text import error  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import error
 
     rows = [
         (
@@ -103,7 +103,7 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
 
 
 def _print_sweep(program: "ProgramResult") -> None:
-    from volprep.report.text import number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import number, ratio
 
     rows = [
         (
@@ -120,7 +120,7 @@ def _print_sweep(program: "ProgramResult") -> None:
 
 
 def _print_empty_space(found: "EmptySpace") -> None:
-    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import number
 
     plain = found.ways[0]
     rows = [

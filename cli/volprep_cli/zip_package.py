@@ -20,10 +20,10 @@ def zip_package(package: Package, output: Output = None, *, force: Force = False
 
     Verbs that read packages read it, too; unzipping gives the folder back. Textures are not compressed once more.
     """
-    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.package.storage.files import MANIFEST  # noqa: PLC0415
-    from volprep_formats.package.storage.single_file import write_single_file  # noqa: PLC0415
-    from volprep_formats.writers.output import new_file  # noqa: PLC0415
+    from volprep.validation.whole import open_whole
+    from volprep_formats.package.storage.files import MANIFEST
+    from volprep_formats.package.storage.single_file import write_single_file
+    from volprep_formats.writers.output import new_file
 
     whole = open_whole(package)
     if not package.is_dir():
