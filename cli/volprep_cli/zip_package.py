@@ -21,9 +21,9 @@ def zip_package(package: Package, output: Output = None, *, force: Force = False
     Verbs that read packages read it, too; unzipping gives the folder back. Textures are not compressed once more.
     """
     from volprep.validation.whole import open_whole
+    from volprep_formats.output import new_file
     from volprep_formats.package.storage.files import MANIFEST
     from volprep_formats.package.storage.single_file import write_single_file
-    from volprep_formats.writers.output import new_file
 
     whole = open_whole(package)
     if not package.is_dir():

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Self, cast
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors, sync_all, sync_folder
 from volprep_formats.package.manifest import FileRecord, FileRole, Manifest, StageRecord, SubvolumeFiles
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 from volprep_formats.package.parts.proxy.record import Proxy
@@ -21,12 +22,9 @@ from volprep_formats.package.storage.files import (
     MANIFEST,
     MANIFEST_IN_MAKING,
     open_inside,
-    output_errors,
     path_inside,
     remove_empty,
     replace_file,
-    sync_all,
-    sync_folder,
 )
 from volprep_formats.package.storage.lock import Lock
 from volprep_formats.package.texture import Texture

@@ -2,13 +2,12 @@
 
 import os
 import stat
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import sync_folder
 
 MANIFEST = "manifest.json"
 """Name of the manifest in a package."""
@@ -21,48 +20,12 @@ def source_name(channel: str | None) -> str:
     return "work/level0.raw" if channel is None else f"work/level0-{channel}.raw"
 
 
-_SYNCS = 8
-"""Files that wait for the disk at the same time."""
-
-
-@contextmanager
-def output_errors(path: Path) -> Iterator[None]:
-    """Turn what the system says while `path` is written into VP4020."""
-    try:
-        yield
-    except OSError as error:
-        raise VolprepError("VP4020", path=path, error=error.strerror or error) from error
-
-
-def sync_folder(folder: Path) -> None:
-    """Make the names in `folder` durable: without this a rename may be undone by a power cut."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def sync_all(paths: Iterable[Path]) -> None:
-    """Make files, and the names in folders, durable; in any order.
-
-    All at the same time: a journal takes what comes together in one step, and each step is a wait for the disk.
-    """
-    with ThreadPoolExecutor(_SYNCS) as pool:
-        for _ in pool.map(_sync, paths):
-            pass
-
-
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def replace_file(path: Path, data: bytes) -> None:
-    """Give `path` the content `data`, whole or not at all. Raises OSError."""
+    """Give `path` in a package the content `data`, whole or not at all. Raises OSError.
+
+    What a killed process leaves has always the same name, MANIFEST_IN_MAKING for the manifest: a package holds nothing
+    that is not known.
+    """
     temporary = path.with_name(f".{path.name}.new")
     try:
         with temporary.open("wb") as file:

@@ -6,16 +6,15 @@ import os
 from pathlib import Path, PurePosixPath
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors, sync_folder
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.draft import recover
 from volprep_formats.package.storage.files import (
     MANIFEST,
     MANIFEST_IN_MAKING,
     names_in,
-    output_errors,
     path_inside,
     remove_empty,
-    sync_folder,
 )
 
 _AT_FDCWD = -100
