@@ -11,7 +11,7 @@ Scene = Annotated[
     Path,
     typer.Argument(
         help="Scene file, TOML: a source and transfer functions. Or a scan alone, which is drawn with a grey ramp over "
-        "all its values.",
+        'all its values; the name in the package is "scan", never that of the file.',
         metavar="SCENE|SCAN",
     ),
 ]

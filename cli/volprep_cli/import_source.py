@@ -82,7 +82,8 @@ def import_source(
 ) -> None:
     """Begin a draft: read the scan at full precision, and measure it.
 
-    A scan without a scene is drawn with a grey ramp over all its values.
+    A scan without a scene is drawn with a grey ramp over all its values, and the package's name is "scan": the file's
+    own may be that of a patient. Where the scan is stands in PACKAGE.origin.json beside the draft, and not in it.
     """
     if only_list:
         _list(scene, as_json=as_json)
@@ -90,8 +91,7 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.pipeline.drafts import import_draft, scene_of
-    from volprep.pipeline.origin import Origin, write_origin
+    from volprep.pipeline.begin import begin_draft
     from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
@@ -105,9 +105,7 @@ def import_source(
     if choices:
         request = request.with_source(**choices)
     with progress() as watcher:
-        draft = import_draft(request, output, watcher).draft
-    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=scene_of(draft))
-    write_origin(output, origin)
+        draft = begin_draft(request, output, watcher)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
     print_remarks(draft.manifest)

@@ -110,6 +110,10 @@ class SourceSpec(Record):
     mosaic: MosaicLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
 
+    def without_place(self) -> Self:
+        """Return the same source without what says where it is, or which of several: names that are not ours."""
+        return self.model_copy(update={"path": "imported", "series": None, "channel": None, "grid": None})
+
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:
         if isinstance(self.channels, tuple) and self.channels:

@@ -3,7 +3,6 @@
 The limit on the size of a file stops a write in its middle as a full disk does; both are tried.
 """
 
-import os
 import resource
 import shutil
 import subprocess
@@ -46,7 +45,9 @@ def place(tmp_path_factory) -> Path:
     """A folder with a scene and a package with sub-volumes; small files of it take more than the limit."""
     folder = tmp_path_factory.mktemp("place")
     scene = write_phantom_scene(folder)
-    scene.write_text(scene.read_text(encoding="utf-8") + "\n[quantize]\nbits = 16\n[grid]\nsize = 24\n", encoding="utf-8")
+    scene.write_text(
+        scene.read_text(encoding="utf-8") + "\n[quantize]\nbits = 16\n[grid]\nsize = 24\n", encoding="utf-8"
+    )
     done = volprep("build", scene, "-o", "good.volpkg", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
@@ -102,7 +103,7 @@ def test_a_folder_that_finds_no_room_leaves_nothing(place, tmp_path, command) ->
 @pytest.mark.parametrize("command", {**FILES, **FOLDERS})
 def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
     require_one_message(volprep(*command.format(disk).split(), cwd=place))
-    assert not os.listdir(disk)
+    assert not list(disk.iterdir())
 
 
 @pytest.mark.parametrize(("command", "name"), {**FILES, **FOLDERS}.items(), ids={**FILES, **FOLDERS})

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from volprep.pipeline.drafts import import_draft, require_sound, scene_of
+from volprep.pipeline.drafts import import_draft, imported_scene, require_sound
 from volprep.pipeline.make_plans import make_plans
 from volprep.pipeline.origin import Origin, write_origin
 from volprep.pipeline.stages import plan_draft, run_stages
@@ -45,8 +45,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         progress.start("plan", 1)
         # Trying compressed forms begins tasks of its own.
         progress.advance()
-        # Import gave a scan without a scene its transfer function.
-        scene = scene_of(draft) if request.scene_path is None else request.scene
+        scene = imported_scene(request, draft)
         plan = plan_draft(draft, scene, request.profile, imported.measured, progress)
         made = run_stages(draft, plan, scene, progress)
         progress.start("check", 1)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.parts.work import SCENE, generator, is_current
+from volprep.parts.work import SCENE, generator, is_current, scene_bytes
 from volprep.scan.channels import opened_channel
 from volprep.scan.import_volume import NAME, NOT_MEASURED, import_key, import_volume
 from volprep.scan.statistics import Measured
@@ -80,7 +80,7 @@ def import_draft(request: Request, folder: Path, progress: Progress) -> Imported
     record, statistics = found[0][0], found[0][1].statistics
     if request.scene_path is None:
         scene = with_grey_ramp(scene, statistics, record.info.grid)
-    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    draft.write(SCENE, "work", scene_bytes(scene))
     changes: dict[str, object] = {"name": scene.name, "generator": generator(), "profile": request.profile, **_BLANK}
     changes |= {"source": record, "statistics": statistics, "channels": _listed(channels, found)}
     draft.commit(StageRecord(name=NAME, key=key), **changes)
@@ -116,8 +116,15 @@ def _listed(
 
 
 def scene_of(draft: Draft) -> Scene:
-    """Return the scene that a draft is made for."""
+    """Return the scene that a draft is made for; where the source is only its origin says."""
     return Scene.model_validate_json(draft.read_bytes(SCENE))
+
+
+def imported_scene(request: Request, draft: Draft) -> Scene:
+    """Return the scene of a request; the import gave a scan without a scene its transfer function."""
+    if request.scene_path is not None:
+        return request.scene
+    return scene_of(draft).model_copy(update={"source": request.scene.source})
 
 
 def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:

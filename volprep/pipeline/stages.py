@@ -19,7 +19,7 @@ from volprep.parts.stage import Stage
 from volprep.parts.subvolumes import stage as grid
 from volprep.parts.texture import stage as texture
 from volprep.parts.values import stage as quantize
-from volprep.parts.work import FORMS, SCENE, generator, is_current, source_volume
+from volprep.parts.work import FORMS, SCENE, generator, is_current, scene_bytes, source_volume
 from volprep.pipeline import seal
 from volprep.pipeline.make_plans import make_plans
 from volprep.pipeline.merge import merged, plans_of, with_transfers
@@ -75,7 +75,7 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     channels = with_transfers(draft.manifest.channels, scene)
     changes = merged(draft.manifest.model_copy(update={"channels": channels}), each, scene)
     # Every step leaves the scene that it was made for; only drafts hold it.
-    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    draft.write(SCENE, "work", scene_bytes(scene))
     forms = [form for each in plan.every for form in each.forms]
     if forms:
         draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in forms]).encode())

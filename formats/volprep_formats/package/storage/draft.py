@@ -7,6 +7,7 @@ was; what one killed after it left to do is done by the next `Draft.open`.
 """
 
 import hashlib
+import os
 import shutil
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -51,8 +52,7 @@ class Draft:
         """
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            if any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
-                raise VolprepError("VP4023", path=folder)
+            require_room(folder)
             replace_file(folder / MANIFEST, encode_manifest(manifest))
             sync_folder(folder.parent)
         return cls(folder, manifest)
@@ -161,6 +161,16 @@ class Draft:
         # Another draft object, opened on the same folder in between, has dropped what this one wrote.
         if any(not self._staged(path).exists() for path in self._pending):
             raise VolprepError("VP4012", path=self._folder)
+
+
+def require_room(folder: Path) -> None:
+    """Raise VP4023 where a new draft cannot be made: a folder that holds anything but what a killed `create` left.
+
+    Raises VP4020 where a file or a link to nowhere is in the way.
+    """
+    with output_errors(folder):
+        if os.path.lexists(folder) and any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
+            raise VolprepError("VP4023", path=folder)
 
 
 def recover(folder: Path) -> None:
