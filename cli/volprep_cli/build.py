@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress, voxels_text
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_remarks, progress, voxels_text
 
 Scene = Annotated[
     Path,
@@ -44,4 +44,6 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
     else:
         levels = ", ".join(voxels_text(level.grid.shape_zyx) for level in manifest.levels)
-        print(f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}")
+        print_line(
+            f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}"
+        )

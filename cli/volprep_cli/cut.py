@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, voxels_text
+from volprep_cli.console import Json, print_json, print_line, voxels_text
 from volprep_cli.inspect import PackageFolder
 
 
@@ -38,7 +38,7 @@ def cut(
         print_json(record.model_dump(mode="json"))
         return
     shape = voxels_text([b - a for a, b in zip(record.start_zyx, record.stop_zyx, strict=True)])
-    print(
+    print_line(
         f"{output}: {shape} voxels from {','.join(map(str, reversed(record.start_zyx)))}; "
         f"{record.texel_bytes_read} bytes of texels in {record.reads} reads of {record.files_read} files"
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from volprep_cli.build import Profile, Source
-from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
+from volprep_cli.console import Json, print_json, print_line, print_remarks, print_table, progress, voxels_text
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import Listing
@@ -115,7 +115,7 @@ def import_source(
             {"draft": str(output), "source": draft.manifest.source.model_dump(mode="json"), "values": [low, high]}
         )
     else:
-        print(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
+        print_line(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
 
 
 def _list(path: Path, *, as_json: bool) -> None:
@@ -162,6 +162,6 @@ def _print(listing: "Listing") -> None:
     ]
     print_table(("series", "modality", "files", "voxels", "spacing mm", "what it is"), rows)
     for problem in listing.damaged:
-        print(f"{problem.code} {problem.summary}")
+        print_line(f"{problem.code} {problem.summary}")
     if listing.other_files:
-        print(f"files that are no DICOM images: {listing.other_files}")
+        print_line(f"files that are no DICOM images: {listing.other_files}")

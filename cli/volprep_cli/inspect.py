@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_table, voxels_text
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, voxels_text
 
 if TYPE_CHECKING:
     from volprep_formats.package.manifest import Channel, Manifest
@@ -57,13 +57,13 @@ def inspect(
         record = manifest.model_dump(mode="json", exclude_none=True)
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
         return
-    print(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
+    print_line(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
     for title, headings, rows in _tables(manifest):
         if rows:
             if title:
-                print(title)
+                print_line(title)
             print_table(headings, rows)
-            print()
+            print_line("")
 
 
 def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
@@ -76,7 +76,7 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
         print_json({"picture": str(path), "width": width, "height": height, "level": made.level, **layout})
         return
     every = "" if made.every == 1 else f", one of {made.every}"
-    print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
+    print_line(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
 
 
 def _size(manifest: "Manifest") -> int:

@@ -7,10 +7,12 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 
+from volprep_cli.streams import prepare_streams
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 _STATUSES = (
@@ -20,6 +22,8 @@ _STATUSES = (
 )
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_REFUSED = {errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG, errno.EIO, errno.EMFILE, errno.ENFILE}
+"""What the system says no to: not a defect, whoever asked for it."""
 _INTERRUPTED = 130
 """Exit status that typer makes of Ctrl-C, and that a shell shows for a program which the signal ended."""
 
@@ -99,6 +103,7 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
 
 def main() -> None:
     """Run the command line. Whatever goes wrong becomes one message and a documented exit status."""
+    prepare_streams()
     # Both are read when the libraries load: the matrices here are small, and who else is installed is not our concern.
     # Together they took 0.1 s of the 0.5 s that an import needed to start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -126,6 +131,10 @@ def main() -> None:
             # Files have errors of their own.
             _drop_output()
             _fail(VolprepError("VP4020", path=error.filename or "standard output", error=error.strerror))
+        if isinstance(error, FileNotFoundError) and not _has_working_directory():
+            _fail(VolprepError("VP7002"))
+        if isinstance(error, OSError) and error.errno in _REFUSED:
+            _fail(VolprepError("VP7003", path=error.filename or "this command", error=error.strerror))
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
         # Some messages have many lines, of which the first says what is wrong.
@@ -136,6 +145,14 @@ def main() -> None:
         # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks.
         if "OpenImageIO" not in sys.modules:
             gc.freeze()
+
+
+def _has_working_directory() -> bool:
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _end_by_interrupt() -> None:

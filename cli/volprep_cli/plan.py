@@ -1,7 +1,7 @@
 """volprep plan: what a package of a scene would hold, and why."""
 
 from volprep_cli.build import Profile, Scene, Source
-from volprep_cli.console import Json, bytes_text, print_json, print_table, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, progress
 
 
 def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
@@ -25,4 +25,6 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     ]
     print_table(("item", "", "cost", "reason", "files"), rows)
     total = sum(item.size_bytes for item in decided.items if item.kept)
-    print(f"stages: {', '.join(decided.stages)}; {bytes_text(total)} of textures for profile {decided.profile.name}")
+    print_line(
+        f"stages: {', '.join(decided.stages)}; {bytes_text(total)} of textures for profile {decided.profile.name}"
+    )

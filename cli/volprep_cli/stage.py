@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import progress
+from volprep_cli.console import print_line, progress
 
 if TYPE_CHECKING:
     from volprep.scene.scene import Scene
@@ -23,4 +23,4 @@ def run_stage(package: Path, verb: str, **wishes: object) -> None:
 
     with progress() as watcher:
         draft = run_verb(package, verb, change, watcher)
-    print(f"{package}: {verb} done, {draft.manifest.state}")
+    print_line(f"{package}: {verb} done, {draft.manifest.state}")

@@ -22,7 +22,7 @@ def prepare_streams() -> None:
         except OSError:
             _open_nothing(descriptor)
     if sys.stdout is None:
-        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115, PTH123 - as long as the process
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - as long as the process
     codecs.register_error("volprep", _in_other_letters)
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="volprep")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _print(report: "StressReport", folder: Path) -> None:
             rows.append((result.case, f"refused, {result.refused}", "", "", verdict))
         rows += [(result.case, *_cells(drawing, report.oracle_tolerance)) for drawing in result.drawings]
     print_table(("case", "drawn by", "RMSE / largest", "RMSE by step", "verdict"), rows)
-    print(f"report: {folder / 'index.html'}")
+    print_line(f"report: {folder / 'index.html'}")
 
 
 def _cells(drawing: "StressDrawing", bound: float) -> tuple[str, str, str, str]:

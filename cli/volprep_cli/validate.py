@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -67,21 +67,21 @@ def _check(package: Path, *, as_json: bool) -> None:
     if as_json:
         print_json({"package": str(package), "whole": True, "files": len(manifest.files)})
     else:
-        print(f"{package}: whole, {len(manifest.files)} files")
+        print_line(f"{package}: whole, {len(manifest.files)} files")
 
 
 def _print(report: "Report", folder: Path) -> None:
     for program in report.programs:
-        print(f"{program.program}, transfer function {program.transfer}, level {program.level}")
+        print_line(f"{program.program}, transfer function {program.transfer}, level {program.level}")
         _print_views(program, report.oracle_tolerance)
-        print(f"\nerror against run time, view {program.sweep.view}")
+        print_line(f"\nerror against run time, view {program.sweep.view}")
         _print_sweep(program)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
-        print()
+        print_line("")
     allowed = report.tolerance
-    print(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
-    print(f"report: {folder / 'index.html'}")
+    print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
+    print_line(f"report: {folder / 'index.html'}")
 
 
 def _print_views(program: "ProgramResult", bound: float) -> None:
@@ -133,7 +133,7 @@ def _print_empty_space(found: "EmptySpace") -> None:
         )
         for way in found.ways
     ]
-    print("\nempty space, as the package draws last")
+    print_line("\nempty space, as the package draws last")
     print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
 
 

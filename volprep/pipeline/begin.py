@@ -7,6 +7,7 @@ from volprep.pipeline.drafts import import_draft, imported_scene
 from volprep.pipeline.origin import Origin, write_origin
 from volprep.scene.request import Request
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors
 from volprep_formats.package.storage.draft import Draft, require_room
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.publish import remove_package
@@ -18,7 +19,8 @@ def begin_draft(request: Request, folder: Path, progress: Progress) -> Draft:
 
     Raises what `import_draft` raises, before anything is read where `folder` is in the way.
     """
-    is_new = not (folder / MANIFEST).exists()
+    with output_errors(folder):
+        is_new = not (folder / MANIFEST).exists()
     if is_new:
         require_room(folder)
     try:
