@@ -57,7 +57,8 @@ def inspect(
         record = manifest.model_dump(mode="json", exclude_none=True)
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
         return
-    print_line(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
+    print_line(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files")
+    print_line("")
     for title, headings, rows in _tables(manifest):
         if rows:
             if title:

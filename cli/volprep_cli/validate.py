@@ -74,7 +74,8 @@ def _print(report: "Report", folder: Path) -> None:
     for program in report.programs:
         print_line(f"{program.program}, transfer function {program.transfer}, level {program.level}")
         _print_views(program, report.oracle_tolerance)
-        print_line(f"\nerror against run time, view {program.sweep.view}")
+        print_line("")
+        print_line(f"error against run time, view {program.sweep.view}")
         _print_sweep(program)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
@@ -133,7 +134,8 @@ def _print_empty_space(found: "EmptySpace") -> None:
         )
         for way in found.ways
     ]
-    print_line("\nempty space, as the package draws last")
+    print_line("")
+    print_line("empty space, as the package draws last")
     print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
 
 

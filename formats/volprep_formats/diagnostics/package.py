@@ -108,4 +108,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: left as it is, because it is {kind} and no file",
         "Name another output, or move what is there.",
     ),
+    "VP4061": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: {file} is damaged: its CRC-32 is not the one in the zip",
+        "Copy the package again, or make it again with volprep zip.",
+    ),
 }

@@ -1,8 +1,12 @@
 """A package of several channels, seen channel by channel: each is a package of one channel over the same grid."""
 
+from typing import TYPE_CHECKING
+
 from volprep_formats.package.manifest import Channel, Manifest
 from volprep_formats.package.parts.skip.record import Skipping
-from volprep_formats.package.reader import Package
+
+if TYPE_CHECKING:
+    from volprep_formats.package.reader import Package
 
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
@@ -12,14 +16,14 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
     return {channel.name: _view(manifest, channel) for channel in manifest.channels}
 
 
-def channel_packages(package: Package) -> dict[str, Package]:
+def channel_packages(package: "Package") -> dict[str, "Package"]:
     """Return the package as it is for each channel, the default one first; of the only one under ""."""
     if package.manifest.channels is None:
         return {"": package}
-    return {name: Package(package.path, view, name) for name, view in channel_views(package.manifest).items()}
+    return {name: package.seen_as(view, name) for name, view in channel_views(package.manifest).items()}
 
 
-def package_of_transfer(package: Package, transfer: str | None) -> Package:
+def package_of_transfer(package: "Package", transfer: str | None) -> "Package":
     """Return the package as it is for the channel of a transfer function, the default one if None.
 
     A name that no channel knows gives the package itself, and so does None where channels are drawn together.
@@ -30,7 +34,7 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     name = functions[0].name if transfer is None and functions else transfer
     for channel in package.manifest.channels or ():
         if name in channel.transfers:
-            return Package(package.path, _view(package.manifest, channel), channel.name)
+            return package.seen_as(_view(package.manifest, channel), channel.name)
     return package
 
 
