@@ -88,14 +88,12 @@ def cut(package: Path, _scene: Path, room: Path) -> Iterator[str]:
 
 
 def import_scan(_package: Path, scene: Path, room: Path) -> Iterator[str]:
-    """A draft is made step by step, so that files of a killed import are those of a draft, and no package."""
     request = load_request(scene)
 
     def work() -> object:
         return begin_draft(request, room / "a.volpkg", Silent())
 
-    for line in killed_everywhere(room, work, {}):
-        yield line
+    yield from killed_everywhere(room, work, {})
 
 
 def main() -> None:
