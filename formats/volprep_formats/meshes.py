@@ -178,13 +178,13 @@ def decode_draco(data: bytes, name: str) -> Primitive:
 
     try:
         mesh = DracoPy.decode(data)
-        faces = np.asarray(mesh.faces)
+        faces = np.asarray(mesh.faces).reshape(-1, 3)
+        positions = np.asarray(mesh.points, np.float32).reshape(-1, 3)
     except (AttributeError, TypeError, ValueError, RuntimeError, DracoPy.FileTypeException) as error:
         _fail(name, f"Draco: {error}")
     if faces.max(initial=0) >= MOST_VERTICES or not faces.size:
         _fail(name, "Draco: indices are missing or need more than 16 bits")
-    positions = np.asarray(mesh.points, np.float32).reshape(-1, 3)
-    return Primitive(np.rint(positions), faces.reshape(-1, 3).astype(np.uint16))
+    return Primitive(np.rint(positions), faces.astype(np.uint16))
 
 
 Index = Annotated[int, Field(ge=0, lt=2**16)]

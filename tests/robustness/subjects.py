@@ -29,6 +29,7 @@ from pydicom.uid import (
 from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
+from volprep_formats.meshes import primitives_of, read_glb, write_glb
 from volprep_formats.package.manifest import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.reader import Package
@@ -145,6 +146,23 @@ def _read_ktx2(path: Path) -> None:
     texture = ktx2.decode(path.read_bytes(), path.name)
     assert texture.data.shape[:3] == texture.shape_zyx
     assert texture.data.size > 0
+
+
+def _mesh(*, draco: bool) -> Callable[[Path], bytes]:
+    def make(_folder: Path) -> bytes:
+        corners = np.array([[k >> 2 & 1, k >> 1 & 1, k & 1] for k in range(8)], np.int32) * 16
+        triangles = np.array([[0, 1, 2], [1, 3, 2], [4, 6, 5], [5, 6, 7], [0, 4, 1], [1, 4, 5]], np.int32)
+        return write_glb(primitives_of(corners, triangles), (0.5, 0.5, 2.0), {"units": "millimetres"}, draco=draco)
+
+    return make
+
+
+def _read_mesh(path: Path) -> None:
+    mesh = read_glb(path.read_bytes(), path.name)
+    assert np.isfinite(mesh.scale_mm_xyz).all()
+    for part in mesh.primitives:
+        assert part.positions_xyz.shape[1:] == part.triangles.shape[1:] == (3,)
+        assert part.triangles.size == 0 or int(part.triangles.max()) < len(part.positions_xyz)
 
 
 def _pictures(suffix: str, kind: str, pages: int = 1) -> Callable[[Path], bytes]:
@@ -294,6 +312,8 @@ SUBJECTS = (
     Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
+    Subject("mesh", ".glb", _mesh(draco=False), _read_mesh),
+    Subject("mesh with Draco", ".glb", _mesh(draco=True), _read_mesh),
 )
 """All kinds."""
 
