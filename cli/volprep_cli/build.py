@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_remarks, progress, voxels_text
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_remarks, progress, voxels_text
 
 Scene = Annotated[
     Path,
     typer.Argument(
         help="Scene file, TOML: a source and transfer functions. Or a scan alone, which is drawn with a grey ramp over "
-        "all its values.",
+        'all its values; the name in the package is "scan", never that of the file.',
         metavar="SCENE|SCAN",
     ),
 ]
@@ -32,8 +32,8 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
 
     What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
     """
-    from volprep.pipeline.build import build as build_package  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.build import build as build_package
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     with progress() as watcher:
@@ -44,4 +44,6 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
     else:
         levels = ", ".join(voxels_text(level.grid.shape_zyx) for level in manifest.levels)
-        print(f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}")
+        print_line(
+            f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}"
+        )

@@ -2,6 +2,7 @@
 
 import gc
 import json
+import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -9,6 +10,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
+
+from volprep_formats.shown import shown
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -22,6 +25,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result, or the err
 """The option --json, which every verb with a result has."""
 
 _HEARTBEAT_S = 10.0
+_LONGEST_LINE = 10_000
+_SURROGATE = re.compile("[\ud800-\udfff]")
+"""What Python makes of a byte that is no UTF-8 (PEP 383): JSON has no letter for it, and strict parsers refuse it."""
 
 
 @contextmanager
@@ -44,8 +50,8 @@ def progress() -> Iterator["Progress"]:
 
 @contextmanager
 def _bars() -> Iterator["Progress"]:
-    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
-    from rich.progress import Progress as Bar  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import Progress as Bar
 
     with Bar(console=Console(stderr=True)) as bar:
         yield _Bars(bar)
@@ -93,18 +99,35 @@ class _Bars:
 
 def print_remarks(manifest: "Manifest") -> None:
     """Print to stderr what a user should know of a package."""
-    from volprep.pipeline.remarks import remarks, warnings  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.remarks import remarks, warnings
 
     for text in remarks(manifest):
-        print(f"note: {text}", file=sys.stderr)
+        _warn(f"note: {text}")
     for text in warnings(manifest):
-        print(f"warning: {text}", file=sys.stderr)
+        _warn(f"warning: {text}")
 
 
 def print_json(value: object) -> None:
-    r"""Print JSON to stdout, keys sorted. Bytes of file names that are no UTF-8 become escapes of JSON, \udcNN."""
-    text = json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False)
-    print(text.encode("utf-8", "backslashreplace").decode("utf-8"))
+    """Print JSON to stdout, keys sorted, in ASCII: no reader needs to know an encoding, and no terminal obeys it."""
+    print(json.dumps(_unicode(value), indent=2, sort_keys=True))
+
+
+def _unicode(value: object) -> object:
+    """Return a value for JSON in which bytes that are no UTF-8, of names of files, are visible escapes."""
+    if isinstance(value, str):
+        return _SURROGATE.sub(lambda found: shown(found[0]), value)
+    if isinstance(value, dict):
+        return {key: _unicode(each) for key, each in value.items()}
+    return [_unicode(each) for each in value] if isinstance(value, list | tuple) else value
+
+
+def print_line(text: str) -> None:
+    """Print one line of a result to stdout; what it names may be text from outside."""
+    print(shown(text, _LONGEST_LINE))
+
+
+def _warn(text: str) -> None:
+    print(shown(text, _LONGEST_LINE), file=sys.stderr)
 
 
 def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
@@ -112,19 +135,19 @@ def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
     if not as_json:
         raise error
     # The report says it all; a second JSON document behind it would break whoever parses it.
-    print(f"volprep: {error}", file=sys.stderr)
+    _warn(f"volprep: {error}")
     raise typer.Exit(error.status)
 
 
 def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print rows under headings; on a terminal long cells are folded to its width."""
-    from rich.console import Console  # noqa: PLC0415 - keeps volprep --help fast
-    from rich.table import Column, Table  # noqa: PLC0415
+    from rich.console import Console
+    from rich.table import Column, Table
 
     columns = [Column(heading, overflow="fold") for heading in headings]
     table = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(shown(cell, _LONGEST_LINE) for cell in row))
     # Piped text is for grep and diff: a row stays one line, and no line ends with blanks.
     console = Console(width=None if sys.stdout.isatty() else 10_000, highlight=False, markup=False)
     with console.capture() as captured:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, voxels_text
+from volprep_cli.console import Json, print_json, print_line, voxels_text
 from volprep_cli.inspect import PackageFolder
 
 
@@ -30,15 +30,15 @@ def cut(
 
     Reads only the voxels of the box. cut.json says where it lies, in the patient and in each level.
     """
-    from volprep.parts.subvolumes.cut_files import write_cut  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.package.reader import Package  # noqa: PLC0415
+    from volprep.parts.subvolumes.cut_files import write_cut
+    from volprep_formats.package.reader import Package
 
     record = write_cut(Package.open(package), _numbers(center), size, output, world=world, force=force)
     if as_json:
         print_json(record.model_dump(mode="json"))
         return
     shape = voxels_text([b - a for a, b in zip(record.start_zyx, record.stop_zyx, strict=True)])
-    print(
+    print_line(
         f"{output}: {shape} voxels from {','.join(map(str, reversed(record.start_zyx)))}; "
         f"{record.texel_bytes_read} bytes of texels in {record.reads} reads of {record.files_read} files"
     )

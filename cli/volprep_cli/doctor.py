@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from volprep_cli.console import print_json, print_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 if TYPE_CHECKING:
@@ -21,14 +22,14 @@ def doctor(
 
     Exit status 0: nothing needed is missing. 8: something is.
     """
-    from volprep.doctor import examine  # noqa: PLC0415 -- keeps volprep --help fast
+    from volprep.doctor import examine
 
     examination = examine()
     if as_json:
-        typer.echo(examination.model_dump_json(indent=2))
+        print_json(examination.model_dump(mode="json"))
         raise typer.Exit(ExitStatus.OK if examination.ready else ExitStatus.MACHINE)
     for fact in examination.facts:
-        typer.echo(_line(fact))
+        print_line(_line(fact))
     if not examination.ready:
         missing = [f"{fact.topic} {fact.name}" for fact in examination.facts if fact.needed and not fact.found]
         raise VolprepError("VP7001", missing=", ".join(missing))

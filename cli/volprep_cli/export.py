@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, progress, voxels_text
+from volprep_cli.console import Json, print_json, print_line, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
 
 File = Annotated[
@@ -41,16 +41,20 @@ def export(
 
     Of a draft, level 0 is the scan as it was imported. A raw file gets a sidecar with its shape, FILE.toml.
     """
-    from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.readers.volpkg import open_level  # noqa: PLC0415
-    from volprep_formats.writers.values import StoredValues  # noqa: PLC0415
+    from volprep_formats.diagnostics import VolprepError
+    from volprep_formats.output import output_errors, require_place
+    from volprep_formats.readers.volpkg import open_level
+    from volprep_formats.writers.values import StoredValues
 
     kind = _kind(file)
-    if file.is_dir() if kind != "dicom" else file.exists():
-        raise VolprepError("VP1251", path=file)
-    for target in (file, file.with_name(f"{file.name}.toml")) if kind == "raw" else (file,):
-        if target.exists() and not force:
-            raise VolprepError("VP1251", path=target)
+    with output_errors(file):
+        if file.is_dir() if kind != "dicom" else file.exists():
+            raise VolprepError("VP1251", path=file)
+        for target in (file, file.with_name(f"{file.name}.toml")) if kind == "raw" else (file,):
+            if target.exists() and not force:
+                raise VolprepError("VP1251", path=target)
+            if kind != "dicom":
+                require_place(target)
     with open_level(package, level, channel) as source, progress() as watcher:
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
@@ -58,12 +62,12 @@ def export(
     if as_json:
         print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "values": values})
     else:
-        print(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
+        print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
 
 
 def _kind(file: Path) -> str:
     """Name of the writer, which is a module of `volprep_formats.writers`."""
-    from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.diagnostics import VolprepError
 
     endings = {".nii": "nifti", ".nrrd": "nrrd", ".raw": "raw", ".vdb": "vdb", "": "dicom"}
     ending = file.suffix.lower()

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from volprep_cli.build import Profile, Source
-from volprep_cli.console import Json, print_json, print_remarks, print_table, progress, voxels_text
-from volprep_formats.path_text import path_text
+from volprep_cli.console import Json, print_json, print_line, print_remarks, print_table, progress, voxels_text
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import Listing
@@ -83,7 +82,8 @@ def import_source(
 ) -> None:
     """Begin a draft: read the scan at full precision, and measure it.
 
-    A scan without a scene is drawn with a grey ramp over all its values.
+    A scan without a scene is drawn with a grey ramp over all its values, and the package's name is "scan": the file's
+    own may be that of a patient. Where the scan is stands in PACKAGE.origin.json beside the draft, and not in it.
     """
     if only_list:
         _list(scene, as_json=as_json)
@@ -91,10 +91,8 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.pipeline.import_draft import import_draft  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.pipeline.origin import Origin, write_origin  # noqa: PLC0415
-    from volprep.pipeline.prepare import prepare  # noqa: PLC0415
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.begin import begin_draft
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     if unknown := set(repair) - {"gaps", "tilt"}:
@@ -107,10 +105,7 @@ def import_source(
     if choices:
         request = request.with_source(**choices)
     with progress() as watcher:
-        imported = import_draft(prepare(request), output, watcher)
-    draft = imported.draft
-    origin = Origin(scene_path=path_text(request.scene_path) if request.scene_path else None, scene=imported.scene)
-    write_origin(output, origin)
+        draft = begin_draft(request, output, watcher)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics
     print_remarks(draft.manifest)
@@ -120,11 +115,11 @@ def import_source(
             {"draft": str(output), "source": draft.manifest.source.model_dump(mode="json"), "values": [low, high]}
         )
     else:
-        print(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
+        print_line(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
 
 
 def _list(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import format_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers import format_of
 
     if format_of(path) == "dicom":
         _list_series(path, as_json=as_json)
@@ -133,7 +128,7 @@ def _list(path: Path, *, as_json: bool) -> None:
 
 
 def _list_channels(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers import channels_of  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers import channels_of
 
     names = channels_of(path)
     if as_json:
@@ -143,7 +138,7 @@ def _list_channels(path: Path, *, as_json: bool) -> None:
 
 
 def _list_series(path: Path, *, as_json: bool) -> None:
-    from volprep_formats.readers.dicom.listing import list_series  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.readers.dicom.listing import list_series
 
     with progress() as watcher:
         listing = list_series(path, watcher)
@@ -167,6 +162,6 @@ def _print(listing: "Listing") -> None:
     ]
     print_table(("series", "modality", "files", "voxels", "spacing mm", "what it is"), rows)
     for problem in listing.damaged:
-        print(f"{problem.code} {problem.summary}")
+        print_line(f"{problem.code} {problem.summary}")
     if listing.other_files:
-        print(f"files that are no DICOM images: {listing.other_files}")
+        print_line(f"files that are no DICOM images: {listing.other_files}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_table, voxels_text
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, voxels_text
 from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def inspect(
     Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
     the textures of a level, and writes a picture of its slices instead.
     """
-    from volprep_formats.package.reader import Package  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep_formats.package.reader import Package
 
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
@@ -59,17 +59,18 @@ def inspect(
         record = manifest.model_dump(mode="json", exclude_none=True)
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
         return
-    print(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files\n")
+    print_line(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files")
+    print_line("")
     for title, headings, rows in _tables(manifest):
         if rows:
             if title:
-                print(title)
+                print_line(title)
             print_table(headings, rows)
-            print()
+            print_line("")
 
 
 def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
-    from volprep.parts.mosaic.montage import write_montage  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.parts.mosaic.montage import write_montage
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape
@@ -78,7 +79,7 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
         print_json({"picture": path_text(path), "width": width, "height": height, "level": made.level, **layout})
         return
     every = "" if made.every == 1 else f", one of {made.every}"
-    print(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
+    print_line(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
 
 
 def _size(manifest: "Manifest") -> int:

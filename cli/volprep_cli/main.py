@@ -7,12 +7,12 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 
+from volprep_cli.streams import prepare_streams
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 _STATUSES = (
@@ -22,6 +22,8 @@ _STATUSES = (
 )
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_REFUSED = {errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG, errno.EIO, errno.EMFILE, errno.ENFILE}
+"""What the system says no to: not a defect, whoever asked for it."""
 _INTERRUPTED = 130
 """Exit status that typer makes of Ctrl-C, and that a shell shows for a program which the signal ended."""
 
@@ -56,7 +58,7 @@ _VERBS = {
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version  # noqa: PLC0415 - keeps volprep --help fast
+        from importlib.metadata import version
 
         print(f"volprep {version('volprep')}")
         raise typer.Exit
@@ -101,6 +103,7 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
 
 def main() -> None:
     """Run the command line. Whatever goes wrong becomes one message and a documented exit status."""
+    prepare_streams()
     # Both are read when the libraries load: the matrices here are small, and who else is installed is not our concern.
     # Together they took 0.1 s of the 0.5 s that an import needed to start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -109,16 +112,12 @@ def main() -> None:
     gc.disable()
     # A reader that has seen enough, as head has, ends us without a word.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    # Names of files may hold bytes that stdout cannot encode; a stream that is closed is None.
-    if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
             command_line(sys.argv[1:])(prog_name="volprep")
         finally:
             # Here, and not when the process ends: then it fails with nothing but a traceback.
-            if sys.stdout is not None:
-                sys.stdout.flush()
+            sys.stdout.flush()
     except VolprepError as error:
         _fail(error)
     except (SystemExit, KeyboardInterrupt) as ended:
@@ -131,8 +130,10 @@ def main() -> None:
             # Files have errors of their own.
             _drop_output()
             _fail(VolprepError("VP4020", path=error.filename or "standard output", error=error.strerror))
-        if isinstance(error, FileNotFoundError) and _folder_is_gone():
-            _fail(VolprepError("VP1070"))
+        if isinstance(error, FileNotFoundError) and not _has_working_directory():
+            _fail(VolprepError("VP7002"))
+        if isinstance(error, OSError) and error.errno in _REFUSED:
+            _fail(VolprepError("VP7003", path=error.filename or "this command", error=error.strerror))
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
         # Some messages have many lines, of which the first says what is wrong.
@@ -145,20 +146,19 @@ def main() -> None:
             gc.freeze()
 
 
+def _has_working_directory() -> bool:
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return False
+    return True
+
+
 def _end_by_interrupt() -> None:
     """End as the signal of Ctrl-C ends a program: only then a shell stops the loop that the command runs in."""
     print("volprep: interrupted", file=sys.stderr)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGINT)
-
-
-def _folder_is_gone() -> bool:
-    """Whether the current folder has been removed, so that no relative path leads anywhere."""
-    try:
-        Path.cwd()
-    except FileNotFoundError:
-        return True
-    return False
 
 
 def _drop_output() -> None:
@@ -169,7 +169,7 @@ def _drop_output() -> None:
 def _fail(error: VolprepError) -> NoReturn:
     # A picture beyond the tolerance is a result, which is on stdout already.
     if "--json" in sys.argv and error.status is not ExitStatus.TOLERANCE:
-        from volprep_cli.console import print_json  # noqa: PLC0415 - not needed when all is well
+        from volprep_cli.console import print_json
 
         try:
             print_json({"error": {"code": error.code, "summary": error.summary, "remedy": error.remedy}})

@@ -1,7 +1,7 @@
 """volprep plan: what a package of a scene would hold, and why."""
 
 from volprep_cli.build import Profile, Scene, Source
-from volprep_cli.console import Json, bytes_text, print_json, print_table, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, progress
 
 
 def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
@@ -10,8 +10,8 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     Reads the whole source, and writes nothing. Transfer functions that come with volprep (preset = "NAME" in
     [[transfer]] of the scene): angiography, ct-bone, ct-soft-tissue, labels, micro-ct, mr-head.
     """
-    from volprep.pipeline.build import plan_build  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.request import request_of  # noqa: PLC0415
+    from volprep.pipeline.build import plan_build
+    from volprep.scene.request import request_of
 
     request = request_of(scene, profile, source)
     with progress() as watcher:
@@ -32,4 +32,4 @@ def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: 
     ]
     print_table(("item", "channel", "", "cost", "reason", "files"), rows)
     total = bytes_text(sum(item.size_bytes for item in decided.items if item.kept))
-    print(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")
+    print_line(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")

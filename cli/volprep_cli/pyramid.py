@@ -30,7 +30,7 @@ def pyramid(
     ] = None,
 ) -> None:
     """Make the coarser levels that the package holds, each from level 0, by one filter."""
-    from volprep.scene.scene import PyramidSettings  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.scene.scene import PyramidSettings
 
     unions = get_args(PyramidSettings.model_fields["filter"].annotation)
     filters = [name for names in unions for name in get_args(names)]

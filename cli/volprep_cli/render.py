@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json
+from volprep_cli.console import Json, print_json, print_line
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
@@ -64,7 +64,7 @@ def render(
     # Before the renderer loads: a wrong command line needs no driver.
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)
-    from volprep.pipeline.shot import Shot, take  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.shot import Shot, take
 
     shot = Shot(
         view=view,
@@ -82,7 +82,7 @@ def render(
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})
         return
-    print(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
+    print_line(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
 
 
 def _eye(text: str) -> tuple[float, float, float]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import progress
+from volprep_cli.console import print_line, progress
 
 if TYPE_CHECKING:
     from volprep.scene.scene import Scene
@@ -15,12 +15,12 @@ Draft = Annotated[Path, typer.Argument(help="Draft that volprep import began.", 
 
 def run_stage(package: Path, verb: str, **wishes: object) -> None:
     """Run a stage on a draft. Options of the verb are keys of a table of the scene, and replace them where not None."""
-    from volprep.pipeline.drafts import run_verb  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.scene.scene import changed  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.pipeline.drafts import run_verb
+    from volprep.scene.scene import changed
 
     def change(scene: "Scene") -> "Scene":
         return changed(scene, verb, **wishes) if wishes else scene
 
     with progress() as watcher:
         draft = run_verb(package, verb, change, watcher)
-    print(f"{package}: {verb} done, {draft.manifest.state}")
+    print_line(f"{package}: {verb} done, {draft.manifest.state}")

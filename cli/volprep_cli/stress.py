@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -29,9 +29,9 @@ def stress(
 
     Exit status 0: all are drawn, or refused, as they must be. 1: one is not.
     """
-    from volprep.report.stress import stress as try_cases  # noqa: PLC0415 - loads OpenGL
-    from volprep.scene.profiles import load_profile  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep.truth.stress import CASES  # noqa: PLC0415
+    from volprep.report.stress import stress as try_cases
+    from volprep.scene.profiles import load_profile
+    from volprep.truth.stress import CASES
 
     names = [each.name for each in CASES]
     if unknown := set(case).difference(names):
@@ -56,11 +56,11 @@ def _print(report: "StressReport", folder: Path) -> None:
             rows.append((result.case, f"refused, {result.refused}", "", "", verdict))
         rows += [(result.case, *_cells(drawing, report.oracle_tolerance)) for drawing in result.drawings]
     print_table(("case", "drawn by", "RMSE / largest", "RMSE by step", "verdict"), rows)
-    print(f"report: {folder / 'index.html'}")
+    print_line(f"report: {folder / 'index.html'}")
 
 
 def _cells(drawing: "StressDrawing", bound: float) -> tuple[str, str, str, str]:
-    from volprep.report.text import error, number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import error, number, ratio
 
     steps = ", ".join(
         f"{ratio(point.step_ratio)}: {error(point.rmse, bound)} in {number(point.draw_ms, 2)} ms"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_table, progress
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ def validate(
     if quick:
         _check(package, as_json=as_json)
         return
-    from volprep.report.validate import default_report_path  # noqa: PLC0415 - loads OpenGL
-    from volprep.report.validate import validate as validate_package  # noqa: PLC0415
+    from volprep.report.validate import default_report_path
+    from volprep.report.validate import validate as validate_package
 
     folder = report or default_report_path(package)
     with progress() as watcher:
@@ -61,31 +61,32 @@ def validate(
 
 
 def _check(package: Path, *, as_json: bool) -> None:
-    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.validation.whole import open_whole
 
     manifest = open_whole(package).manifest
     if as_json:
         print_json({"package": str(package), "whole": True, "files": len(manifest.files)})
     else:
-        print(f"{package}: whole, {len(manifest.files)} files")
+        print_line(f"{package}: whole, {len(manifest.files)} files")
 
 
 def _print(report: "Report", folder: Path) -> None:
     for program in report.programs:
-        print(f"{program.program}, transfer function {program.transfer}, level {program.level}")
+        print_line(f"{program.program}, transfer function {program.transfer}, level {program.level}")
         _print_views(program, report.oracle_tolerance)
-        print(f"\nerror against run time, view {program.sweep.view}")
+        print_line("")
+        print_line(f"error against run time, view {program.sweep.view}")
         _print_sweep(program)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
-        print()
+        print_line("")
     allowed = report.tolerance
-    print(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
-    print(f"report: {folder / 'index.html'}")
+    print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
+    print_line(f"report: {folder / 'index.html'}")
 
 
 def _print_views(program: "ProgramResult", bound: float) -> None:
-    from volprep.report.text import error  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import error
 
     rows = [
         (
@@ -103,7 +104,7 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
 
 
 def _print_sweep(program: "ProgramResult") -> None:
-    from volprep.report.text import number, ratio  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import number, ratio
 
     rows = [
         (
@@ -120,7 +121,7 @@ def _print_sweep(program: "ProgramResult") -> None:
 
 
 def _print_empty_space(found: "EmptySpace") -> None:
-    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+    from volprep.report.text import number
 
     plain = found.ways[0]
     rows = [
@@ -133,7 +134,8 @@ def _print_empty_space(found: "EmptySpace") -> None:
         )
         for way in found.ways
     ]
-    print("\nempty space, as the package draws last")
+    print_line("")
+    print_line("empty space, as the package draws last")
     print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_line, progress
 from volprep_formats.diagnostics import VolprepError
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
@@ -20,17 +20,19 @@ def zip_package(package: Package, output: Output = None, *, force: Force = False
 
     Verbs that read packages read it, too; unzipping gives the folder back. Textures are not compressed once more.
     """
-    from volprep.validation.whole import open_whole  # noqa: PLC0415 - keeps volprep --help fast
-    from volprep_formats.package.storage.files import MANIFEST  # noqa: PLC0415
-    from volprep_formats.package.storage.single_file import write_single_file  # noqa: PLC0415
-    from volprep_formats.writers.output import new_file  # noqa: PLC0415
+    from volprep.validation.whole import open_whole
+    from volprep_formats.output import new_file, output_errors, require_place
+    from volprep_formats.package.storage.files import MANIFEST
+    from volprep_formats.package.storage.single_file import write_single_file
 
+    target = output or package.resolve().with_name(f"{package.resolve().name}.zip")
+    with output_errors(target):
+        if target.is_dir() or (target.exists() and not force):
+            raise VolprepError("VP1251", path=target)
+    require_place(target)
     whole = open_whole(package)
     if not package.is_dir():
         raise VolprepError("VP4044", path=package)
-    target = output or package.resolve().with_name(f"{package.resolve().name}.zip")
-    if target.is_dir() or (target.exists() and not force):
-        raise VolprepError("VP1251", path=target)
     names = [MANIFEST, *(record.path for record in whole.manifest.files)]
     with progress() as watcher, new_file(target) as file:
         write_single_file(package, names, file, watcher)
@@ -38,4 +40,4 @@ def zip_package(package: Package, output: Output = None, *, force: Force = False
     if as_json:
         print_json({"file": str(target), "files": len(names), "size_bytes": size})
     else:
-        print(f"{target}: {len(names)} files, {bytes_text(size)}")
+        print_line(f"{target}: {len(names)} files, {bytes_text(size)}")

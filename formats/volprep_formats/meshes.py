@@ -183,13 +183,13 @@ def decode_draco(data: bytes, name: str) -> Primitive:
     _check_draco_start(data, name)
     try:
         mesh = DracoPy.decode(data)
-        faces = np.asarray(mesh.faces)
+        faces = np.asarray(mesh.faces).reshape(-1, 3)
         positions = np.asarray(mesh.points, np.float32).reshape(-1, 3)
     except (AttributeError, TypeError, ValueError, RuntimeError, DracoPy.FileTypeException) as error:
         _fail(name, f"Draco: {error}")
     if faces.max(initial=0) >= MOST_VERTICES or not faces.size:
         _fail(name, "Draco: indices are missing or need more than 16 bits")
-    return Primitive(np.rint(positions), faces.reshape(-1, 3).astype(np.uint16))
+    return Primitive(np.rint(positions), faces.astype(np.uint16))
 
 
 def _check_draco_start(data: bytes, name: str) -> None:

@@ -121,6 +121,10 @@ class SourceSpec(Record):
         """Return the path of the file or folder; a relative one starts at `base`."""
         return base / path_of_text(self.path)
 
+    def without_place(self) -> Self:
+        """Return the same source without what says where it is, or which of several: names that are not ours."""
+        return self.model_copy(update={"path": "imported", "series": None, "channel": None, "grid": None})
+
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:
         if isinstance(self.channels, tuple) and self.channels:

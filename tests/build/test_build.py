@@ -298,7 +298,7 @@ def test_a_scan_without_a_scene_gets_a_grey_ramp_over_its_values(scene) -> None:
     run = volprep("import", nifti, "-o", draft)
     assert run.returncode == 0, run.stderr
     record = json.loads((draft / "work/scene.json").read_text(encoding="utf-8"))
-    assert record["name"] == "head-1"
+    assert record["name"] == "scan"
     points = record["transfer"][0]["points"]
     assert [point["value"] for point in points] == [float(phantom().min()), float(phantom().max())]
     assert volprep("quantize", draft).returncode == 0
@@ -308,7 +308,7 @@ def test_a_scan_without_a_scene_is_built_as_it_is_imported_and_planned(tmp_path)
     scan = tmp_path / "Head (1).nii"
     nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([2.0, 1.0, 1.5, 1.0])), scan)
     manifest = build(request_of(scan), tmp_path / "a.volpkg", Silent())
-    assert manifest.name == "head-1"
+    assert manifest.name == "scan"
     (function,) = manifest.transfer_functions
     ends = manifest.statistics.minimum, manifest.statistics.maximum
     assert tuple(point.value for point in function.points) == ends

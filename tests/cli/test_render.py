@@ -6,7 +6,8 @@ import pytest
 from command_line import volprep
 from tiny_packages import ES2, function, tiny_package
 
-from volprep_formats.package.manifest import StageRecord
+from volprep_formats.package.channel import ChannelPart, Quantization
+from volprep_formats.package.manifest import Contribution, StageRecord
 from volprep_formats.package.storage.draft import Draft
 
 RED = function((0.0, (1.0, 0.0, 0.0), 5.0), name="red")
@@ -17,7 +18,12 @@ def package(tmp_path_factory):
     """Sealed package of an opaque red box, 4 × 6 × 12 mm along the body."""
     folder = tmp_path_factory.mktemp("red") / "red.volpkg"
     tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), RED, ES2)
-    Draft.open(folder).commit(StageRecord(name="seal", key="0" * 64), seal=True)
+    stored = Quantization(
+        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
+    )
+    part = ChannelPart(name="scan", stored_type="uint8", quantization=stored)
+    record = StageRecord(name="seal", key="0" * 64, made=(Contribution(channel=part),))
+    Draft.open(folder).commit(record, seal=True)
     return folder
 
 

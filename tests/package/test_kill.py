@@ -1,6 +1,7 @@
 """Whatever kill -9 leaves is the state before or the state after."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -8,6 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from command_line import volprep
+from phantom_scene import write_phantom_scene
 
 CRASH = Path(__file__).with_name("crash.py")
 
@@ -20,8 +23,15 @@ def room() -> Iterator[Path]:
         yield Path(name)
 
 
-def crash(work: str, room: Path) -> list[dict[str, object]]:
-    done = subprocess.run([sys.executable, str(CRASH), work, str(room)], capture_output=True, text=True, check=False)
+def crash(work: str, *places: Path, script: Path = CRASH) -> list[dict[str, object]]:
+    # A child that was forked has none of the threads that its parent's kernels would wait for.
+    done = subprocess.run(
+        [sys.executable, script, work, *places],
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     runs = [json.loads(line) for line in done.stdout.splitlines()]
     assert not [run for run in runs if "failed" in run]
@@ -69,3 +79,32 @@ def test_builds_killed_at_thirty_random_moments_never_leave_a_broken_package(tmp
     runs = crash("at_random", tmp_path)
     assert len(runs) == 30
     assert all(run["sound"] for run in runs)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory) -> Path:
+    """A scene with sub-volumes, and its package phantom.volpkg beside it."""
+    scene = write_phantom_scene(tmp_path_factory.mktemp("scene"))
+    with scene.open("a", encoding="utf-8") as file:
+        file.write("\n[grid]\nsize = 24\n")
+    done = volprep("build", scene, "-o", scene.with_name("phantom.volpkg"))
+    assert done.returncode == 0, done.stderr
+    return scene
+
+
+@pytest.mark.parametrize("verb", ["export_file", "export_raw", "export_series", "zip_package", "cut"])
+def test_a_killed_verb_leaves_the_older_files_or_the_newer_ones_and_the_next_one_clears_up(scene, room, verb) -> None:
+    script = CRASH.with_name("crash_verbs.py")
+    runs = crash(verb, scene.with_name("phantom.volpkg"), scene, room / "out", script=script)
+    assert len(runs) > 5
+    assert not [run for run in runs if run["broken"]]
+    assert all(run["healed"] and not run["hidden"] for run in runs)
+    assert [run["new"] for run in runs] == sorted(run["new"] for run in runs)
+    assert {run["new"] for run in runs} == {False, True}
+
+
+def test_a_killed_import_is_done_again_by_the_next_one(scene, room) -> None:
+    script = CRASH.with_name("crash_verbs.py")
+    runs = crash("import_scan", scene.with_name("phantom.volpkg"), scene, room / "out", script=script)
+    assert len(runs) > 20
+    assert all(run["healed"] and not run["hidden"] for run in runs)

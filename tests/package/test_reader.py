@@ -159,8 +159,8 @@ def test_of_many_problems_the_first_three_are_told(sealed: Path) -> None:
 
 
 def test_a_file_that_the_manifest_does_not_name_is_not_read(sealed: Path) -> None:
-    (sealed / "notes.txt").write_text("mine")
     package = Package.open(sealed)
+    (sealed / "notes.txt").write_text("mine")
     for name in ("notes.txt", "manifest.json", "../shells.volpkg/notes.txt", "/etc/passwd", ""):
         with pytest.raises(VolprepError, match="VP4014"):
             package.read_bytes(name)

@@ -45,7 +45,7 @@ def test_every_file_can_be_mapped_where_it_is_and_the_manifest_comes_first(seale
     assert sorted(found) == names_in(sealed)
     assert min(found, key=lambda name: found[name]) == MANIFEST
     with one.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as memory:
-        for name, (start, size) in found.items():
+        for name, (start, size, _) in found.items():
             assert start % ALIGNMENT == 0
             assert memory[start : start + size] == (sealed / name).read_bytes()
 
@@ -76,8 +76,8 @@ def test_files_of_any_size_are_aligned(tmp_path: Path, monkeypatch: pytest.Monke
         (tmp_path / name).write_bytes(bytes(range(size)))
     target = tmp_path / "out.zip"
     target.write_bytes(zipped(tmp_path))
-    assert {name: size for name, (_, size) in places(target).items()} == sizes
-    assert all(start % ALIGNMENT == 0 for start, _ in places(target).values())
+    assert {name: place.size_bytes for name, place in places(target).items()} == sizes
+    assert all(place.start_bytes % ALIGNMENT == 0 for place in places(target).values())
 
 
 def _archive(*entries: tuple[str, bytes], method: int = zipfile.ZIP_STORED) -> bytes:
@@ -106,6 +106,44 @@ def _doubled() -> bytes:
         return _archive((MANIFEST, b"{}"), (MANIFEST, b"[]"))
 
 
+def _sizes_behind() -> bytes:
+    """A zip as a pipe gets it."""
+
+    class Pipe(io.BytesIO):
+        def seekable(self) -> bool:
+            return False
+
+        def tell(self) -> int:
+            raise io.UnsupportedOperation
+
+    file = Pipe()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr(zipfile.ZipInfo(MANIFEST), b"{}")
+    return file.getvalue()
+
+
+def _with_crc(one: Path, name: str, crc: bytes) -> bytes:
+    """The package with another CRC for a file, before its bytes and in the directory."""
+    data = one.read_bytes()
+    with zipfile.ZipFile(one) as archive:
+        head = archive.getinfo(name).header_offset
+    central = next(at for at in _found(data, b"PK\x01\x02") if data[at + 46 :].startswith(name.encode()))
+    return _changed(_changed(data, head + 14, crc), central + 16, crc)
+
+
+def _found(data: bytes, what: bytes) -> list[int]:
+    return [at for at in range(len(data)) if data.startswith(what, at)]
+
+
+@pytest.mark.parametrize("name", [MANIFEST, "textures/bone.ktx2", "preview.png"])
+def test_a_file_whose_crc_lies_is_refused_though_its_digest_is_right(one: Path, tmp_path: Path, name: str) -> None:
+    path = tmp_path / "lies.zip"
+    path.write_bytes(_with_crc(one, name, b"\1\2\3\4"))
+    assert [(finding.code, name in finding.summary) for finding in check(path)] == [("VP4061", True)]
+    with pytest.raises(VolprepError, match="VP4061"):
+        Package.open_any(path).read_bytes(name)
+
+
 BAD = {
     "nothing": (lambda: b"", "not a zip"),
     "a head alone": (lambda: b"PK\x03\x04 and no more", "not a zip"),
@@ -114,6 +152,15 @@ BAD = {
     "a name twice": (_doubled, "is there twice"),
     "on top of each other": (_overlapping, "reaches into what follows"),
     "another name at its place": (lambda: _changed(_archive((MANIFEST, b"{}")), 30, b"x"), "another name at its place"),
+    "another CRC before it": (lambda: _changed(_archive((MANIFEST, b"{}")), 14, b"\0"), "has another CRC"),
+    "another size before it": (lambda: _changed(_archive((MANIFEST, b"{}")), 22, b"\3"), "has another CRC, size"),
+    "another packed size before it": (
+        lambda: _changed(_archive((MANIFEST, b"{}")), 18, b"\1"),
+        "has another CRC, size",
+    ),
+    "compressed by its head": (lambda: _changed(_archive((MANIFEST, b"{}")), 8, b"\x08"), "or kind at its place"),
+    "encrypted by its head": (lambda: _changed(_archive((MANIFEST, b"{}")), 6, b"\1"), "or kind at its place"),
+    "sizes behind it": (_sizes_behind, "has its sizes behind it"),
     "without a manifest": (lambda: _archive(("a", b"1")), "it has no manifest.json"),
 }
 
@@ -135,7 +182,7 @@ def test_what_the_manifest_does_not_name_is_found_and_never_read(sealed: Path, t
     path.write_bytes(_archive(*files, (name, b"1")))
     assert [finding.code for finding in check(path)] == ["VP4010"]
     with pytest.raises(VolprepError, match="VP4014"):
-        Package.open(path).read_bytes(name)
+        Package.open_any(path).read_bytes(name)
 
 
 def test_a_changed_texture_and_a_missing_one_are_found(sealed: Path, tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def main() -> int:
     sys.path.append(str(ROOT / "tests" / "support"))
     from volprep_formats.isolation import workers
 
-    from .lies import LIES, lie_outcome
+    from .dicom_lies import LIES, lie_outcome
     from .mutations import mutation, outcome
     from .subjects import SUBJECTS, VDB, sound_file
 

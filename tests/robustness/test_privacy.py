@@ -1,8 +1,10 @@
 """Nothing that a DICOM header says of a person comes through: into the package, the report, or what is printed."""
 
+import json
 import subprocess
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
@@ -67,13 +69,17 @@ def filled(data: Dataset) -> Dataset:
     return data
 
 
+def small_voxels() -> np.ndarray:
+    z, y, x = np.indices((5, 7, 8))
+    return (np.hypot(np.hypot(z - 2, y - 3), x - 4) * 100).astype("<i2")
+
+
 @pytest.fixture(scope="module")
 def place(tmp_path_factory) -> Path:
     """A scene, and a series with canaries everywhere, in a folder whose name is one."""
     folder = tmp_path_factory.mktemp("place")
     scan = folder / f"scan of {CANARY}"
-    z, y, x = np.indices((5, 7, 8))
-    voxels = (np.hypot(np.hypot(z - 2, y - 3), x - 4) * 100).astype("<i2")
+    voxels = small_voxels()
     with quiet_pydicom():
         data = filled(image(voxels[0]))
     for k, pixels in enumerate(voxels):
@@ -89,6 +95,15 @@ def place(tmp_path_factory) -> Path:
 def has_canary(data: bytes) -> bool:
     name = CANARY.split("^", maxsplit=1)[0]
     return any(name.encode(code).lower() in data.lower() for code in ("utf-8", "utf-16-le", "utf-16-be"))
+
+
+def canaries_in(folder: Path) -> list[Path]:
+    """What in a folder has a canary: in its name, or in its bytes."""
+    paths = list(folder.rglob("*"))
+    assert any(path.is_file() for path in paths)
+    return [
+        path for path in paths if has_canary(path.name.encode()) or (path.is_file() and has_canary(path.read_bytes()))
+    ]
 
 
 def spoken(done: subprocess.CompletedProcess[str]) -> str:
@@ -114,8 +129,7 @@ def test_no_canary_reaches_package_report_or_screen(place) -> None:
     assert not [command for command, text in said.items() if has_canary(text.encode())]
     written = [path for name in ("small.volpkg", "small.report") for path in (place / name).rglob("*")]
     assert {"manifest.json", "report.json", "index.html"} <= {path.name for path in written}
-    assert not [path for path in written if has_canary(path.name.encode())]
-    assert not [path for path in written if path.is_file() and has_canary(path.read_bytes())]
+    assert not [path for name in ("small.volpkg", "small.report", "draft.volpkg") for path in canaries_in(place / name)]
     origin = (place / "small.volpkg.origin.json").read_text(encoding="utf-8")
     assert origin.count("CANARY") == 1, "the path of the scan, in the file that stays behind"
     assert "note: warning: the series says that text is burned into" in said["build small.toml -o small.volpkg"]
@@ -125,3 +139,82 @@ def test_the_list_of_series_has_no_canary(place) -> None:
     text = spoken(volprep("import", ".", "--list", cwd=place / f"scan of {CANARY}"))
     assert "a volume" in text
     assert not has_canary(text.encode())
+
+
+def nifti_of(folder: Path) -> Path:
+    path = folder / f"{CANARY}-1970.nii"
+    header = nibabel.Nifti1Header()
+    header["descrip"] = header["aux_file"] = header["intent_name"] = header["db_name"] = CANARY.encode()
+    nibabel.save(nibabel.Nifti1Image(small_voxels().T, np.diag([1.0, 1.0, 2.0, 1.0]), header), path)
+    return path
+
+
+def nrrd_of(folder: Path) -> Path:
+    path = folder / f"{CANARY}-1970.nrrd"
+    head = f"NRRD0005\n# {CANARY}\ntype: int16\ndimension: 3\nsizes: 8 7 5\nspacings: 1 1 2\n"
+    head += f"encoding: raw\nendian: little\ncontent: {CANARY}\nPatient:={CANARY}\n\n"
+    path.write_bytes(head.encode() + small_voxels().tobytes())
+    return path
+
+
+def metaimage_of(folder: Path) -> Path:
+    path = folder / f"{CANARY}-1970.mha"
+    head = f"ObjectType = Image\nNDims = 3\nComment = {CANARY}\nDimSize = 8 7 5\nElementSpacing = 1 1 2\n"
+    head += "Offset = 0 0 0\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
+    path.write_bytes(head.encode() + small_voxels().tobytes())
+    return path
+
+
+def series_of(folder: Path) -> Path:
+    path = folder / f"{CANARY} 1970"
+    with quiet_pydicom():
+        data = filled(image(small_voxels()[0]))
+        for k, pixels in enumerate(small_voxels()):
+            data.ImagePositionPatient = ["0", "0", str(2 * k)]
+            data.PixelData = pixels.tobytes()
+            save(data, path / f"{CANARY} {k}", ImplicitVRLittleEndian)
+    return path
+
+
+BEGUN = ["import {scan} -o d.volpkg", "inspect d.volpkg --json"]
+MADE = [
+    "import {scan} -o d.volpkg --json",
+    "plan {scan} --json",
+    "build {scan} -o a.volpkg",
+    "zip a.volpkg",
+    "export d.volpkg a.nii",
+]
+
+
+@pytest.mark.parametrize(
+    ("scan_of", "commands"), [(nifti_of, BEGUN), (nrrd_of, BEGUN), (metaimage_of, BEGUN), (series_of, MADE)]
+)
+def test_a_scan_without_a_scene_gives_its_name_to_nothing(tmp_path, scan_of, commands) -> None:
+    home = tmp_path / f"home of {CANARY}"
+    home.mkdir()
+    scan = scan_of(home)
+    away = tmp_path / "away"
+    away.mkdir()
+    words = {command: [word.format(scan=scan) for word in command.split()] for command in commands}
+    said = {command: spoken(volprep(*words[command], cwd=away)) for command in commands}
+    assert not [command for command, text in said.items() if has_canary(text.encode())]
+    made = [json.loads(path.read_text(encoding="utf-8")) for path in away.glob("*.volpkg/manifest.json")]
+    assert {manifest["name"] for manifest in made} == {"scan"}
+    told = sorted(away.glob("*.volpkg.origin.json"))
+    assert len(told) == len(made)
+    assert sorted(canaries_in(away)) == told, "the path of the scan, in the files that stay behind"
+
+
+def test_a_draft_that_was_moved_without_its_origin_goes_on_to_a_package(place, tmp_path) -> None:
+    spoken(volprep("import", "small.toml", "-o", tmp_path / "d.volpkg", cwd=place))
+    moved = tmp_path / "elsewhere" / "m.volpkg"
+    moved.parent.mkdir()
+    (tmp_path / "d.volpkg").rename(moved)
+    for verb in ("quantize", "pyramid", "transfer", "texture", "skip", "shaders", "seal"):
+        done = volprep(verb, moved)
+        assert not has_canary((done.stdout + done.stderr).encode())
+        assert not canaries_in(moved)
+        assert done.returncode == 0 or "VP3023" in done.stderr, done.stderr
+    spoken(volprep("validate", moved, "--quick"))
+    refused = volprep("validate", moved)
+    assert "VP6012" in refused.stderr, "the scan that it was made from is not known"

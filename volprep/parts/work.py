@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from volprep.scan.slabs import RawVolume
+from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level, LevelFilter
 from volprep_formats.package.manifest import Manifest
@@ -19,9 +20,23 @@ if TYPE_CHECKING:
     from volprep.plan.records import ChannelPlan, LevelPlan
 
 SCENE = "work/scene.json"
-"""The scene, with the absolute path of the source."""
+"""The scene, without where the source is."""
 FORMS = "work/forms.json"
 """Compressed forms that were tried: what trying them took is not spent again by the next verb."""
+
+
+def scene_bytes(scene: Scene) -> bytes:
+    """Return the scene as a draft holds it.
+
+    A name of a file or a series may be that of a patient. Once the source is imported no stage asks for it; the origin
+    beside the package keeps it.
+    """
+    source = scene.source
+    if isinstance(source.channels, tuple) and source.channels:
+        unnamed = source.model_copy(update={"channels": tuple(each.without_place() for each in source.channels)})
+    else:
+        unnamed = source.without_place()
+    return scene.model_copy(update={"source": unnamed}).model_dump_json().encode()
 
 
 def codes_name(level: int, channel: str) -> str:

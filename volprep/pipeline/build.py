@@ -20,9 +20,9 @@ from volprep.scan.statistics import measure
 from volprep.scene.request import Request, with_grey_ramp
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.storage.files import output_errors
 from volprep_formats.package.storage.publish import check_target, publish
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress

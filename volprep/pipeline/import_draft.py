@@ -7,7 +7,7 @@ It comes before the plan, which needs what it measures. This file needs neither 
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.parts.work import SCENE, generator, is_current
+from volprep.parts.work import SCENE, generator, is_current, scene_bytes
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
@@ -41,7 +41,7 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
     key = import_key([channel.spec for channel in prepared.channels], generator())
     draft = Draft.open(folder) if (folder / MANIFEST).exists() else None
     if draft is not None and is_current(NAME, key, draft.manifest):
-        return Imported(draft, scene_of(draft) if prepared.scene_path is None else prepared.scene, None)
+        return Imported(draft, _scene_of_earlier(prepared, draft), None)
     heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile)
     measured: list[Measured] = []
     records: list[SourceRecord] = []
@@ -54,7 +54,7 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
     scene = prepared.scene
     if prepared.scene_path is None:
         scene = with_grey_ramp(scene, measured[0].statistics, records[0].info.grid)
-    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    draft.write(SCENE, "work", scene_bytes(scene))
     made = tuple(
         Contribution(channel=ChannelPart(name=channel.name, source=record, statistics=found.statistics))
         for channel, record, found in zip(prepared.channels, records, measured, strict=True)
@@ -63,6 +63,13 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
     return Imported(draft, scene, tuple(measured))
 
 
+def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:
+    """Return the scene of a request; an earlier import gave a scan without a scene its transfer function."""
+    if prepared.scene_path is not None:
+        return prepared.scene
+    return scene_of(draft).model_copy(update={"source": prepared.scene.source})
+
+
 def scene_of(draft: Draft) -> Scene:
-    """Return the scene that a draft is made for."""
+    """Return the scene that a draft is made for; where the source is, only its origin says."""
     return Scene.model_validate_json(draft.read_bytes(SCENE))

@@ -12,7 +12,7 @@ from volprep.parts.levels.records import LevelChoice
 from volprep.plan.form_trial import FormTrial
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.storage.files import output_errors, replace_file
+from volprep_formats.output import write_file
 from volprep_formats.record import Record, problems
 from volprep_formats.regular_files import read_regular
 
@@ -41,8 +41,7 @@ def write_origin(package: Path, origin: Origin) -> None:
     """Write the origin beside where `package` is, or will be. Raises VP4020 where it cannot be written."""
     path = origin_path(package)
     text = json.dumps(origin.model_dump(mode="json"), indent=2, sort_keys=True) + "\n"
-    with output_errors(path):
-        replace_file(path, text.encode())
+    write_file(path, text.encode())
 
 
 def read_origin(package: Path) -> Origin | None:

@@ -1,13 +1,10 @@
 """The preview picture of a package: what an app's list of packages, or a person with a file browser, sees."""
 
-import tempfile
-from pathlib import Path
-
 from volprep.render.choose import renderer_of
 from volprep.truth.camera import standard_views
 from volprep.truth.picture import encoded
 from volprep_formats.package.reader import Package
-from volprep_formats.png import write_png
+from volprep_formats.png import png_bytes
 
 _VIEW = "anterior-left"
 _SIZE = 256
@@ -24,7 +21,4 @@ def preview_png(package: Package) -> bytes:
     camera = standard_views(grid, projection)[_VIEW]
     with renderer_of(package) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "preview.png"
-        write_png(path, encoded(picture, "black"))
-        return path.read_bytes()
+    return png_bytes(encoded(picture, "black"))

@@ -10,9 +10,10 @@ from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.picture import Background, encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
+from volprep_formats.output import require_place, write_file
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.png import write_png
+from volprep_formats.png import png_bytes
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     """
     if picture_path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
+    require_place(picture_path, "VP5021")
     package = Package.open(package_path)
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
@@ -67,10 +69,7 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
         taken = Taken(renderer.level.index, renderer.name, str(renderer.driver))
-    try:
-        write_png(picture_path, encoded(picture, shot.background))
-    except OSError as error:
-        raise VolprepError("VP5021", path=picture_path, error=error) from error
+    write_file(picture_path, png_bytes(encoded(picture, shot.background)), "VP5021")
     return taken
 
 

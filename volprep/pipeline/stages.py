@@ -19,7 +19,7 @@ from volprep.parts.stage import Planned, Stage, Work
 from volprep.parts.subvolumes.stage import STAGE as GRID
 from volprep.parts.texture.stage import STAGE as TEXTURE
 from volprep.parts.values.stage import STAGE as QUANTIZE
-from volprep.parts.work import FORMS, SCENE, generator, is_current
+from volprep.parts.work import FORMS, SCENE, generator, is_current, scene_bytes
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
 from volprep.plan.records import Plan
@@ -70,7 +70,7 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
         return
     record = StageRecord(name=stage.name, key=key, made=tuple(_made(stage, draft, plan, progress)))
     # Every step leaves the scene that it was made for; only drafts hold it.
-    draft.write(SCENE, "work", scene.model_dump_json().encode())
+    draft.write(SCENE, "work", scene_bytes(scene))
     if plan.forms:
         draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in plan.forms]).encode())
     heading = _heading(plan, scene)

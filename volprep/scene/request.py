@@ -1,7 +1,6 @@
 """What a user asks for on the command line: a scene whose paths are resolved, and the profile it names."""
 
 import math
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
@@ -22,6 +21,8 @@ from volprep_formats.record import problems
 from volprep_formats.source import SourceSpec
 from volprep_formats.transfer_files import read_transfer_file
 
+UNNAMED = "scan"
+"""Name of what is made of a scan without a scene."""
 _NOTHING = ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0)
 
 
@@ -116,10 +117,12 @@ def request_of(path: Path, profile: str | None = None, source: Path | None = Non
 
 
 def request_for_source(source: Path, profile: str | None = None) -> Request:
-    """Make a scene for a source that has none; its transfer function follows when the source has been measured."""
-    name = re.sub(r"[^a-z0-9_-]+", "-", source.stem.lower()).strip("-_") or "volume"
+    """Make a scene for a source that has none; its transfer function follows when the source has been measured.
+
+    Its name is the same for all: a package is passed on, and the file of a scan may be named after the patient.
+    """
     scene = Scene(
-        name=name,
+        name=UNNAMED,
         source=SourceSpec(path=path_text(source.absolute())),
         transfer=(
             SceneTransfer(name="grey", points=(ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)),

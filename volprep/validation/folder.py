@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.png import write_png
+from volprep_formats.output import output_errors, sync_all
+from volprep_formats.png import png_bytes
 from volprep_formats.record import Record
 
 DATA_FILE = "report.json"
@@ -18,6 +19,7 @@ PAGE_FILE = "index.html"
 """Name of the page in the folder of a report."""
 PICTURES = "pictures"
 """Name of the folder of pictures in the folder of a report."""
+_FAILED = "VP6021"
 
 
 class ReportFolder:
@@ -30,12 +32,12 @@ class ReportFolder:
     def picture(self, name: str, picture: NDArray[np.uint8]) -> None:
         """Write `picture` [H, W, 3] as the PNG file `name`, which begins with the folder of pictures."""
         path = self._partial / name
-        with _errors(path):
-            write_png(path, picture)
+        with output_errors(path, _FAILED):
+            path.write_bytes(png_bytes(picture))
 
     def write(self, data: Record, page: str) -> None:
         """Write the data and the page."""
-        with _errors(self._partial):
+        with output_errors(self._partial, _FAILED):
             (self._partial / DATA_FILE).write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
             (self._partial / PAGE_FILE).write_text(page, encoding="utf-8")
 
@@ -50,14 +52,15 @@ def report_folder(target: Path) -> Iterator[ReportFolder]:
     _require_replaceable(target)
     partial = target.with_name(f".{target.name}.partial")
     older = target.with_name(f".{target.name}.older")
-    with _errors(target):
+    with output_errors(target, _FAILED):
         for left_behind in (partial, older):
             if left_behind.exists():
                 shutil.rmtree(left_behind)
         (partial / PICTURES).mkdir(parents=True)
     try:
         yield ReportFolder(partial)
-        with _errors(target):
+        with output_errors(target, _FAILED):
+            sync_all([*partial.rglob("*"), partial])
             if target.exists():
                 target.rename(older)
             partial.rename(target)
@@ -75,11 +78,3 @@ def _require_replaceable(target: Path) -> None:
     others = sorted(names - {DATA_FILE, PAGE_FILE, PICTURES})
     if others:
         raise VolprepError("VP6020", path=target, problem=f"it holds {others[0]}, which is no part of a report")
-
-
-@contextmanager
-def _errors(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise VolprepError("VP6021", path=path, error=error.strerror or error) from error

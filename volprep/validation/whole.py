@@ -12,7 +12,7 @@ def open_whole(path: Path) -> Package:
 
     Raises VP4001 to VP4005 where there is no sealed package that can be read, VP6010 with all that is wrong.
     """
-    package = Package.open(path)
+    package = Package.open_any(path)
     findings = check(path)
     if findings:
         listed = "; ".join(f"{finding.code} {finding.summary}" for finding in findings)

@@ -8,4 +8,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "this machine cannot turn a scan into a validated package; missing: {missing}",
         "The lines marked missing say how to get each.",
     ),
+    "VP7002": Diagnostic(
+        ExitStatus.MACHINE,
+        "the folder that this command runs in no longer exists",
+        "Change to a folder that exists, and run it there.",
+    ),
+    "VP7003": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: the system refuses it: {error}",
+        "See to the permissions of this path and of the folders above it, or name another.",
+    ),
 }

@@ -103,4 +103,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the center {center} lies outside the volume of {shape} voxels, x × y × z",
         "Name a voxel from 0 on; with --world a place in the patient, in millimetres.",
     ),
+    "VP4060": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: left as it is, because it is {kind} and no file",
+        "Name another output, or move what is there.",
+    ),
+    "VP4061": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: {file} is damaged: its CRC-32 is not the one in the zip",
+        "Copy the package again, or make it again with volprep zip.",
+    ),
 }

@@ -182,11 +182,6 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: {keyword} is not a UID, which has digits and dots only, 64 characters at most",
         "The file is damaged or hostile; export the series again.",
     ),
-    "VP1070": Diagnostic(
-        ExitStatus.USAGE,
-        "the current folder does not exist any more, so no relative path can be found",
-        "Change into a folder that exists.",
-    ),
     "VP1071": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: its decoder opens only files whose path is UTF-8",

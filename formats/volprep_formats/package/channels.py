@@ -1,9 +1,13 @@
 """A package seen channel by channel: each view is a package of one channel over the same grid."""
 
+from typing import TYPE_CHECKING
+
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip.record import Skipping
-from volprep_formats.package.reader import Package
+
+if TYPE_CHECKING:
+    from volprep_formats.package.reader import Package
 
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
@@ -11,12 +15,12 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
     return {channel.name: _view(manifest, channel) for channel in manifest.channels}
 
 
-def channel_packages(package: Package) -> dict[str, Package]:
+def channel_packages(package: "Package") -> dict[str, "Package"]:
     """Return the package as it is for each channel, under its name, the default one first."""
     return {name: package.seen_as(view, name) for name, view in channel_views(package.manifest).items()}
 
 
-def package_of_transfer(package: Package, transfer: str | None) -> Package:
+def package_of_transfer(package: "Package", transfer: str | None) -> "Package":
     """Return the package as it is for the channel of a transfer function, the default one if None.
 
     A name that no channel knows gives the package itself, and so does None where channels are drawn together.

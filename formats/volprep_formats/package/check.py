@@ -8,15 +8,14 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
+from volprep_formats.package.gate import disagreements
 from volprep_formats.package.parts.bricks.places import misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
 from volprep_formats.package.parts.proxy.rules import mesh_problems
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
-from volprep_formats.package.rules import contradictions
-from volprep_formats.package.storage.contents import names_of
-from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.package.storage.contents import sizes_of
 from volprep_formats.package.texture import GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
@@ -61,7 +60,7 @@ def check(path: Path) -> list[Finding]:
     one finding, and the last.
     """
     try:
-        package = Package.open(path, allow_draft=True)
+        package = Package.open_any(path, allow_draft=True)
     except VolprepError as error:
         return [Finding.of(error)]
     return [Finding.of(error) for error in _errors(package)]
@@ -71,12 +70,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
     path, manifest = package.path, package.manifest
     if manifest.state != "sealed":
         yield VolprepError("VP4005", path=path)
-    named = {MANIFEST, *(record.path for record in manifest.files)}
-    yield from (VolprepError("VP4010", path=path, file=name) for name in names_of(path) if name not in named)
-    # Numbers near the end of the range overflow; what is compared with them then differs, which is all that counts.
-    with np.errstate(all="ignore"):
-        problems = list(contradictions(manifest))
-    yield from (VolprepError("VP4011", path=path, problem=problem) for problem in problems)
+    yield from disagreements(path, manifest, sizes_of(path))
     textures: dict[str, list[Texture]] = {}
     for texture in manifest.textures:
         textures.setdefault(texture.file, []).append(texture)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.gate import require_sound
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.contents import open_contents
@@ -27,8 +28,17 @@ class Package:
         """Open the package at `path`, a folder or a zip.
 
         Raises VP4001 if there is none, VP4002 for another kind of thing, VP4003 for another version, VP4004 for a
-        manifest that breaks the schema, VP4005 for a draft unless `allow_draft`.
+        manifest that breaks the schema, VP4005 for a draft unless `allow_draft`. For a sealed package in which
+        anything is wrong that shows without reading its files: VP4007, VP4008, VP4010, VP4011.
         """
+        package = cls.open_any(path, allow_draft=allow_draft)
+        if package.manifest.state == "sealed":
+            require_sound(path, package.manifest)
+        return package
+
+    @classmethod
+    def open_any(cls, path: Path, *, allow_draft: bool = False) -> Self:
+        """Open a package to find out all that is wrong with it. Raises VP4001 to VP4005 as `open` does."""
         manifest = read_manifest(path)
         if manifest.state != "sealed" and not allow_draft:
             raise VolprepError("VP4005", path=path)

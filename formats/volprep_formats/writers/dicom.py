@@ -7,8 +7,6 @@ capture), PS3.5 (B.2 UIDs), PS3.10.
 """
 
 import hashlib
-import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from pydicom.uid import UID, CTImageStorage, ExplicitVRLittleEndian, MRImageStor
 from pydicom.valuerep import format_number_as_ds
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import new_folder
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 
@@ -71,22 +70,9 @@ def write(source: VolumeSource, folder: Path, progress: Progress, *, description
         raise VolprepError("VP1080", path=folder)
     description = description.replace("\\", "/")[:_LONGEST_DESCRIPTION]
     progress.start("writing a DICOM series", 2 * source.info.grid.shape_zyx[0])
-    digest, coding = _survey(source, folder, description, progress)
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".partial", dir=folder.parent))
-        try:
-            names = _write_slices(
-                source, partial, coding, _template(source.info, coding, digest, description), progress
-            )
-            partial.chmod(0o755)
-            partial.replace(folder)
-        except BaseException:
-            shutil.rmtree(partial, ignore_errors=True)
-            raise
-    except OSError as error:
-        # What pydicom passes on has a traceback in its text, behind the first line.
-        raise VolprepError("VP1081", path=folder, error=error.strerror or str(error).partition("\n")[0]) from error
+    with new_folder(folder, "VP1081") as partial:
+        digest, coding = _survey(source, folder, description, progress)
+        names = _write_slices(source, partial, coding, _template(source.info, coding, digest, description), progress)
     return [folder / name for name in names]
 
 

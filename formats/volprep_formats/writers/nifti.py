@@ -11,9 +11,10 @@ import nibabel
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.output import new_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
-from volprep_formats.writers.output import new_file, write_voxels, zipped
+from volprep_formats.writers.voxels import write_voxels, zipped
 
 _RAS_FROM_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 _LONGEST_AXIS_OF_VERSION_1 = 32767

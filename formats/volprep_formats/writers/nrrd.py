@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep_formats.output import new_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
-from volprep_formats.writers.output import new_file, write_voxels, zipped
 from volprep_formats.writers.values import PhysicalValues
+from volprep_formats.writers.voxels import write_voxels, zipped
 
 _TYPES = {"uint8": "uint8", "int16": "int16", "uint16": "uint16", "float32": "float"}
 

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from volprep_formats.package.storage.files import output_errors, replace_file
+from volprep_formats.output import new_file, write_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
-from volprep_formats.writers.output import new_file, write_voxels
 from volprep_formats.writers.values import PhysicalValues
+from volprep_formats.writers.voxels import write_voxels
 
 
 def sidecar_path(path: Path) -> Path:
@@ -19,8 +19,7 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
     values = PhysicalValues(source)
     with new_file(path) as file:
         write_voxels(values, file, progress)
-    with output_errors(sidecar_path(path)):
-        replace_file(sidecar_path(path), _sidecar(values.info).encode())
+    write_file(sidecar_path(path), _sidecar(values.info).encode())
 
 
 def _sidecar(info: SourceInfo) -> str:

@@ -4,12 +4,14 @@ OpenVDB puts a random identifier (UUID) into every file, bytes 21 to 56; here it
 """
 
 import hashlib
+import os
+import struct
 from pathlib import Path
 from uuid import UUID
 
 import numpy as np
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import new_path, require_place
 from volprep_formats.progress import Progress
 from volprep_formats.readers.vdb.tree import openvdb
 from volprep_formats.source import VolumeSource
@@ -18,6 +20,9 @@ from volprep_formats.writers.values import PhysicalValues
 _SLAB_BYTES = 2**26
 _LEAF = 8
 _UUID_AT, _UUID_BYTES = 21, 36
+_NO_METADATA_ONE_GRID = 8
+_TEXTS_OF_A_GRID = 3
+"""Name, type and parent, each after its length; then the offsets of the grid, its blocks and its end."""
 
 
 def write(source: VolumeSource, path: Path, progress: Progress) -> None:
@@ -27,6 +32,7 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
     value: so the bounding box of the active voxels is the volume, and whoever reads it gets all of it. World is
     LPS in millimetres. Raises VolprepError VP1081 (cannot be written), VP1201 (no OpenVDB) and what reading raises.
     """
+    require_place(path, "VP1081")
     grid, values = source.info.grid, PhysicalValues(source)
     nz, ny, nx = grid.shape_zyx
     fog = openvdb(path).FogVolume("density", grid.world_from_index.tolist())
@@ -38,15 +44,29 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
         progress.advance(z1 - z0)
     fog.activate((0, 0, 0))
     fog.activate((nx - 1, ny - 1, nz - 1))
-    unfinished = path.with_name(f".{path.name}.partial")
-    try:
-        fog.write(str(unfinished))
+    with new_path(path, "VP1081") as unfinished:
+        try:
+            fog.write(str(unfinished))
+        except RuntimeError as error:
+            raise OSError(str(error)) from error
+        _require_whole(unfinished)
         _name_by_content(unfinished)
-        unfinished.replace(path)
-    except (OSError, RuntimeError) as error:
-        unfinished.unlink(missing_ok=True)
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise VolprepError("VP1081", path=path, error=reason) from error
+
+
+def _require_whole(path: Path) -> None:
+    """Raise OSError where the file does not end where it says that its only grid does.
+
+    OpenVDB does not ask whether what it wrote was taken: a full disk gave a file without an end, and no error.
+    """
+    with path.open("rb") as file:
+        file.seek(_UUID_AT + _UUID_BYTES)
+        file.read(_NO_METADATA_ONE_GRID)
+        for _ in range(_TEXTS_OF_A_GRID):
+            file.seek(int.from_bytes(file.read(4), "little"), os.SEEK_CUR)
+        _, _, end = struct.unpack("<3q", file.read(24).ljust(24, b"\0"))
+        size = file.seek(0, os.SEEK_END)
+    if size != end:
+        raise OSError(f"{size} bytes of {max(end, 0) or 'more'} were written; the disk may be full")
 
 
 def _name_by_content(path: Path) -> None:

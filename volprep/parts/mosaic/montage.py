@@ -11,12 +11,13 @@ from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.truth.normal_codes import decoded
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import require_place, write_file
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.parts.normals.record import NormalCode
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-from volprep_formats.png import write_png
+from volprep_formats.png import png_bytes
 
 LARGEST = 4096
 """Width and height that no picture exceeds."""
@@ -49,6 +50,7 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
     role: Literal["volume", "normals", "slices"] = "normals" if normals else "volume"
     if not normals and any(each.role == "slices" for each in package.manifest.textures):
         role = "slices"
+    require_place(path, "VP5021")
     textures = [each for each in package.manifest.textures if each.role == role]
     held = sorted({each.level for each in textures if each.level is not None})
     if not held or level not in {None, *held}:
@@ -56,10 +58,7 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
         raise VolprepError("VP1250", path=package.path, level=wanted, found=", ".join(map(str, held)) or "none")
     chosen = held[0] if level is None else level
     made = montage(_of_slices(package, textures) if role == "slices" else _of_level(package, chosen, role), chosen)
-    try:
-        write_png(path, made.pixels)
-    except OSError as error:
-        raise VolprepError("VP5021", path=path, error=error) from error
+    write_file(path, png_bytes(made.pixels), "VP5021")
     return made
 
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from volprep.parts.subvolumes.cut import Cut, CutRecord, cut
 from volprep.truth.decoded import level_volume
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors, require_place, write_file
 from volprep_formats.package.reader import Package
-from volprep_formats.package.storage.files import output_errors, replace_file
-from volprep_formats.png import write_png
+from volprep_formats.png import png_bytes
 from volprep_formats.textures import ktx2
 
 _FORMATS: dict[str, ktx2.Ktx2Format] = {"uint8": "R8", "uint16": "R16", "float16": "R16F"}
@@ -40,6 +40,10 @@ def write_cut(
     for path in names:
         if path.exists() and not force:
             raise VolprepError("VP1251", path=path)
+    with output_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for path in names:
+        require_place(path)
     grid = package.manifest.grid
     if world and grid is not None:
         x, y, z, _ = np.linalg.inv(grid.world_from_index) @ [*center_xyz, 1.0]
@@ -48,11 +52,9 @@ def write_cut(
     image = ktx2.Ktx2Image(_FORMATS[found.texels.dtype.name], found.record.grid.shape_zyx, found.texels, 3)
     text = json.dumps(found.record.model_dump(mode="json"), indent=2, sort_keys=True)
     texture, picture, record = names
-    with output_errors(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        replace_file(texture, b"".join(ktx2.encode(image)))
-        write_png(picture, marked_sections(package, found))
-        replace_file(record, (text + "\n").encode())
+    write_file(texture, b"".join(ktx2.encode(image)))
+    write_file(picture, png_bytes(marked_sections(package, found)))
+    write_file(record, (text + "\n").encode())
     return found.record
 
 

@@ -1,26 +1,32 @@
 """Where the files of a package are: in a folder, or in one zip that holds them as they are."""
 
 import os
+import zlib
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage import single_file
-from volprep_formats.package.storage.files import names_in, open_inside
+from volprep_formats.package.storage.files import open_inside, sizes_in
 
 
 @dataclass(frozen=True)
 class Contents:
     """One file of a package: a part of an open file. Use it as a context manager."""
 
+    name: str
+    """Its name in the package."""
     file: BufferedReader
     """The file that it is in."""
     start_bytes: int
     """Where it begins."""
     size_bytes: int
     """Size."""
+    crc32: int | None = None
+    """CRC-32 that the zip says it has; None in a folder."""
 
     def __enter__(self) -> Self:
         return self
@@ -31,9 +37,13 @@ class Contents:
         self.file.close()
 
     def read(self, most: int | None = None) -> bytes:
-        """Read all of it, or its first `most` bytes."""
+        """Read all of it, or its first `most` bytes. Raises VP4061 where all of it has not the CRC of the zip."""
         self.file.seek(self.start_bytes)
-        return self.file.read(self.size_bytes if most is None else min(most, self.size_bytes))
+        data = self.file.read(self.size_bytes if most is None else min(most, self.size_bytes))
+        is_whole = most is None or most >= self.size_bytes
+        if is_whole and self.crc32 is not None and zlib.crc32(data) != self.crc32:
+            raise VolprepError("VP4061", path=self.file.name, file=self.name)
+        return data
 
 
 def open_contents(package: Path, name: str) -> Contents:
@@ -42,10 +52,10 @@ def open_contents(package: Path, name: str) -> Contents:
     Raises VP4007 if it is missing or a link, VP4002 for a zip that is no package.
     """
     if package.is_file():
-        start, size = single_file.place_of(package, name)
-        return Contents(package.open("rb"), start, size)
+        place = single_file.place_of(package, name)
+        return Contents(name, package.open("rb"), place.start_bytes, place.size_bytes, place.crc32)
     file = open_inside(package, name)
-    return Contents(file, 0, os.fstat(file.fileno()).st_size)
+    return Contents(name, file, 0, os.fstat(file.fileno()).st_size)
 
 
 def holds(package: Path, name: str) -> bool:
@@ -53,6 +63,11 @@ def holds(package: Path, name: str) -> bool:
     return name in single_file.places(package) if package.is_file() else os.path.lexists(package / name)
 
 
-def names_of(package: Path) -> list[str]:
-    """List everything in a package, with forward slashes. Raises VP4002 for a zip that is no package."""
-    return sorted(single_file.places(package)) if package.is_file() else names_in(package)
+def sizes_of(package: Path) -> dict[str, int | None]:
+    """Give the size in bytes of everything in a package, by name with forward slashes; None for what is no file.
+
+    Raises VP4002 for a zip that is no package.
+    """
+    if package.is_file():
+        return {name: place.size_bytes for name, place in sorted(single_file.places(package).items())}
+    return sizes_in(package)

@@ -7,12 +7,14 @@ was; what one killed after it left to do is done by the next `Draft.open`.
 """
 
 import hashlib
+import os
 import shutil
 from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Self
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors, sync_all, sync_folder
 from volprep_formats.package.assemble import assembled
 from volprep_formats.package.manifest import FileRecord, FileRole, Heading, Manifest, StageRecord
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
@@ -21,12 +23,9 @@ from volprep_formats.package.storage.files import (
     MANIFEST,
     MANIFEST_IN_MAKING,
     open_inside,
-    output_errors,
     path_inside,
     remove_empty,
     replace_file,
-    sync_all,
-    sync_folder,
 )
 from volprep_formats.package.storage.lock import Lock
 
@@ -52,8 +51,7 @@ class Draft:
         """
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            if any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
-                raise VolprepError("VP4023", path=folder)
+            require_room(folder)
             manifest = assembled(heading, (), (), "draft")
             replace_file(folder / MANIFEST, encode_manifest(manifest))
             sync_folder(folder.parent)
@@ -173,6 +171,16 @@ class Draft:
         # Another draft object, opened on the same folder in between, has dropped what this one wrote.
         if any(not self._staged(path).exists() for path in self._pending):
             raise VolprepError("VP4012", path=self._folder)
+
+
+def require_room(folder: Path) -> None:
+    """Raise VP4023 where a new draft cannot be made: a folder that holds anything but what a killed `create` left.
+
+    Raises VP4020 where a file or a link to nowhere is in the way.
+    """
+    with output_errors(folder):
+        if os.path.lexists(folder) and any(entry.name != MANIFEST_IN_MAKING for entry in folder.iterdir()):
+            raise VolprepError("VP4023", path=folder)
 
 
 def recover(folder: Path) -> None:

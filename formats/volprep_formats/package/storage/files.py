@@ -2,13 +2,12 @@
 
 import os
 import stat
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import sync_folder
 
 MANIFEST = "manifest.json"
 """Name of the manifest in a package."""
@@ -21,48 +20,12 @@ def source_name(channel: str) -> str:
     return f"work/level0-{channel}.raw"
 
 
-_SYNCS = 8
-"""Files that wait for the disk at the same time."""
-
-
-@contextmanager
-def output_errors(path: Path) -> Iterator[None]:
-    """Turn what the system says while `path` is written into VP4020."""
-    try:
-        yield
-    except OSError as error:
-        raise VolprepError("VP4020", path=path, error=error.strerror or error) from error
-
-
-def sync_folder(folder: Path) -> None:
-    """Make the names in `folder` durable: without this a rename may be undone by a power cut."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def sync_all(paths: Iterable[Path]) -> None:
-    """Make files, and the names in folders, durable; in any order.
-
-    All at the same time: a journal takes what comes together in one step, and each step is a wait for the disk.
-    """
-    with ThreadPoolExecutor(_SYNCS) as pool:
-        for _ in pool.map(_sync, paths):
-            pass
-
-
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def replace_file(path: Path, data: bytes) -> None:
-    """Give `path` the content `data`, whole or not at all. Raises OSError."""
+    """Give `path` in a package the content `data`, whole or not at all. Raises OSError.
+
+    What a killed process leaves has always the same name, MANIFEST_IN_MAKING for the manifest: a package holds nothing
+    that is not known.
+    """
     temporary = path.with_name(f".{path.name}.new")
     try:
         with temporary.open("wb") as file:
@@ -115,14 +78,30 @@ def path_inside(folder: Path, name: str) -> Path:
 
 def names_in(folder: Path) -> list[str]:
     """List everything in `folder` that is not a folder itself, and folders that are empty, with forward slashes."""
-    found = []
-    for current, folders, files in os.walk(folder):
-        links = [name for name in folders if (Path(current) / name).is_symlink()]
-        here = Path(current).relative_to(folder)
-        found += [(here / name).as_posix() for name in files + links]
-        if not files and not folders and here.parts:
-            found.append(here.as_posix() + "/")
-    return sorted(found)
+    return [*sizes_in(folder)]
+
+
+def sizes_in(folder: Path) -> dict[str, int | None]:
+    """Give the size of everything that `names_in` lists, in bytes; None for what is no regular file.
+
+    Nothing is listed of a folder that cannot be read. Without a `Path` for each: for 315 files those took 8 ms of 17.
+    """
+    found: dict[str, int | None] = {}
+    folders = [("", os.fspath(folder))]
+    while folders:
+        inner, place = folders.pop()
+        entries: list[os.DirEntry[str]] = []
+        with suppress(OSError), os.scandir(place) as listed:
+            entries = [*listed]
+        if inner and not entries:
+            found[inner] = None
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                folders.append((f"{inner}{entry.name}/", entry.path))
+            else:
+                status = entry.stat(follow_symlinks=False)
+                found[inner + entry.name] = status.st_size if stat.S_ISREG(status.st_mode) else None
+    return dict(sorted(found.items()))
 
 
 def remove_empty(inner: Path, folder: Path) -> None:

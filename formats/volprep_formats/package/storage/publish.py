@@ -6,16 +6,15 @@ import os
 from pathlib import Path, PurePosixPath
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors, sync_folder
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.draft import recover
 from volprep_formats.package.storage.files import (
     MANIFEST,
     MANIFEST_IN_MAKING,
     names_in,
-    output_errors,
     path_inside,
     remove_empty,
-    sync_folder,
 )
 
 _AT_FDCWD = -100
@@ -79,8 +78,12 @@ def _own_names(folder: Path) -> list[str]:
     """List the files of a package, its manifest last, after making sure that it is one and holds nothing else."""
     if folder.is_symlink():
         raise VolprepError("VP4021", path=folder, problem="it is a symbolic link")
-    if folder.is_dir() and set(names_in(folder)) <= {MANIFEST_IN_MAKING}:  # what a killed create or removal leaves
-        return names_in(folder)
+    if folder.is_dir():
+        # Not what lies below: a folder that is no package may be a whole disk.
+        with output_errors(folder):
+            names = [entry.name for entry in folder.iterdir()]
+        if set(names) <= {MANIFEST_IN_MAKING}:  # what a killed create or removal leaves
+            return names
     try:
         read_manifest(folder)
     except VolprepError as error:

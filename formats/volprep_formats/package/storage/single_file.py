@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage.files import MANIFEST, open_inside
@@ -30,8 +30,22 @@ _COPY_BYTES = 1 << 20
 _UNSOUND = (zipfile.BadZipFile, OSError, ValueError, OverflowError, NotImplementedError, EOFError, struct.error)
 """What the library raises over damaged zips."""
 
-Place = tuple[int, int]
-"""Where a file begins in the zip, and its size, in bytes."""
+
+class Place(NamedTuple):
+    """Where a file of the zip is."""
+
+    start_bytes: int
+    """Where it begins in the zip."""
+    size_bytes: int
+    """Size."""
+    crc32: int
+    """CRC-32 of its bytes, as the zip says."""
+
+
+_NO_32_BITS = 0xFFFFFFFF
+"""What a local header says of a size that stands in a field of its own."""
+_ENCRYPTED_OR_SAID_LATER = 0b1001
+"""Flags of an entry: encrypted; sizes and CRC stand behind the bytes and not before them."""
 
 
 def write_single_file(folder: Path, names: list[str], file: BinaryIO, progress: Progress) -> None:
@@ -76,7 +90,7 @@ def places(package: Path) -> Mapping[str, Place]:
     """Return where each file is in the zip at `package`.
 
     Raises VP4002 for what is no zip, or one whose files are compressed, encrypted, doubled, beyond its end or on top of
-    each other: two programs could read it as two packages.
+    each other, or whose headers do not say what its directory says: two programs could read it as two packages.
     """
     status = package.stat()
     return _places(package, status.st_mtime_ns, status.st_size)
@@ -98,18 +112,29 @@ def _read_places(file: BinaryIO, size: int) -> dict[str, Place]:
     found: dict[str, Place] = {}
     for entry in entries:
         name = entry.filename
-        if entry.compress_type != zipfile.ZIP_STORED or entry.flag_bits & 1 or entry.file_size != entry.compress_size:
-            raise ValueError(f"{name!r} is compressed or encrypted")
+        is_plain = entry.compress_type == zipfile.ZIP_STORED and entry.file_size == entry.compress_size
+        if not is_plain or entry.flag_bits & _ENCRYPTED_OR_SAID_LATER:
+            raise ValueError(f"{name!r} is compressed, encrypted, or has its sizes behind it")
         if name in found:
             raise ValueError(f"{name!r} is there twice")
         file.seek(entry.header_offset)
         head = _LOCAL_HEADER.unpack(file.read(_LOCAL_HEADER.size))
         if head[0] != b"PK\x03\x04" or file.read(head[9]) != name.encode():
             raise ValueError(f"{name!r} has another name at its place")
-        found[name] = entry.header_offset + _LOCAL_HEADER.size + head[9] + head[10], entry.file_size
+        if not _says_the_same(head, entry):
+            raise ValueError(f"{name!r} has another CRC, size or kind at its place than in the directory")
+        start = entry.header_offset + _LOCAL_HEADER.size + head[9] + head[10]
+        found[name] = Place(start, entry.file_size, entry.CRC)
     # Each file lies between its header and the next one, and so does none on top of another.
     heads = sorted((entry.header_offset, entry.filename) for entry in entries)
     for (_, name), (following, _) in pairwise([*heads, (size, "")]):
-        if sum(found[name]) > following:
+        if found[name].start_bytes + found[name].size_bytes > following:
             raise ValueError(f"{name!r} reaches into what follows")
     return found
+
+
+def _says_the_same(head: tuple[int, ...], entry: zipfile.ZipInfo) -> bool:
+    """Return whether a local header has the flags, the method, the CRC and the sizes of the directory's entry."""
+    flags, method, crc, *sizes = head[2], head[3], *head[6:9]
+    same_sizes = all(size in {entry.file_size, _NO_32_BITS} for size in sizes)
+    return (flags, method, crc) == (entry.flag_bits, entry.compress_type, entry.CRC) and same_sizes

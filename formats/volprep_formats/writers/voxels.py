@@ -1,36 +1,14 @@
-"""What the writers share: a file that appears whole or not at all, and voxels in pieces."""
+"""What the writers share: voxels in pieces, and gzip without a clock."""
 
 import gzip
-import os
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import contextmanager
 from typing import BinaryIO, cast
 
 import numpy as np
 
-from volprep_formats.package.storage.files import output_errors
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
-
-
-@contextmanager
-def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Return a file that takes the name `path` when the block ends well. Raises VP4020 where it cannot be written."""
-    with output_errors(path):
-        descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent)
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                yield file
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).chmod(0o644)
-            Path(name).replace(path)
-        except BaseException:
-            with suppress(OSError):
-                Path(name).unlink()
-            raise
 
 
 @contextmanager

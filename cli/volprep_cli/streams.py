@@ -1,0 +1,58 @@
+"""The three standard streams as the verbs need them, whatever the shell gave."""
+
+import codecs
+import os
+import sys
+from io import BufferedWriter, FileIO, TextIOWrapper
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+_PLAIN = {"×": "x", "–": "-", "…": "...", "°": " deg", "·": "*", "µ": "u", "²": "^2", "³": "^3"}
+"""What our own texts say beyond ASCII, for a terminal that knows nothing else."""
+
+
+def prepare_streams() -> None:
+    """Open what is closed, and have no text fail for its letters, nor a message for a full disk."""
+    # Else the next file that is opened would be standard output, and get what is printed.
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            _open_nothing(descriptor)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - as long as the process
+    codecs.register_error("volprep", _in_other_letters)
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="volprep")
+    # Tests put streams of their own here.
+    if sys.stderr is sys.__stderr__:
+        encoding = getattr(sys.stderr, "encoding", "utf-8")
+        raw = BufferedWriter(_Lossy(2, "w", closefd=False))
+        sys.stderr = TextIOWrapper(raw, encoding, "volprep", line_buffering=True)
+
+
+class _Lossy(FileIO):
+    """A file that takes all that it is given. Progress that nobody can read is no reason to stop a build."""
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return memoryview(data).nbytes
+
+
+def _open_nothing(descriptor: int) -> None:
+    opened = os.open(os.devnull, os.O_RDWR)
+    if opened != descriptor:
+        os.dup2(opened, descriptor)
+        os.close(opened)
+
+
+def _in_other_letters(error: UnicodeError) -> tuple[str, int]:
+    """Replace what the stream has no letters for, and bytes of names that are not UTF-8, by what it has."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(each) or each.encode("unicode_escape").decode("ascii") for each in text), error.end

@@ -1,0 +1,116 @@
+"""A disk that is full ends each verb with exit status 6: what was there before stays, and nothing else does.
+
+The limit on the size of a file stops a write in its middle as a full disk does; both are tried.
+"""
+
+import resource
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from command_line import COMMAND, volprep
+from phantom_scene import write_phantom_scene
+
+from volprep_formats.diagnostics import ExitStatus
+
+LIMIT_BYTES = 3000
+DISK_BYTES = 8192
+OLDER = b"older"
+
+FILES = {
+    "export good.volpkg {}/a.nii": "a.nii",
+    "export good.volpkg {}/a.nii.gz": "a.nii.gz",
+    "export good.volpkg {}/a.nrrd": "a.nrrd",
+    "export good.volpkg {}/a.raw": "a.raw",
+    "export good.volpkg {}/a.vdb": "a.vdb",
+    "zip good.volpkg -o {}/a.zip": "a.zip",
+    "render good.volpkg -o {}/a.png --size 600": "a.png",
+    "inspect good.volpkg --picture {}/a.png": "a.png",
+    "cut good.volpkg --center 20,15,10 --size 20 -o {}": "cut.ktx2",
+}
+"""Verbs that write one file, and its name; a cut begins with this one."""
+FOLDERS = {
+    "export good.volpkg {}/series": "series",
+    "validate good.volpkg --report {}/a.report --size 128": "a.report",
+    "build phantom.toml -o {}/a.volpkg": "a.volpkg",
+    "import phantom.toml -o {}/a.volpkg": "a.volpkg",
+}
+"""Verbs that write a folder, and its name."""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory) -> Path:
+    """A folder with a scene and a package with sub-volumes; small files of it take more than the limit."""
+    folder = tmp_path_factory.mktemp("place")
+    scene = write_phantom_scene(folder)
+    scene.write_text(
+        scene.read_text(encoding="utf-8") + "\n[quantize]\nbits = 16\n[grid]\nsize = 24\n", encoding="utf-8"
+    )
+    done = volprep("build", scene, "-o", "good.volpkg", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture
+def disk(tmp_path) -> Iterator[Path]:
+    """A file system with room for two pages."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = shutil.which("mount")
+    options = ("-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs", folder)
+    if mount is None or subprocess.run([mount, *options], capture_output=True, check=False).returncode != 0:
+        pytest.skip("a file system of 8 kB cannot be mounted here")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def limited(command: str, place: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *command.split()],
+        cwd=place,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT_BYTES, LIMIT_BYTES)),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def require_one_message(done: subprocess.CompletedProcess[str]) -> None:
+    assert done.returncode == ExitStatus.OUTPUT, done.stdout + done.stderr
+    assert done.stderr.count("volprep: VP") == 1
+    assert done.stderr.splitlines()[-1].startswith("volprep: VP")
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(("command", "name"), FILES.items(), ids=FILES)
+def test_a_file_that_finds_no_room_leaves_the_older_one_and_nothing_else(place, tmp_path, command, name) -> None:
+    (tmp_path / name).write_bytes(OLDER)
+    force = [] if command.startswith(("render", "inspect")) else ["--force"]
+    done = limited(" ".join([command.format(tmp_path), *force]), place)
+    require_one_message(done)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {name: OLDER}
+
+
+@pytest.mark.parametrize("command", FOLDERS)
+def test_a_folder_that_finds_no_room_leaves_nothing(place, tmp_path, command) -> None:
+    require_one_message(limited(command.format(tmp_path), place))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", {**FILES, **FOLDERS})
+def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
+    require_one_message(volprep(*command.format(disk).split(), cwd=place))
+    assert not list(disk.iterdir())
+
+
+@pytest.mark.parametrize(("command", "name"), {**FILES, **FOLDERS}.items(), ids={**FILES, **FOLDERS})
+def test_with_room_each_of_these_commands_writes_more_than_there_was_room_for(place, tmp_path, command, name) -> None:
+    done = volprep(*command.format(tmp_path).split(), cwd=place)
+    assert done.returncode == 0, done.stderr
+    made = tmp_path / name
+    files = [each for each in made.rglob("*") if each.is_file()] if made.is_dir() else [made]
+    assert sum(each.stat().st_size for each in files) > DISK_BYTES
+    assert not list(tmp_path.rglob(".*"))
