@@ -18,9 +18,7 @@ from volprep_formats.readers.dicom.codecs import (
     JPEG_2000,
     JPEG_LS,
     NAMES,
-    PACKAGE,
     RLE,
-    is_installed,
 )
 from volprep_formats.readers.dicom.codestreams import MOST_TILES, Coding, Declared, declared
 from volprep_formats.readers.dicom.header import EncodedPixels
@@ -78,24 +76,6 @@ def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
         raise
     except Exception as error:  # decoders let any error through on damaged bytes
         raise undecodable(pixels, error) from error
-
-
-def check_decoder(pixels: EncodedPixels) -> None:
-    """Raise VolprepError VP1037, VP1038 or VP1043 when no decoder here takes this picture."""
-    if pixels.transfer_syntax not in DECODERS:
-        from pydicom import config  # noqa: PLC0415 - heavy, and only for a message
-        from pydicom.uid import UID  # noqa: PLC0415 - as above
-
-        syntax = UID(pixels.transfer_syntax, config.IGNORE)
-        name = syntax.name if syntax.is_transfer_syntax else "that its header names"
-        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
-    if not is_installed():
-        name = NAMES[pixels.transfer_syntax]
-        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing=f"{PACKAGE} is missing")
-    if pixels.is_float:
-        raise VolprepError("VP1043", path=pixels.path, bits="compressed floating-point pixels")
-    if pixels.high_bit != pixels.bits_stored - 1:
-        raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))
 
 
 def _fragments(value: bytes, *, is_bare: bool) -> Iterator[bytes]:

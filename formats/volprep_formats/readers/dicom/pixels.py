@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers.dicom.codecs import EXPLICIT, IMPLICIT
+from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT, NAMES, PACKAGE, is_installed
 from volprep_formats.readers.dicom.header import EncodedPixels
 from volprep_formats.readers.dicom.inflate import DEFLATED
 from volprep_formats.readers.dicom.value import undecodable, value_of
@@ -25,9 +25,7 @@ _NATIVE = frozenset((*_LITTLE_ENDIAN, _BIG_ENDIAN, DEFLATED))
 def check_decodable(pixels: EncodedPixels) -> None:
     """Raise VolprepError when this picture can never be decoded: no decoder, or sizes that contradict each other."""
     if pixels.transfer_syntax not in _NATIVE:
-        from volprep_formats.readers.dicom.compressed import check_decoder  # noqa: PLC0415 - heavy
-
-        check_decoder(pixels)
+        _check_decoder(pixels)
         return
     if pixels.size_bytes not in {picture_bytes(pixels), picture_bytes(pixels) + picture_bytes(pixels) % 2}:
         raise wrong_length(pixels, pixels.size_bytes)
@@ -139,6 +137,24 @@ def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     if pixels.colours == "planes":
         return luminance(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1))
     return luminance(values.reshape(pixels.rows, pixels.columns, 3))
+
+
+def _check_decoder(pixels: EncodedPixels) -> None:
+    """Raise VolprepError VP1037, VP1038 or VP1043 when no decoder here takes this picture."""
+    if pixels.transfer_syntax not in DECODERS:
+        from pydicom import config  # noqa: PLC0415 - heavy, and only for a message
+        from pydicom.uid import UID  # noqa: PLC0415 - as above
+
+        syntax = UID(pixels.transfer_syntax, config.IGNORE)
+        name = syntax.name if syntax.is_transfer_syntax else "that its header names"
+        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing="none is known")
+    if not is_installed():
+        name = NAMES[pixels.transfer_syntax]
+        raise VolprepError("VP1038", path=pixels.path, syntax=name, missing=f"{PACKAGE} is missing")
+    if pixels.is_float:
+        raise VolprepError("VP1043", path=pixels.path, bits="compressed floating-point pixels")
+    if pixels.high_bit != pixels.bits_stored - 1:
+        raise VolprepError("VP1037", path=pixels.path, keyword="HighBit", wanted=str(pixels.bits_stored - 1))
 
 
 def masked(values: NDArray[np.generic], pixels: EncodedPixels) -> NDArray[np.generic]:
