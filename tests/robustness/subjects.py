@@ -221,7 +221,7 @@ def _read_package(path: Path) -> None:
     read_volume(folder, format="volpkg")
 
 
-_ZARR_PARTS = ("zarr.json", "0/zarr.json", "0/c/0/0/0/0")
+_ZARR_PARTS = ("zarr.json", "0/zarr.json", "0/c/0/0/0/0", "0/c/0/1/0/0")
 
 
 def _zarr_store(folder: Path) -> Path:
