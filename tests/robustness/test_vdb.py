@@ -1,4 +1,4 @@
-"""Damaged OpenVDB files: they are checked before OpenVDB reads them, so that it neither crashes nor runs out of memory."""
+"""Damaged OpenVDB files: each is checked before OpenVDB reads it, so that it neither crashes nor needs much memory."""
 
 import struct
 from pathlib import Path
