@@ -29,9 +29,17 @@ std::array<size_t, 3> shape_zyx(const Array& array) {
     return {array.shape(0), array.shape(1), array.shape(2)};
 }
 
+// Bytes that are no UTF-8 are escaped.
+nb::str name_of(const GridInfo& info) {
+    PyObject* const name =
+        PyUnicode_DecodeUTF8(info.name.data(), static_cast<Py_ssize_t>(info.name.size()), "backslashreplace");
+    if (!name) throw nb::python_error();
+    return nb::steal<nb::str>(name);
+}
+
 void bind_reader(nb::module_& module) {
     nb::class_<GridInfo>(module, "GridInfo", "What a file says of one of its grids, before its tree is read.")
-        .def_ro("name", &GridInfo::name, "Name, made unique with [0], [1], ...")
+        .def_prop_ro("name", &name_of, "Name, made unique with [0], [1], ...")
         .def_ro("value_type", &GridInfo::value_type, "float, double, vec3s, ...")
         .def_ro("grid_class", &GridInfo::grid_class, "Fog Volume, Level Set, Staggered Vector Field or Other.")
         .def_ro("saved_as_half", &GridInfo::saved_as_half, "Whether its floats have 16 bits in the file.")

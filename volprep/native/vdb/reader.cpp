@@ -11,6 +11,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <variant>
 
@@ -116,6 +117,12 @@ class Archive : public openvdb::io::Archive {
     openvdb::GridBase::Ptr grid_;
 };
 
+// What OpenVDB says repeats words of the file, which may be any bytes.
+std::string printable(std::string text) {
+    std::replace_if(text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+}
+
 // Calls what reads, and says in words what a stream says of itself.
 template <typename Function>
 auto reading(Function function) {
@@ -123,6 +130,10 @@ auto reading(Function function) {
         return function();
     } catch (const std::ios_base::failure&) {
         throw std::runtime_error("it ends too early, or cannot be read");
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw std::runtime_error(printable(error.what()));
     }
 }
 
