@@ -66,7 +66,7 @@ class PlannedDraft:
         return channel
 
     def made_anew(self, stage: str, **changes: object) -> float:
-        """Run a stage with another plan of the channel, then put the shaders together; the milliseconds of the first."""
+        """Run a stage with another plan of the channel, then put the shaders together; milliseconds of the first."""
         stages = {each.name: each for each in STAGES}
         channel = self.channel.model_copy(update=changes)
         plan = self.plan.model_copy(update={"channels": (channel,), "stages": tuple({*self.plan.stages, stage})})
