@@ -64,8 +64,9 @@ def _rows(scan: str, request: Request, transfer: str, folder: Path) -> list[Clas
     functions = tuple(each for each in request.scene.transfer if each.name == transfer)
     scene = request.scene.model_copy(update={"render": render, "transfer": functions})
     draft = import_draft(prepare(request), folder, Silent()).draft
-    plan = plan_draft(draft, scene, request.profile, Silent())
-    run_stage(draft, next(stage for stage in STAGES if stage.name == "quantize"), plan, scene, Silent())
+    of_package = plan_draft(draft, scene, request.profile, Silent())
+    run_stage(draft, next(stage for stage in STAGES if stage.name == "quantize"), of_package, scene, Silent())
+    (plan,) = of_package.channels
     voxels = voxels_of(plan)
     table = lookup_table(voxels.function, voxels.window, 256)
     chooser = ClassifiedChooser(Classified(codes_of_source(draft, plan), plan.grid, {transfer: table}), voxels)

@@ -26,7 +26,7 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import STAGES, run_stage
-from volprep.plan.records import Plan
+from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import Request, load_request
 from volprep.transfer.joint_histogram import joint_shares
@@ -198,11 +198,12 @@ class _Bench:
     def __init__(self, name: str, request: Request, folder: Path) -> None:
         self._name = name
         self._draft = import_draft(prepare(request), folder / "draft", Silent()).draft
-        self._plan = plan_draft(self._draft, request.scene, request.profile, Silent())
+        of_package = plan_draft(self._draft, request.scene, request.profile, Silent())
         quantize = next(stage for stage in STAGES if stage.name == "quantize")
-        run_stage(self._draft, quantize, self._plan, request.scene, Silent())
+        run_stage(self._draft, quantize, of_package, request.scene, Silent())
         self._folder = folder
-        plan = self._plan
+        (plan,) = of_package.channels
+        self._plan = plan
         window, entries = plan.quantize.window, plan.lookups[0].entries
         self._tables = {each.name: lookup_table(each, window, entries) for each in plan.transfer_functions}
         codes = codes_of_source(self._draft, plan)
@@ -311,8 +312,8 @@ def request_of(scan: str, data: Path, folder: Path) -> Request:
     return load_request(path)
 
 
-def _true_pictures(draft: Draft, plan: Plan, function: TransferFunction) -> Iterator[NDArray[np.float64]]:
-    source = source_volume(draft, None)
+def _true_pictures(draft: Draft, plan: ChannelPlan, function: TransferFunction) -> Iterator[NDArray[np.float64]]:
+    source = source_volume(draft, plan.channel)
     info = draft.manifest.source.info
     crop = tuple(slice(a, b) for a, b in zip(plan.crop.start_zyx, plan.crop.stop_zyx, strict=True))
     voxels = np.ascontiguousarray(source.read_slab(0, source.shape_zyx[0])[crop])

@@ -129,7 +129,7 @@ def measure_proxy(console: Console) -> list[ProxyRow]:
 
 
 def _measure_mesh(made: PlannedDraft, name: str, plain: Drawn, *, form: ProxyForm, block: int) -> ProxyRow:
-    plan = made.plan
+    plan = made.channel
     level = plan.levels[0].index
     proxy = ProxyPlan(
         form=form,
@@ -140,8 +140,7 @@ def _measure_mesh(made: PlannedDraft, name: str, plain: Drawn, *, form: ProxyFor
         meshes=(ProxyMeshPlan(transfer=_TRANSFER, level=level, file="meshes/proxy.glb"),),
         programs=tuple(proxy_program(program, [level]) for program in plan.programs),
     )
-    with_mesh = plan.model_copy(update={"proxy": proxy, "stages": (*plan.stages, "proxy")})
-    build_ms = made.made_anew("proxy", with_mesh)
+    build_ms = made.made_anew("proxy", proxy=proxy)
     package = made.package()
     with_it = drawn(package, _TRANSFER, ProxyRenderer)
     data = package.read_bytes("meshes/proxy.glb")

@@ -139,7 +139,7 @@ def measure_skip(console: Console) -> list[SkipRow]:
         console.print(f"measuring empty-space skipping on {scan}", style="dim")
         with planned_draft(scan, {**functions, "fog": _FOG}) as made:
             package = made.package()
-            plain = {function.name: drawn(package, function.name) for function in made.plan.transfer_functions}
+            plain = {function.name: drawn(package, function.name) for function in made.channel.transfer_functions}
             found = [
                 SkipRow(transfer, "none", 0.0, 0.0, 0.0, without.cpu_ms, 1.0, 0.0, 0.0, 0.0)
                 for transfer, without in plain.items()
@@ -152,14 +152,13 @@ def measure_skip(console: Console) -> list[SkipRow]:
 
 
 def _measure_table(made: PlannedDraft, plain: dict[str, Drawn], *, kind: SkipKind, block: int) -> list[SkipRow]:
-    plan = made.plan
+    plan = made.channel
     cells = block or max(1, math.ceil((max(plan.levels[0].shape_zyx) - 1) / 16))
     # Tables for all, whether the plan would keep them or not.
     tables = tuple(skip_table_plan(transfer, plan.levels[0], kind, cells, plan.profile) for transfer in plain)
     skip = SkipPlan(epsilon=0.0, shares=(0.0,) * len(plain), tables=tables, ranges=())
     programs = tuple(program.model_copy(update={"levels": program.levels[:1]}) for program in plan.programs)
-    with_skip = plan.model_copy(update={"skip": skip, "programs": programs, "stages": tuple({*plan.stages, "skip"})})
-    build_ms = made.made_anew("skip", with_skip)
+    build_ms = made.made_anew("skip", skip=skip, programs=programs)
     package = made.package()
     shares = {table.transfer: table.empty_share for table in package.manifest.skipping.tables}
     sizes = {table.transfer: math.prod(table.shape_zyx) / 1000 for table in tables}

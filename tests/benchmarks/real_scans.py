@@ -15,7 +15,7 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import STAGES, run_stage
-from volprep.plan.records import Plan
+from volprep.plan.records import ChannelPlan, Plan
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
@@ -59,9 +59,17 @@ class PlannedDraft:
         """Open the draft as it is."""
         return Package.open(self.draft.folder, allow_draft=True)
 
-    def made_anew(self, stage: str, plan: Plan) -> float:
-        """Run a stage with another plan, then put the shaders together; the milliseconds of the first."""
+    @property
+    def channel(self) -> ChannelPlan:
+        """Plan of its only channel."""
+        (channel,) = self.plan.channels
+        return channel
+
+    def made_anew(self, stage: str, **changes: object) -> float:
+        """Run a stage with another plan of the channel, then put the shaders together; milliseconds of the first."""
         stages = {each.name: each for each in STAGES}
+        channel = self.channel.model_copy(update=changes)
+        plan = self.plan.model_copy(update={"channels": (channel,), "stages": tuple({*self.plan.stages, stage})})
         start = time.perf_counter()
         run_stage(self.draft, stages[stage], plan, self.scene, Silent())
         build_ms = (time.perf_counter() - start) * 1000
