@@ -1,1 +1,1 @@
-"""The reference renderer: off-screen OpenGL ES that runs the shaders of a package, and their composition."""
+"""The reference renderer: off-screen OpenGL ES that runs the shaders of a package."""

@@ -116,7 +116,7 @@ def _each(text: str, constants: Mapping[str, str]) -> str:
         word, lines = match[1], match[2]
         if word not in constants:
             return match[0]
-        return "".join(Template(lines).safe_substitute({word: each}) for each in constants[word].split())
+        return "".join(Template(lines).safe_substitute({**constants, word: each}) for each in constants[word].split())
 
     return _EACH.sub(repeat, text)
 

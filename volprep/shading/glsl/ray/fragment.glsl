@@ -28,7 +28,7 @@ void main() {
   vec2 inside = clip_to_box(origin, ray);
   float part = max(inside.y - inside.x, 0.0);
   float length_mm = part * length(ray);
-  // Rounding may make a ray longer than whole steps, often along an axis: it gets no further sample for that.
+  // Rounding may make a ray longer than whole steps, often along an axis: it gets no more samples for that.
   float steps = length_mm / u_step_mm;
   float count = ceil(max(steps - 0.001, min(steps, 0.001)));
   // A sample is the middle of a segment: at start + stride * i, with i = 0.5, 1.5, ... below count.

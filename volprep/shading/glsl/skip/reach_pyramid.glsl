@@ -1,5 +1,5 @@
 //: Tables of kind pyramid: the entry is 1 + l where the cell of edge 2^l that holds the block is empty.
-// Steps until the ray leaves that cell.
+// Steps until the ray leaves the cell of edge 2^(entry - 1) blocks that holds the block: all of it is empty.
 float steps_to_leave(vec3 at, vec3 slope, vec3 block, float entry) {
   float edge = exp2(entry - 1.0);
   vec3 corner = floor((block + 0.5) / edge) * edge;
