@@ -1,4 +1,4 @@
-"""The listings of formats/SPEC.md, section 11, run: the reader draws as volprep does, the JavaScript uploads the same."""
+"""The listings of formats/SPEC.md, section 11, run: the reader draws as volprep does, JavaScript uploads the same."""
 
 import json
 import re

@@ -107,8 +107,8 @@ class Level(Record):
     grid: Grid
     """Positions of the voxels."""
     texture_from_box_per_mm_xyz: Vector
-    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing), with n
-    texels, of which a mipmap may have more than the level has voxels."""
+    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing). n counts
+    texels; a mipmap may have more texels than the level has voxels."""
     filter: Literal["none"] | LevelFilter
     """Filter that made the level from level 0; none for level 0."""
 
@@ -132,7 +132,7 @@ class RenderSettings(Record):
     step_mm: Annotated[float, Field(gt=0.0)]
     """Nominal distance of the samples along a ray."""
     opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this; absent where no ray can reach it."""
+    """A ray stops when its opacity passes this; absent if no ray can reach it."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
@@ -149,7 +149,7 @@ class SubvolumeFiles(Record):
     whole: PackagePath | None = None
     """KTX 2 file of the whole level, which may be a texture, too."""
     programs: tuple[Program, ...] = ()
-    """Programs that draw the pieces around a point, where there are files of pieces: one for each transfer function."""
+    """Programs that draw the pieces around a point, one for each transfer function; none without files of pieces."""
 
 
 class PlanItem(Record):
@@ -164,7 +164,7 @@ class PlanItem(Record):
     files: tuple[PackagePath, ...] = ()
     """Files that exist because of this item."""
     size_bytes: ByteCount = 0
-    """What it costs where it is kept, or would have cost where it is left out."""
+    """What it costs if it is kept, or would have cost if it is left out."""
 
 
 class StageRecord(Record):
@@ -173,13 +173,14 @@ class StageRecord(Record):
     name: str
     """Name of the stage."""
     key: Sha256
-    """Digest of its settings and of the keys of the stages it reads; while it is the same, the stage need not run."""
+    """Digest of its settings and of the keys of the stages that it reads. While it stays the same, the stage need not
+    run."""
     files: tuple[PackagePath, ...] = ()
     """Files that the stage wrote."""
 
 
 class Channel(Record):
-    """One of several channels. All have the grid of level 0 in common, and levels as far as they fit."""
+    """One of several channels. All share the grid of level 0; each has the levels that fit."""
 
     name: ChannelName
     """Name, unique in the package."""
@@ -194,7 +195,7 @@ class Channel(Record):
     levels: tuple[Level, ...] = ()
     """Levels of this channel in the package, finest first."""
     transfers: tuple[str, ...]
-    """Names of the transfer functions of its values. Programs of these draw its textures."""
+    """Names of the transfer functions of its values. The programs of these functions draw its textures."""
 
 
 class Manifest(Record):
@@ -217,11 +218,11 @@ class Manifest(Record):
     statistics: Statistics
     """Values of the scan."""
     channels: Annotated[tuple[Channel, ...], Field(min_length=2)] | None = None
-    """Channels, where there are several; what the manifest says of its source is said of the first of them."""
+    """Channels, if there are several. What the manifest itself says of its source then holds for the first of them."""
     together: Together | None = None
-    """Channels that are drawn into one picture, which is the default one then."""
+    """Channels that are drawn into one picture, which is then the default picture."""
     grid: Grid | None = None
-    """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
+    """Voxels of level 0, whether or not the package holds it: the source without the border that nobody sees."""
     stored_type: StoredType | None = None
     """Type of the values in the working data and the volume textures."""
     quantization: Quantization | None = None

@@ -1,7 +1,7 @@
 """What an app does when its user has edited a transfer function: tables made anew from what the package holds.
 
-SPEC.md, section 22, as code, and the proof of it: what is drawn with the new tables is what a package would show that
-was built with the edited function.
+The section "Editing transfer functions" of SPEC.md as code. What is drawn with the new tables is what a package would
+show that was built with the edited function.
 """
 
 import math
