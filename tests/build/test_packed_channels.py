@@ -171,7 +171,7 @@ class TestWhatItDraws:
                 assert uncut(part, program, render) is None
 
     def test_a_mosaic_of_several_textures_with_gutters_draws_what_channels_apart_draw(self, tmp_path) -> None:
-        profile = (Path(__file__).parents[2] / "volprep/profiles/gles2-2048.toml").read_text()
+        profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles2-2048.toml").read_text()
         (tmp_path / "narrow.toml").write_text(profile.replace("size = 2048", "size = 64"))
         package = built(tmp_path, "narrow.toml", extra="[mosaic]\ngutter = 1\n")
         texture = volumes(package.manifest)[0]
@@ -206,7 +206,7 @@ class TestWhen:
     def test_channels_that_do_not_fit_packed_stay_apart(self, tmp_path) -> None:
         whole = self.item(scene_of(tmp_path))
         assert whole.kept
-        text = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text()
+        text = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text()
         room = whole.size_bytes // 2 + 5000
         (tmp_path / "small.toml").write_text(text.replace("268_435_456", str(room)))
         item = self.item(scene_of(tmp_path, "small.toml"))

@@ -62,7 +62,7 @@ def test_the_single_file_is_the_texture_of_level_0_where_there_is_one(package) -
 
 
 def test_a_level_0_that_is_no_texture_gets_a_file_to_seek_in(tmp_path) -> None:
-    profile = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text().replace("1024", "32")
+    profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text().replace("1024", "32")
     (tmp_path / "small.toml").write_text(profile)
     package = built(tmp_path, '\n[grid]\nsize = 12\nlayout = "single"\n', "small.toml")
     assert check(package.path) == []

@@ -229,7 +229,7 @@ class TestWhatIsLeftOut:
         ],
     )
     def test_what_cannot_be_drawn_together_is_refused(self, tmp_path, changes, says) -> None:
-        few = (Path(__file__).parents[2] / "volprep/profiles/gles3.toml").read_text()
+        few = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text()
         (tmp_path / "few.toml").write_text(few.replace("texture_units = 16", "texture_units = 3"))
         scene = changed(scene_of(tmp_path), *changes)
         with pytest.raises(VolprepError, match="VP1245") as error:

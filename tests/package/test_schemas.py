@@ -73,7 +73,7 @@ def test_a_manifest_that_the_model_refuses_is_invalid(sealed: Path, change: dict
 
 
 def test_the_built_in_profiles_are_valid() -> None:
-    profiles = list((Path(volprep.__file__).parent / "profiles").glob("*.toml"))
+    profiles = list((Path(volprep.__file__).parent / "scene" / "profiles").glob("*.toml"))
     assert profiles
     for path in profiles:
         validator("profile.schema.json").validate(tomllib.loads(path.read_text(encoding="utf-8")))

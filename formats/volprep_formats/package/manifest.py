@@ -238,7 +238,7 @@ class Manifest(Record):
     skipping: Skipping | None = None
     """Empty-space skipping."""
     programs: tuple[Program, ...] = ()
-    """Shader programs."""
+    """Shader programs. The first one draws the default transfer function, or the picture of several channels."""
     editing: Editing | None = None
     """What an app needs when its users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None
