@@ -10,8 +10,8 @@ from volprep_cli.console import Json, bytes_text, print_json, print_remarks, pro
 Scene = Annotated[
     Path,
     typer.Argument(
-        help="Scene file, TOML: a source and transfer functions. Or a scan alone, which is drawn with a grey ramp over "
-        "all its values.",
+        help="Scene: a TOML file with a source and transfer functions. Or a scan alone, which is drawn with a grey "
+        "ramp over all its values.",
         metavar="SCENE|SCAN",
     ),
 ]
@@ -28,9 +28,9 @@ Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path i
 
 
 def build(scene: Scene, output: Output, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
-    """Build the package of a scene through all stages that it needs.
+    """Build the package of a scene: run all stages that it needs.
 
-    What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
+    The old PACKAGE stays until the new one is complete. If a build was killed, the next one carries on from there.
     """
     from volprep.pipeline.build import build as build_package  # noqa: PLC0415 - keeps volprep --help fast
     from volprep.scene.request import request_of  # noqa: PLC0415

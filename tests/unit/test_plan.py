@@ -82,7 +82,7 @@ class TestBitsAndWindow:
         assert decided.quantize.bits == 16
         assert decided.volumes[0].format == "R16F"
         assert "8 bits would change" in item(decided, "16-bit values").reason
-        assert "profile gles3 has no R16, and half floats move a value by" in item(decided, "16-bit values").reason
+        assert "profile gles3 has no R16, and half floats change a value by" in item(decided, "16-bit values").reason
 
     def test_a_profile_with_exact_16_bits_gets_them_without_the_error_of_half_floats(self) -> None:
         # A ramp, which a table of any length holds exactly: what is left is the error of the texels.
@@ -92,7 +92,7 @@ class TestBitsAndWindow:
         half, exact = (plan(voxels, scene(points, quantize={"bits": 16}), each) for each in (GLES3, NORM16))
         assert {volume.format for volume in half.volumes} == {"R16F"}
         assert {volume.format for volume in exact.volumes} == {"R16"}
-        as_they_are = "R16 texels hold codes as they are; they change the sample of rays by nothing"
+        as_they_are = "R16 texels hold codes unchanged; they change the sample of rays by nothing"
         assert as_they_are in item(exact, "16-bit values").reason
         assert "they change the sample of rays by RMSE" in item(half, "16-bit values").reason
 
@@ -227,7 +227,7 @@ class TestLevels:
         (volume, *_) = decided.volumes
         assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "RGBA8")
         assert volume.files == tuple(f"textures/mosaic-0-{part}.ktx2" for part in range(7))
-        assert item(decided, "several textures").reason.endswith("24 slices have room, there are 168")
+        assert item(decided, "several textures").reason.endswith("room for 24 slices, and there are 168")
         assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
 
     def test_512_cubed_voxels_fit_two_textures_of_4096_squared(self) -> None:
@@ -251,7 +251,7 @@ class TestLevels:
         assert orders == ["overlapping", "interleaved", "interleaved", "interleaved", "interleaved"]
         assert plan(noise((37, 20, 31)), profile=small).volumes[0].mosaic.order == "overlapping"
         reason = item(plan(noise((19, 20, 31)), profile=small), "overlapping slices").reason
-        assert reason == "one fetch serves each sample, not 1.25, for a third more memory"
+        assert reason == "each sample takes one fetch instead of 1.25, for a third more memory"
 
     def test_a_volume_that_fits_no_mosaic_at_any_level_is_an_error_with_the_numbers(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})
@@ -274,13 +274,13 @@ class TestLevels:
         (volume,) = decided.volumes
         assert volume.format == "RGBA8"
         assert item(decided, "four channels").kept
-        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 20"
+        assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 20"
 
         decided = plan(noise((6, 20, 31)), profile=small)
         (volume,) = decided.volumes
         assert volume.format == "LUMINANCE8"
         assert not item(decided, "four channels").kept
-        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 6"
+        assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 6"
 
     def test_a_volume_of_one_level_needs_no_pyramid(self) -> None:
         assert "pyramid" not in plan(noise()).stages

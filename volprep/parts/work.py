@@ -44,7 +44,7 @@ def code_type(plan: "Plan") -> np.dtype[np.generic]:
 
 
 def source_info(manifest: Manifest, channel: str | None) -> SourceInfo:
-    """Return what the source is; a channel of it where there are several."""
+    """Return the description of the source; of a channel if there are several."""
     if channel is None:
         return manifest.source.info
     return next(each.source.info for each in manifest.channels or () if each.name == channel)

@@ -1,4 +1,4 @@
-"""The plan as a list for people: what is kept or left out, why, what it costs, and the files it stands for."""
+"""The plan as a list for people: what is kept or left out, why, what it costs, and which files belong to it."""
 
 import math
 from collections.abc import Iterator
@@ -71,7 +71,7 @@ def _levels(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     yield PlanItem(
         name="values of the source",
         kept=False,
-        reason="shaders read the codes; validation reads the source itself",
+        reason="shaders read only the codes; validation reads the source itself",
         size_bytes=math.prod(plan.grid.shape_zyx) * stored_bytes,
     )
 
@@ -98,7 +98,7 @@ def _layout(plan: Plan, scene: Scene) -> Iterator[PlanItem]:
 def _why_flat(plan: Plan) -> str:
     if plan.profile.max_3d_texture_size:
         return "levels are compressed, and most devices have no compressed 3D textures"
-    return f"profile {plan.profile.name} has none"
+    return f"profile {plan.profile.name} has no 3D textures"
 
 
 def _shaders(plan: Plan) -> PlanItem:
@@ -118,6 +118,6 @@ def _ray_termination(plan: Plan, grounds: Grounds) -> PlanItem:
     return PlanItem(
         name="early ray termination",
         kept=plan.render.opacity_cutoff is not None,
-        reason=f"the most opaque values, along the whole diagonal, give opacity {grounds.opacity:.6g}; "
+        reason=f"the most opaque values along the whole diagonal give an opacity of {grounds.opacity:.6g}; "
         f"the scene stops rays at {wanted:g}",
     )

@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
-    """Return what readers noticed, each channel with its name."""
+    """Return the remarks of the readers, each with the name of its channel."""
     sources = (
         {"": manifest.source} if manifest.channels is None else {f"{c.name}: ": c.source for c in manifest.channels}
     )

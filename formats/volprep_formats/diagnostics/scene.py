@@ -40,7 +40,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3022": Diagnostic(
         ExitStatus.SCENE,
-        "no level of this volume fits profile {profile}, not even level {level}: {reason}",
+        "profile {profile} cannot hold any level of this volume, not even level {level}: {reason}",
         "Choose a profile with larger limits, or set a smaller pyramid.coarsest_longest_axis.",
     ),
     "VP3023": Diagnostic(

@@ -132,7 +132,9 @@ def _first_that_bears(
 
 
 def _misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
-    reason = f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} holds no level of it as a mosaic"
+    reason = (
+        f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} has no room for a level of it as a mosaic"
+    )
     return PlanItem(name=f"textures as {name}", kept=False, reason=reason)
 
 
@@ -156,11 +158,11 @@ def _why_never(scene: Scene, values: ValueChoice, profile: DeviceProfile, known:
     if not known:
         return f"profile {profile.name} has no compressed format of linear values"
     if scene.source.labels:
-        return "blocks would put values between labels"
+        return "compressed blocks would put values between labels"
     if values.quantize.bits != 8:
-        return "values have 16 bits, of which no format keeps more than 11"
+        return "values have 16 bits, and no format keeps more than 11"
     if scene.render.classification == "preclassified":
-        return "classified voxels are 3D textures, and compressed 3D textures are missing on most devices"
+        return "classified voxels are 3D textures, and most devices have no compressed 3D textures"
     return None
 
 
@@ -168,7 +170,7 @@ def _item(trial: FormTrial) -> PlanItem:
     limit = "within" if trial.kept else "not within"
     error = PictureError(trial.rmse, trial.maximum).text
     if trial.basis == "level":
-        found = f"encoded whole, it draws {trial.pictures} standard views {error} away from those of the source"
+        found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
     else:
         found = f"it changes rays through patches of the scan by {error}"
     later = "; a build tries the whole level" if trial.kept and trial.basis == "sample" else ""
@@ -195,7 +197,7 @@ class _Patches:
         self._truth = [self._picture(texels, table) for table in self._tables]
 
     def try_form(self, name: CompressedFormat, layout: Layout) -> FormTrial:
-        """Return what compression changes, at worst over the transfer functions."""
+        """Return the largest change by compression over all transfer functions."""
         decoded = _through_blocks(self._texels, name)
         errors = [
             difference(self._picture(decoded, table), truth)

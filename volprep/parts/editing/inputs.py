@@ -38,7 +38,7 @@ def edit_with(function: TransferFunction) -> Edit:
 
 
 def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) -> Inputs:
-    """Return what a program reads after an edit: `function` in place of the one that it draws.
+    """Return the inputs of a program after an edit: `function` replaces the one that it draws.
 
     Raises VP5023 for a package whose transfer functions are not editable.
     """

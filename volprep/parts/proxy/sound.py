@@ -11,7 +11,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 
 
 def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: ProxyForm) -> Iterator[str]:
-    """Return what is wrong with a mesh around the occupied blocks, one sentence each; nothing where all is well."""
+    """Return what is wrong with a mesh around the occupied blocks, in one sentence each; empty if nothing is wrong."""
     if not occupied.any():
         if len(mesh.triangles) or len(mesh.positions_xyz):
             yield "nothing is occupied, but it has triangles"

@@ -146,13 +146,13 @@ def _share_in_front(occupied: Occupied) -> float:
 def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
     """Why a transfer function gets no table, or None if it gets one."""
     if wanted.kind == "none":
-        return "the scene does not want it"
+        return "the scene does not ask for it"
     if found.editable:
         return _no_room(wanted, found)
     if share == 0.0:
         return f"no block of {MEASURED_BLOCK}³ voxels is empty"
     if wanted.kind == "auto" and share < LEAST_SHARE:
-        return f"{_part(share)}; below {LEAST_SHARE:.0%} looking may cost more time than it saves"
+        return f"{_part(share)}; below {LEAST_SHARE:.0%} a table may cost more time than it saves"
     return _no_room(wanted, found)
 
 
@@ -169,13 +169,13 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
         shape = _table_shape(level, kind, block)
         size = math.prod(shape)
         if _layout(shape, profile) is None:
-            return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
+            return f"a table of {by(shape)} entries does not fit into a texture of profile {profile.name}"
         units, beside_bytes = _normals_of(level, found.normals)
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
         if chain_bytes(found.volumes, volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
-            return f"beside level {level.index} there is no room for a table of {size} bytes"
+            return f"there is no room for a table of {size} bytes beside level {level.index}"
         if len(volume.files) + units + 2 > profile.texture_units:
-            return f"{len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
+            return f"the {len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
     return None
 
 
@@ -199,7 +199,7 @@ def describe_skip(
             kind, block = _kind_and_block(wanted, found.levels[0])
             reason = f"{_part(share)}; kind {kind}, blocks of {block}³ cells"
             if share == 1.0:
-                reason = "the transfer function shows nothing: pictures are empty, and rays take no sample"
+                reason = "the transfer function shows nothing, so pictures are empty and rays take no samples"
         else:
             kind, block = _kind_and_block(wanted, found.levels[0])
             size = math.prod(_table_shape(found.levels[0], kind, block))

@@ -86,7 +86,7 @@ def _piece(draft: Draft, plan: Plan, codes: NDArray[Any], file: str) -> Subvolum
 
 
 def _is_empty(plan: Plan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
-    """Return whether a piece of codes from `low` to `high` shows nothing that a constant piece of `low` does not."""
+    """Return whether a piece with codes from `low` to `high` looks like a constant piece of the code `low`."""
     if low == high:
         return True
     if wanted.keep_empty:

@@ -51,7 +51,7 @@ def choose_together(plans: Sequence[Plan], measured: Sequence[Measured], scene: 
             if name in {function.name for function in plan.transfer_functions}
         )
         if plan.channel in seen:
-            _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
+            _refuse(scene, f"{seen[plan.channel]} and {name} both draw channel {plan.channel}")
         function = _function(plan, name)
         low, high = found.statistics.minimum, found.statistics.maximum
         if Table.exact(function).largest_extinction(low, high) > 0:
@@ -82,19 +82,22 @@ def plan_together(
     group = [plan for plan in plans if plan.channel in drawn.transfers]
     packed = bool(group[0].volumes[0].channels)
     if not packed and group[0].volumes[0].mosaic is not None:
-        _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packing.reason}")
+        _refuse(
+            scene,
+            f"the channels of a mosaic must share texels, because one fetch reads all of them, but {packing.reason}",
+        )
     common = set.intersection(*({volume.level for volume in plan.volumes} for plan in group))
     levels = [volume for volume in group[0].volumes if volume.level in common and _fits(group, volume.level)]
     if not levels:
         profile = group[0].profile
         limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
-        _refuse(scene, f"at no level are there {limit} of profile {profile.name} enough for all channels")
+        _refuse(scene, f"no level leaves enough {limit} of profile {profile.name} for all channels")
     programs = tuple(ray_casters(name, levels, scene.render))
     item = PlanItem(
         name=name,
         kept=True,
-        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
-        f"{'one fetch' if packed else f'{len(group)} fetches'} of values, and {len(group)} of colours",
+        reason=f"the scene asks for {', '.join(drawn.transfers.values())} in one picture; a sample takes "
+        f"{'one fetch' if packed else f'{len(group)} fetches'} of values and {len(group)} of colours",
         files=tuple(program.fragment for program in programs),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
@@ -116,7 +119,7 @@ def _skipping(
     media = [(_function(plan, drawn.transfers[plan.channel or ""]), founds[plan.channel]) for plan in group]
     tables, reason, size = skip_together(scene.skip, name, media, levels)
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
-        tables, reason = (), "beside all channels there is no room for it"
+        tables, reason = (), "there is no room for it beside all channels"
     files = tuple(table.file for table in tables)
     item = PlanItem(name=f"skip table {name}", kept=bool(tables), reason=reason, files=files, size_bytes=size)
     return tables, item
@@ -143,14 +146,14 @@ def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
 
 def _obstacles(group: Sequence[Plan], scene: Scene) -> Iterator[str]:
     if scene.render.lighting != "none":
-        yield "channels are lit by normals of their own, and where they overlap there is no common one"
+        yield "each channel is lit by its own normals, and where channels overlap there is no common normal"
     if scene.render.classification not in {"lookup", "palette"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
     labels = [str(plan.channel) for plan in group if plan.quantize.labels]
     if labels:
-        yield f"{', '.join(labels)} holds labels, which are no densities"
+        yield f"{', '.join(labels)} holds labels, which are not densities"
     if any(volume.bricks is not None for plan in group for volume in plan.volumes):
-        yield "levels are bricks, which are read for one channel"
+        yield "levels are bricks, which hold one channel"
 
 
 def _refuse(scene: Scene, reason: str) -> NoReturn:

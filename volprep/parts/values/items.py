@@ -60,8 +60,8 @@ def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
     values = grounds.values
     tolerance = grounds.scene.tolerance
     change = f"they change the sample of rays by {values.error.text}"
-    limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
-    exact = "every stored value of the source has a code of its own; " if values.exact else ""
+    limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
+    exact = "every stored value of the source has its own code; " if values.exact else ""
     wide = PlanItem(
         name="16-bit values",
         kept=plan.quantize.bits == 16,
@@ -84,16 +84,16 @@ def describe_codes(plan: Plan, grounds: Grounds) -> Iterator[PlanItem]:
 
 def _wide_texels(plan: Plan) -> str:
     if has_exact_16_bits(plan.profile):
-        return "R16 texels hold codes as they are"
+        return "R16 texels hold codes unchanged"
     return (
-        f"profile {plan.profile.name} has no R16, and half floats move a value by up to 2^-12 of the window, 16 codes "
-        "in place of half a code"
+        f"profile {plan.profile.name} has no R16, and half floats change a value by up to 2^-12 of the window: 16 "
+        "codes instead of half a code"
     )
 
 
 def _why_wide(grounds: Grounds) -> str:
     if grounds.scene.editable:
-        return "8 bits would not give every value a code, and users may edit transfer functions"
+        return "users may edit transfer functions, and 8 bits would not give every value its own code"
     narrow = grounds.values.narrow_error
     if narrow is not None:
         return f"8 bits would change the sample of rays by {narrow.text}"
