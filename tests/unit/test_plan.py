@@ -60,7 +60,7 @@ class TestBitsAndWindow:
         decided = plan(noise())
         assert decided.quantize.bits == 8
         assert decided.quantize.window == (0.0, 255.0)
-        assert "a code of its own" in item(decided, "8-bit values").reason
+        assert "its own code" in item(decided, "8-bit values").reason
 
     def test_few_values_of_a_wide_type_are_exact_codes(self) -> None:
         # 101 values, each two codes after the one before.
@@ -192,7 +192,7 @@ class TestLevels:
         assert [level.index for level in decided.levels] == [1, 2]
         left_out = item(decided, "level 0")
         assert not left_out.kept
-        assert "7×20×33 voxels, but 3D textures of profile gles3 hold at most 20" in left_out.reason
+        assert "7×20×33 voxels, but 3D textures of profile gles3 have at most 20" in left_out.reason
         assert left_out.size_bytes == 33 * 20 * 7
         # The whole volume does not fit: no claim that a grid of sub-volumes is not needed.
         assert item(decided, "sub-volumes").reason == "the scene has no table [grid]"
@@ -238,7 +238,7 @@ class TestLevels:
         misfit = fit_level(level, 8, GLES2, Beside(units=1, bytes=1024), MosaicSettings())
         assert misfit.reason.endswith(
             "a mosaic in 7 textures of 2048×2048 texels and four channels has room for 448; "
-            "1 of 8 texture units is for what else is sampled"
+            "1 of 8 texture units is for other textures"
         )
         less = level.model_copy(update={"shape_zyx": (448, 512, 512)})
         roomy = GLES2.model_copy(update={"max_texture_bytes": 2**27})

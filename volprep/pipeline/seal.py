@@ -1,4 +1,4 @@
-"""Everything becomes a package: preview picture, cost of each item; the working data goes.
+"""A draft becomes a package: draw the preview, fill in the cost of each item, drop the working data.
 
 What is in the package must be what the plan says, file for file and texel for texel.
 """
@@ -51,7 +51,7 @@ def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
 
 
 def _check_plan(draft: Draft, plan: Plan, items: tuple[PlanItem, ...], sizes: dict[str, int]) -> None:
-    """Raise VP4042 if a file is missing or nobody's, or if a texture is not as large as its budget was checked for."""
+    """Raise VP4042 if a file is missing or belongs to nothing, or if a texture has another size than was planned."""
     planned = [path for item in items for path in item.files]
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"

@@ -1,4 +1,4 @@
-"""Transfer functions over the physical values of one scan, and what was done to the scene's words on the way."""
+"""Transfer functions over the physical values of one scan, and how they differ from what the scene says."""
 
 import math
 from collections.abc import Iterator

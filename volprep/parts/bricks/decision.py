@@ -1,4 +1,4 @@
-"""Levels as bricks with ghost voxels, for scans of which much is empty, and for filters that reach far."""
+"""Levels as bricks with ghost voxels, for scans with much empty space, and for filters with a long reach."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -31,14 +31,14 @@ def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
 
 @dataclass(frozen=True)
 class Bricks:
-    """What bricks are to be like."""
+    """How bricks must be."""
 
     settings: BrickSettings
     """What the scene wants."""
     filter: SampleFilter = "linear"
     """How they are sampled."""
     keep_empty: bool = False
-    """Whether those are stored that nobody sees."""
+    """Whether bricks are stored although nobody sees them."""
 
 
 def as_bricks(

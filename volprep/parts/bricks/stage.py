@@ -1,4 +1,4 @@
-"""Levels become bricks in one 3D texture: those of which a transfer function shows something, and where each is."""
+"""Levels become bricks in one 3D texture: the bricks that a transfer function shows, and where each lies."""
 
 from collections.abc import Iterator
 
@@ -63,7 +63,7 @@ def _bricks(draft: Draft, plan: Plan, volume: VolumePlan, bricks: BricksPlan) ->
 
 
 def _stored(draft: Draft, plan: Plan, level: LevelPlan, bricks: BricksPlan, ranges: BlockRanges) -> NDArray[np.bool_]:
-    """Return which bricks are stored: those that are not of one value, and of which something is seen; at least one."""
+    """Return which bricks are stored: those with several values in which something is seen, but at least one."""
     found = with_reach(ranges, bricks.reach)
     stored: NDArray[np.bool_] = found.low != found.high
     if not bricks.keep_empty:

@@ -1,4 +1,4 @@
-"""Whether textures of levels are compressed, and how: only if pictures bear it, which is measured before.
+"""Whether textures of levels are compressed, and how: only if pictures hardly change, which is measured first.
 
 First patches of the scan are encoded as the slices of a mosaic would be, and decoded as a GPU does; rays in z direction
 through them give the pictures. A form that these do not bear is refused. They see few of the places where it is worst
@@ -43,7 +43,7 @@ _RAW_BITS = 8.0
 
 @dataclass(frozen=True)
 class CompressionGrounds:
-    """What the decision rests on."""
+    """What the decision depends on."""
 
     scene: Scene
     """What the user wants."""

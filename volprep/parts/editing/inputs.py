@@ -1,4 +1,4 @@
-"""What an app does when its user has edited a transfer function: tables made anew from what the package holds.
+"""What an app does after its user has edited a transfer function: it makes new tables from what the package holds.
 
 The section "Editing transfer functions" of SPEC.md as code. What is drawn with the new tables is what a package would
 show that was built with the edited function.

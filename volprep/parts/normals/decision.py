@@ -103,7 +103,7 @@ def _size_bytes(texture: NormalTexturePlan, texel: TextureFormat) -> int:
 def plan_normals(
     settings: NormalSettings | None, profile: DeviceProfile, levels: tuple[LevelPlan, ...], beside: Beside
 ) -> NormalsPlan | None:
-    """Decide the textures of each level that the package holds, of which `beside_level` has found that they fit."""
+    """Decide the textures of each level that the package holds. `beside_level` has found that they fit."""
     if settings is None:
         return None
     texel = normal_format(settings, profile)

@@ -84,7 +84,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
 def describe_proxy(
     plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], wanted: ProxySettings, found: Found
 ) -> Iterator[PlanItem]:
-    """Return an item for each transfer function. Seal adds the meshes, of which some may be empty."""
+    """Return an item for each transfer function. Seal adds the meshes; some of them may be empty."""
     if plan is None:
         return
     common: tuple[str, ...] = (VERTEX, DEPTH)

@@ -1,4 +1,4 @@
-"""Whether a proxy mesh is what it must be: closed, turned outwards, around every occupied block; in whole numbers."""
+"""Whether a proxy mesh is sound: closed, turned outwards, around every occupied block, in whole numbers."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Whether empty space is skipped, for each transfer function: where enough blocks are empty, and not otherwise.
+"""Whether empty space is skipped, for each transfer function: only if enough blocks are empty.
 
 What is empty follows from ranges of blocks of 16³ voxels, which the pass over the source measures. What skipping costs
 where nothing is empty was measured too: `make bench` draws scans with every table and without.
@@ -43,7 +43,7 @@ _LARGEST_LOOKUP_BYTES = 4096 * 8
 
 @dataclass(frozen=True)
 class Found:
-    """What the decision rests on, beside the scene."""
+    """What the decision depends on, beside the scene."""
 
     profile: DeviceProfile
     """Class of devices."""
@@ -82,7 +82,7 @@ def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], fou
 
 
 def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
-    """Part of the samples that lie in measured blocks, within the crop, of which a transfer function shows nothing.
+    """Share of the samples that lie in measured blocks, within the crop, in which a transfer function shows nothing.
 
     The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
     in it, for rays that end there, over the six directions of the axes.
@@ -115,7 +115,7 @@ def skip_together(
 
 
 def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:
-    """Say of which measured blocks within the crop a transfer function shows something."""
+    """Return in which measured blocks within the crop a transfer function shows something."""
     low, high = found.quantize.window
     blocks = found.measured.blocks
     # The last voxel opens no block of its own.

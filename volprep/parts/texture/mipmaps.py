@@ -1,4 +1,4 @@
-"""Levels as the mipmaps of one texture, for apps that choose for each draw, or each sample, how fine they look.
+"""Levels as the mipmaps of one texture, for apps that choose the level for each draw or each sample.
 
 OpenGL halves every axis and rounds down, while levels round up, so that no voxel is lost: 447 voxels have 224 at level
 1, and a texture of 447 texels has a mipmap of 223, whose texels would lie elsewhere. So the finest level gets as many

@@ -1,4 +1,4 @@
-"""Which channels are drawn into one picture, from which textures; which are left out of it, for they show nothing.
+"""Which channels are drawn into one picture, and from which textures. Channels that show nothing are left out.
 
 The light of several media in one place is the sum of what each emits, behind the sum of what all absorb (Max 1995): the
 integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in front of another, and their order is
@@ -130,7 +130,7 @@ def _function(plan: Plan, name: str) -> TransferFunction:
 
 
 def _found(plan: Plan, measured: Measured, scene: Scene) -> Found:
-    """What a decision about empty space rests on, of one channel."""
+    """What a decision about the empty space of one channel depends on."""
     return Found(
         profile=plan.profile,
         crop=plan.crop,

@@ -1,4 +1,4 @@
-"""What the plan says for people of the border and of codes, and what its decisions rest on."""
+"""What the plan tells people about the border and the codes, and what its decisions depend on."""
 
 import math
 from collections.abc import Iterator
