@@ -4,13 +4,15 @@ A test compares; run this when it says so.
 
     python tools/make_spec.py
 
-A table stands between the lines `<!-- fields of NAME -->` and `<!-- end -->`.
+A table stands between the lines `<!-- fields of NAME -->` and `<!-- end -->`, the example manifest between
+`<!-- example manifest -->` and `<!-- end -->`.
 """
 
 import json
 import re
 from pathlib import Path
 
+from example_manifest import example
 from pydantic import BaseModel
 
 from volprep.scene.scene import Scene
@@ -25,14 +27,17 @@ DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
 }
 """Each text with tables, and the models whose fields they list, with those of every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_EXAMPLE = re.compile(r"(<!-- example manifest -->\n).*?(<!-- end -->)", re.DOTALL)
 _PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
 
 Schema = dict[str, object]
 
 
 def filled(path: Path) -> str:
-    """Return the text of a document with the tables that the models have now."""
+    """Return the text of a document with the tables that the models have now, and the manifest that a build makes."""
     records, text = records_of(path), path.read_text(encoding="utf-8")
+    if _EXAMPLE.search(text):
+        text = _EXAMPLE.sub(lambda match: f"{match[1]}\n```jsonc\n{example()}```\n\n{match[2]}", text)
     return _TABLE.sub(lambda match: f"{match[1]}\n{_table(match[2], records)}\n{match[3]}", text)
 
 

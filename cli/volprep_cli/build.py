@@ -28,9 +28,9 @@ Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path i
 
 
 def build(scene: Scene, output: Output, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
-    """Build the package of a scene through all stages that it needs.
+    """Build the package of a scene: run all stages that it needs.
 
-    What is at PACKAGE stays until the new package is whole. A build that was killed is carried on by the next one.
+    The old PACKAGE stays until the new one is complete. If a build was killed, the next one carries on from there.
     """
     from volprep.pipeline.build import build as build_package
     from volprep.scene.request import request_of

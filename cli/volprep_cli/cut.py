@@ -21,14 +21,14 @@ def cut(
     size: Annotated[int, typer.Option(min=1, help="Voxels of the box along each axis.", metavar="VOXELS")] = 256,
     *,
     world: Annotated[
-        bool, typer.Option("--world", help="The center is a place in the patient: millimetres, LPS.")
+        bool, typer.Option("--world", help="The center is a place in the patient, in millimetres (LPS).")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
     as_json: Json = False,
 ) -> None:
     """Cut a box out of the full resolution of a package with sub-volumes, and mark it on the coarsest level.
 
-    Reads only the voxels of the box. cut.json says where it lies, in the patient and in each level.
+    It reads only the voxels of the box. cut.json says where the box lies in the patient and in each level.
     """
     from volprep.parts.subvolumes.cut_files import write_cut
     from volprep_formats.package.reader import Package

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
-    """Return what this machine has of what volprep needs.
+    """Print which of the things that volprep needs this machine has.
 
-    One line for each thing, and how to get what is not there.
+    There is one line for each thing, with how to get what is missing.
 
-    OK: it is there. missing: without it no scan becomes a validated package. no: only what the line says is lost.
+    OK: it is here. missing: without it no scan becomes a validated package. no: you lose only what the line says.
 
-    Exit status 0: nothing needed is missing. 8: something is.
+    Exit status 0: everything needed is here. 8: something is missing.
     """
     from volprep.doctor import examine
 

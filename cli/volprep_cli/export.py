@@ -16,13 +16,13 @@ File = Annotated[
         metavar="FILE",
     ),
 ]
-Level = Annotated[int | None, typer.Option(min=0, help="Level to write; the finest if not given.", metavar="NUMBER")]
+Level = Annotated[int | None, typer.Option(min=0, help="Level to write; if not given, the finest.", metavar="NUMBER")]
 Channel = Annotated[
-    str | None, typer.Option(help="Channel to write, by name or number, of a package of several.", metavar="NAME")
+    str | None, typer.Option(help="Name or number of the channel to write, if the package has several.", metavar="NAME")
 ]
 Values = Annotated[
     Literal["physical", "stored"],
-    typer.Option(help="physical: as in the scan, by a slope where the format has one. stored: the codes alone."),
+    typer.Option(help="physical: values as in the scan, by a slope if the format has one. stored: the codes."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 

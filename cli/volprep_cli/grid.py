@@ -19,8 +19,10 @@ def grid(
     ] = None,
     layout: Annotated[
         Literal["files", "single", "both"] | None,
-        typer.Option(help="A file for each sub-volume, one to seek in, or both. Replaces the scene's grid.layout."),
+        typer.Option(
+            help="files: one for each sub-volume. single: one to seek in. both. Replaces the scene's grid.layout."
+        ),
     ] = None,
 ) -> None:
-    """Cut level 0 into sub-volumes that share a layer of voxels, for scans that a device cannot hold whole."""
+    """Cut level 0 into sub-volumes that share a layer of voxels, for scans that a device cannot hold at once."""
     run_stage(package, "grid", size=size, layout=layout)

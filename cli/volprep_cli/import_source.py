@@ -15,36 +15,38 @@ Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the d
 Series = Annotated[
     str | None,
     typer.Option(
-        help="SeriesInstanceUID, or an ending of it, where there are several. Replaces the scene's.", metavar="UID"
+        help="SeriesInstanceUID, or an ending of it, if there are several. Replaces the scene's.", metavar="UID"
     ),
 ]
 Volume = Annotated[
     int | None,
-    typer.Option(min=1, help="Which volume of a series that holds several. Replaces the scene's.", metavar="NUMBER"),
+    typer.Option(
+        min=1, help="Number of the volume, if a series holds several. Replaces the scene's.", metavar="NUMBER"
+    ),
 ]
 Channel = Annotated[
     str | None,
     typer.Option(
-        help="Which channel of an OME file that holds several, by name or number. Replaces the scene's.", metavar="NAME"
+        help="Name or number of the channel, if an OME file holds several. Replaces the scene's.", metavar="NAME"
     ),
 ]
 Level = Annotated[
     int | None,
     typer.Option(
         min=0,
-        help="Which resolution of a package or an OME-Zarr store; 0 is the finest. Replaces the scene's.",
+        help="Resolution to read from a package or an OME-Zarr store; 0 is the finest. Replaces the scene's.",
         metavar="NUMBER",
     ),
 ]
 Grid = Annotated[
     str | None,
-    typer.Option(help="Name of the grid in an OpenVDB file that holds several. Replaces the scene's.", metavar="NAME"),
+    typer.Option(help="Name of the grid, if an OpenVDB file holds several. Replaces the scene's.", metavar="NAME"),
 ]
 Rgb = Annotated[
     Literal["luminance"] | None,
     typer.Option(
-        help="What to do with pictures in colour: luminance makes them grey. Without it they are refused. Replaces the "
-        "scene's."
+        help="What to do with pictures in colour: luminance makes them grey. If not given, they are refused. Replaces "
+        "the scene's."
     ),
 ]
 Repair = Annotated[
@@ -59,7 +61,7 @@ List = Annotated[
     bool,
     typer.Option(
         "--list",
-        help="Only list the DICOM series of a folder tree, and what is wrong with each; of an OME file, its channels.",
+        help="Only list the DICOM series of a folder, with what is wrong with each; or the channels of an OME file.",
     ),
 ]
 
@@ -80,7 +82,7 @@ def import_source(
     only_list: List = False,
     as_json: Json = False,
 ) -> None:
-    """Begin a draft: read the scan at full precision, and measure it.
+    """Begin a draft: read the scan at full precision and measure it.
 
     A scan without a scene is drawn with a grey ramp over all its values, and the package's name is "scan": the file's
     own may be that of a patient. Where the scan is stands in PACKAGE.origin.json beside the draft, and not in it.

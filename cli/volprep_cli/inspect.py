@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 PackageFolder = Annotated[Path, typer.Argument(help="Package, or a draft.", metavar="PACKAGE")]
 Picture = Annotated[
     Path | None,
-    typer.Option(help="Write the slices of a level side by side to this PNG file, to look at.", metavar="PICTURE"),
+    typer.Option(help="Write a picture of the slices of a level, side by side, to this PNG file.", metavar="PICTURE"),
 ]
-Level = Annotated[int | None, typer.Option(help="Level of the picture; the finest if not given.", metavar="NUMBER")]
-Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture: x, y and z as colours.")]
+Level = Annotated[int | None, typer.Option(help="Level of the picture; if not given, the finest.", metavar="NUMBER")]
+Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture, with x, y and z as colours.")]
 Rows = list[tuple[str, ...]]
 _KINDS = {
     "transfer": "lookup table",
@@ -43,10 +43,10 @@ def inspect(
     normals: Normals = False,
     as_json: Json = False,
 ) -> None:
-    """Return what is in a package: levels, textures, transfer functions, programs, plan, files.
+    """Print what is in a package: levels, textures, transfer functions, programs, plan, files.
 
-    Reads the manifest only. volprep validate --quick tells whether the files are what it says. With --picture it reads
-    the textures of a level, and writes a picture of its slices instead.
+    It reads only the manifest; volprep validate --quick checks the files, too. With --picture it reads the textures of
+    a level and writes a picture of its slices instead.
     """
     from volprep_formats.package.reader import Package
 

@@ -16,7 +16,7 @@ from volprep_cli.streams import prepare_streams
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 _STATUSES = (
-    "Exit statuses: 0 done; 1 a picture is further from the truth than the scene allows; 2 wrong command line; "
+    "Exit statuses: 0 done; 1 a picture is farther from the truth than the scene allows; 2 wrong command line; "
     "3 source; 4 scene or profile; 5 package; 6 output; 7 rendering; 8 something is missing on this machine; "
     "70 a defect in volprep; 130 interrupted. Every error has a permanent code: VP and four digits."
 )
@@ -73,7 +73,7 @@ def volprep(
     """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web.
 
     volprep build SCENE -o PACKAGE makes a package, and volprep validate PACKAGE proves it. A scene is a short text
-    file; volprep import SCAN begins without one. The verbs from quantize to seal are the stages of a build, one by one.
+    file; a scan alone can take its place. The verbs from quantize to seal are the stages of a build, one by one.
     """
 
 

@@ -4,5 +4,5 @@ from volprep_cli.stage import Draft, run_stage
 
 
 def mosaic(package: Draft) -> None:
-    """Write the mosaic, for a profile without 3D textures."""
+    """Write the mosaics of the levels, for a profile without 3D textures."""
     run_stage(package, "mosaic")

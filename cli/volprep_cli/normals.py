@@ -19,20 +19,20 @@ def normals(
         str | None, typer.Option(help=f"{', '.join(_CODES)}. Replaces the scene's normals.code.", metavar="CODE")
     ] = None,
     magnitude: Annotated[
-        bool | None, typer.Option(help="Keep the lengths of gradients, too. Replaces the scene's normals.magnitude.")
+        bool | None, typer.Option(help="Also store the lengths of gradients. Replaces the scene's normals.magnitude.")
     ] = None,
 ) -> None:
     """Write the normals of every level, whether or not the scene asks for them.
 
-    kernel: how differences are taken. thesis (the default) and sobel smooth most and are for noisy scans, isotropic
-    is the truest for clean data, central and forward take the fewest voxels.
+    kernel: how differences are taken. thesis (the default) and sobel smooth most and suit noisy scans. isotropic is the
+    most accurate on clean data. central and forward read the fewest voxels.
 
-    code: biased8 (the default) and snorm8 have three bytes and may be filtered; oct8 has two and oct12 three, more
-    exact, for shaders that fetch single texels.
+    code: biased8 (the default) and snorm8 have three bytes and may be filtered. oct8 has two bytes and oct12 three;
+    they are for shaders that fetch single texels, and oct12 is the most exact.
     """
     for name, value, known in (("kernel", kernel, _KERNELS), ("code", code, _CODES)):
         if value is not None and value not in known:
-            msg = f"--{name} is {value}, and can be {', '.join(known)}"
+            msg = f"--{name} is {value}, but must be one of {', '.join(known)}"
             raise typer.BadParameter(msg)
 
     run_stage(package, "normals", kernel=kernel, code=code, magnitude=magnitude)

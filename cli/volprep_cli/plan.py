@@ -5,9 +5,9 @@ from volprep_cli.console import Json, bytes_text, print_json, print_line, print_
 
 
 def plan(scene: Scene, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
-    """Return what a package would hold, why, and what it costs.
+    """Print what a package would hold, why, and what it costs.
 
-    Reads the whole source, and writes nothing. Transfer functions that come with volprep (preset = "NAME" in
+    It reads the whole source and writes nothing. Transfer functions that come with volprep (preset = "NAME" in
     [[transfer]] of the scene): angiography, ct-bone, ct-soft-tissue, labels, micro-ct, mr-head.
     """
     from volprep.pipeline.build import plan_build

@@ -20,8 +20,8 @@ def proxy(
         ),
     ] = None,
 ) -> None:
-    """Write, for each level and transfer function, a closed mesh around what it shows: rays may begin at its faces.
+    """Write, for each level and transfer function, a closed mesh around what is seen, at which rays may begin.
 
-    Meshes are glTF files, whose positions are box millimetres after the scale of their node.
+    Meshes are glTF files. The scale of their node turns positions into box millimetres.
     """
     run_stage(package, "proxy", form=form, block=block)

@@ -22,9 +22,9 @@ def pyramid(
         typer.Option(
             "--filter",
             help="Filter that makes each level from level 0. Replaces the scene's pyramid.filter. Smooth: box, "
-            "binomial, gaussian, lanczos3, bilinear. Keeping what is thin: feature-preserving, maximum, minimum. "
-            "Against outliers: median. For labels: mode, mode-foreground (where label 0 does not count), nearest. "
-            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). Or auto: the nearest.",
+            "binomial, gaussian, lanczos3, bilinear. To keep thin features: feature-preserving, maximum, minimum. "
+            "Against outliers: median. For labels: mode, mode-foreground (label 0 does not count), nearest. "
+            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). auto tries several.",
             metavar="NAME",
         ),
     ] = None,

@@ -15,13 +15,14 @@ def quantize(
     window: Annotated[
         tuple[float, float] | None,
         typer.Option(
-            help="Values of the smallest and largest code. Replaces the scene's quantize.window.", metavar="LOW HIGH"
+            help="Physical values of the smallest and the largest code. Replaces the scene's quantize.window.",
+            metavar="LOW HIGH",
         ),
     ] = None,
 ) -> None:
     """Turn values into codes of 8 or 16 bits, and record the loss."""
     if bits not in {None, 8, 16}:
-        msg = f"--bits is {bits}, and can be 8 or 16"
+        msg = f"--bits is {bits}, but must be 8 or 16"
         raise typer.BadParameter(msg)
 
     run_stage(package, "quantize", bits=bits, window=window)

@@ -19,27 +19,33 @@ View = Annotated[
 ]
 Eye = Annotated[
     str | None,
-    typer.Option(help="Look from this point at the middle instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"),
+    typer.Option(
+        help="Look from this point at the middle of the volume instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"
+    ),
 ]
 Size = Annotated[str, typer.Option(help="Width and height in pixels, or one number for both.", metavar="WxH")]
-Level = Annotated[int | None, typer.Option(help="Level to draw; the finest if not given.", metavar="NUMBER")]
+Level = Annotated[int | None, typer.Option(help="Level to draw; if not given, the finest.", metavar="NUMBER")]
 Transfer = Annotated[
     str | None,
     typer.Option(
-        help="Transfer function, or picture of several channels; the default one if not given.", metavar="NAME"
+        help="Transfer function, or picture of several channels; if not given, the default one.", metavar="NAME"
     ),
 ]
 Point = Annotated[
     int | None,
-    typer.Option(min=0, help="Draw the sub-volumes around this point of the grid, not a level.", metavar="NUMBER"),
+    typer.Option(
+        min=0, help="Draw the sub-volumes around this point of the grid instead of a level.", metavar="NUMBER"
+    ),
 ]
 Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="What is behind the volume.")]
-Step = Annotated[float | None, typer.Option(help="Distance of the samples; the package's if not given.", metavar="MM")]
+Step = Annotated[
+    float | None, typer.Option(help="Distance of the samples; if not given, that of the package.", metavar="MM")
+]
 Edit = Annotated[
     Path | None,
     typer.Option(
-        help="Draw this transfer function in place of the package's, which must be editable: a TOML file with points, "
-        "as in a scene's [[transfer]].",
+        help="Draw this transfer function instead of the package's, which must be editable: a TOML file with points, "
+        "as in [[transfer]] of a scene.",
         metavar="FILE",
     ),
 ]
@@ -60,7 +66,7 @@ def render(
     edit: Edit = None,
     as_json: Json = False,
 ) -> None:
-    """Draw a package with OpenGL ES, off screen, by the shaders that it ships and within the limits of its profile."""
+    """Draw a package off screen with OpenGL ES, with the shaders that it ships, within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)

@@ -4,5 +4,5 @@ from volprep_cli.stage import Draft, run_stage
 
 
 def seal(package: Draft) -> None:
-    """Make the package of a draft: preview picture and checksums."""
+    """Turn a draft into a package: draw the preview, write the checksums."""
     run_stage(package, "seal")

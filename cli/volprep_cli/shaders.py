@@ -4,5 +4,5 @@ from volprep_cli.stage import Draft, run_stage
 
 
 def shaders(package: Draft) -> None:
-    """Write the shaders that the package needs, specialised."""
+    """Write the shaders of the package, specialised for it."""
     run_stage(package, "shaders")

@@ -25,7 +25,10 @@ def skip(
     *,
     ranges: Annotated[
         bool | None,
-        typer.Option("--ranges/--no-ranges", help="Add least and greatest value of each block, to make tables anew."),
+        typer.Option(
+            "--ranges/--no-ranges",
+            help="Also write the least and greatest value of each block, for apps that make new tables.",
+        ),
     ] = None,
 ) -> None:
     """Write, for each level and transfer function, how far a ray may jump from each block without missing anything."""

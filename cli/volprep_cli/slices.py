@@ -11,7 +11,9 @@ def slices(
     package: Draft,
     form: Annotated[
         Literal["palette", "rgba"] | None,
-        typer.Option(help="A byte for each voxel and a palette, or four bytes. Replaces the scene's slices.form."),
+        typer.Option(
+            help="palette: a byte for each voxel, and a palette. rgba: four bytes. Replaces the scene's slices.form."
+        ),
     ] = None,
     palette_entries: Annotated[
         int | None,
@@ -20,5 +22,5 @@ def slices(
         ),
     ] = None,
 ) -> None:
-    """Lay a level out as stacks of slices along each axis, for devices of OpenGL ES 1.1, which have no shaders."""
+    """Write a level as stacks of slices along each axis, for OpenGL ES 1.1, which has no shaders."""
     run_stage(package, "slices", form=form, palette_entries=palette_entries)

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from volprep.validation.stress_records import StressDrawing, StressReport
 
 Profile = Annotated[str, typer.Option(help="Class of devices with shaders: a name, or a TOML file.", metavar="PROFILE")]
-Cases = Annotated[list[str], typer.Option("--case", help="Only this case. Can be given several times.", metavar="NAME")]
+Cases = Annotated[
+    list[str], typer.Option("--case", help="Run only this case. Can be given several times.", metavar="NAME")
+]
 ReportFolder = Annotated[Path, typer.Option("--report", help="Folder of the report.", metavar="FOLDER")]
 
 
@@ -27,7 +29,7 @@ def stress(
 
     Each case is a small scan that is built, drawn by sampling and by pre-integration, and compared with the truth.
 
-    Exit status 0: all are drawn, or refused, as they must be. 1: one is not.
+    Exit status 0: every case is drawn, or refused, as it must be. 1: a case is not.
     """
     from volprep.report.stress import stress as try_cases
     from volprep.scene.profiles import load_profile
@@ -35,7 +37,7 @@ def stress(
 
     names = [each.name for each in CASES]
     if unknown := set(case).difference(names):
-        msg = f"--case is {min(unknown)}, and can be {', '.join(names)}"
+        msg = f"--case is {min(unknown)}, but must be one of {', '.join(names)}"
         raise typer.BadParameter(msg)
     chosen = [each for each in CASES if not case or each.name in case]
     with progress() as watcher:

@@ -23,11 +23,11 @@ def transfer(
         ),
     ] = None,
 ) -> None:
-    """Write what turns values into colours, for each transfer function.
+    """Write the tables that turn values into colours, for each transfer function.
 
-    lookup: a table of values. preintegrated: a table of ray segments, by the values at their two ends, for far fewer
-    samples where a transfer function is steep. palette: few entries in the shader, without a texture.
-    preclassified: nothing here, because voxels become colours when textures are made.
+    lookup: a table of values. preintegrated: a table of ray segments by the values at their two ends; a steep transfer
+    function then needs far fewer samples. palette: a few entries in the shader, without a texture.
+    preclassified: no table, because voxels become colours when textures are made.
 
     A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]): angiography, ct-bone,
     ct-soft-tissue, labels, micro-ct, mr-head.

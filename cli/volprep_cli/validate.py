@@ -15,18 +15,23 @@ Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
     Path | None,
     typer.Option(
-        help="The scan, or the scene, that the package was made from; else PACKAGE.origin.json tells.", metavar="PATH"
+        help="The scan, or the scene, that the package was made from; if not given, PACKAGE.origin.json names it.",
+        metavar="PATH",
     ),
 ]
 ReportFolder = Annotated[
     Path | None,
-    typer.Option("--report", help="Folder of the report; else NAME.report beside the package.", metavar="FOLDER"),
+    typer.Option(
+        "--report", help="Folder of the report; if not given, NAME.report beside the package.", metavar="FOLDER"
+    ),
 ]
 Size = Annotated[
     int | None,
-    typer.Option(min=16, max=4096, help="Width and height of the pictures; else what the scene says.", metavar="N"),
+    typer.Option(
+        min=16, max=4096, help="Width and height of the pictures; if not given, those of the scene.", metavar="N"
+    ),
 ]
-Quick = Annotated[bool, typer.Option("--quick", help="Check schema, sizes and checksums only, without OpenGL.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Check only schema, sizes and checksums, without OpenGL.")]
 
 
 def validate(
@@ -41,7 +46,7 @@ def validate(
     """Prove a package: draw the nine standard views, compare them with the truth, and write a report.
 
     The truth is the integral of the scan in double precision. Exit status 0: every view is within the scene's
-    tolerance. 1: one is not, or a skip table or proxy mesh changes a picture. 5: the package is not whole.
+    tolerance. 1: a view is not, or a skip table or a proxy mesh changes a picture. 5: the package is not sound.
     """
     if quick:
         _check(package, as_json=as_json)

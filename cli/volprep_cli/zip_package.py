@@ -10,7 +10,7 @@ from volprep_formats.diagnostics import VolprepError
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Where the file goes; else PACKAGE.zip.", metavar="FILE")
+    Path | None, typer.Option("-o", "--output", help="Where the file goes; if not given, PACKAGE.zip.", metavar="FILE")
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
@@ -18,7 +18,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists
 def zip_package(package: Package, output: Output = None, *, force: Force = False, as_json: Json = False) -> None:
     """Write a package as one file: a zip that holds its files as they are, for apps that map it into memory.
 
-    Verbs that read packages read it, too; unzipping gives the folder back. Textures are not compressed once more.
+    Verbs that read packages read this file, too. Unzipping it gives the folder back. Textures are stored as they are.
     """
     from volprep.validation.whole import open_whole
     from volprep_formats.output import new_file, output_errors, require_place

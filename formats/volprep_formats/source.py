@@ -58,8 +58,8 @@ class StackLayout(Record):
     spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
     """Distance from picture to picture, from row to row and from column to column, in millimetres."""
     gaps: Literal["refuse", "ignore"] = "refuse"
-    """What to do when numbers are missing in the names of the pictures: "ignore" takes those that are there as
-    neighbours, at the same distance as all others."""
+    """What to do if numbers are missing in the names of the pictures. "ignore" takes the pictures that exist as
+    neighbours, all at the same distance."""
 
 
 class MosaicLayout(Record):
@@ -70,7 +70,7 @@ class MosaicLayout(Record):
     tiles_y: Count
     """Number of tiles above each other."""
     slices: Count
-    """Number of tiles that are slices; those after them may hold anything."""
+    """Number of tiles that are slices; the tiles after them may hold anything."""
     spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
     """Distance from slice to slice, from row to row and from column to column, in millimetres."""
 
@@ -82,13 +82,13 @@ class SourceSpec(Record):
     """File or folder. A relative path starts at the folder of the scene file. A path of bytes that are no UTF-8 is a
     file URI, file:///scans/%FF.nii."""
     channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
-    """Several channels of one volume: "all" that a file has, under their own names if it gives any (OME, packages, the
-    volumes of a NIfTI file), or a list of registered files; then each has its own path and settings. Without it the
+    """Several channels of one volume. "all": all that the file has (OME, packages, the volumes of a NIfTI file), under
+    their own names if it has names. Or a list of registered files, each with its own path and settings. If absent, the
     source is one channel."""
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
     labels: bool = False
-    """Whether voxels are labels, whole numbers from 0 to 255 that name things: they are never rounded nor averaged."""
+    """Whether voxels are labels: whole numbers from 0 to 255 that name things. They are never rounded or averaged."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
@@ -103,11 +103,11 @@ class SourceSpec(Record):
     but a copy that broke off lacks them, too: where more than a quarter is missing the store is refused. "fill" takes
     all of them for the fill value."""
     repair: tuple[RepairKind, ...] = ()
-    """DICOM only: what may be repaired by interpolation where slices form no grid. "gaps": missing slices and uneven
-    distances; "tilt": a tilted gantry. Without it such a series is refused."""
+    """DICOM only: what may be repaired by interpolation if slices do not form a grid. "gaps": missing slices and uneven
+    distances. "tilt": a tilted gantry. If absent, such a series is refused."""
     rgb: Literal["luminance"] | None = None
     """DICOM, stacks of pictures, mosaics: what to do with colours; "luminance" makes them grey, 0.299 red + 0.587 green
-    + 0.114 blue. Without it pictures in colour are refused."""
+    + 0.114 blue. If absent, pictures in colour are refused."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     raw: RawLayout | None = None
@@ -149,7 +149,7 @@ class ChannelSpec(SourceSpec):
     """One of several registered files that are channels of one volume."""
 
     name: ChannelName
-    """Name of the channel, which transfer functions give; lower-case letters, digits, - and _."""
+    """Name of the channel, by which transfer functions name it; lower-case letters, digits, - and _."""
 
     @model_validator(mode="after")
     def _has_no_channels_of_its_own(self) -> Self:
@@ -188,9 +188,9 @@ class TiltRepair(Record):
     about_columns_deg: float
     """The same along the rows, in degrees."""
     added_rows: int
-    """Rows by which the slices grew, so that nothing was cut off."""
+    """Number of rows by which the slices grew, so that nothing was cut off."""
     added_columns: int
-    """Columns by which the slices grew."""
+    """Number of columns by which the slices grew."""
     padding: float
     """Physical value of the voxels that no slice covers: the lowest of the source."""
 

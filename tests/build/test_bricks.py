@@ -93,7 +93,11 @@ def test_the_verb_makes_what_build_makes(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("table", "profile", "says"),
     [
-        ("\n[bricks]\nsize = 2\nreach = 3\n", "gles3", r"VP3031 bricks of 2 cells .* 3 voxels: one of 7 texels"),
+        (
+            "\n[bricks]\nsize = 2\nreach = 3\n",
+            "gles3",
+            r"VP3031 bricks of 2 cells .* 3 voxels: a brick would need 7 texels",
+        ),
         (BRICKS, "gles2-2048", "VP3032 bricks need 3D textures"),
         (BRICKS + "\n[textures]\nmipmaps = true\n", "gles3", "VP3003 .*bricks do not go with textures.mipmaps"),
         (BRICKS + '\n[render]\nlighting = "headlight"\n', "gles3", "VP3003 .*bricks do not go with render.lighting"),
@@ -112,7 +116,7 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
     plan = plan_build(load_request(scene_with(tmp_path, BRICKS, "small.toml")), Silent())
     item = next(item for item in plan.items if item.name == "level 0")
     assert not item.kept
-    assert "in bricks of 4³ cells have no room within 24 texels along an axis" in item.reason
+    assert "in bricks of 4³ cells do not fit into 24 texels along an axis" in item.reason
 
 
 def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:

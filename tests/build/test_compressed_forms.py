@@ -122,7 +122,7 @@ def test_a_form_that_only_the_sample_bears_is_refused(tmp_path) -> None:
     assert found.pictures < 9
     (item,) = (item for item in package.manifest.plan if item.name == "textures as ETC2_RGBA8")
     assert not item.kept
-    assert "encoded whole, it draws" in item.reason
+    assert "encoded whole, it changes" in item.reason
     assert {each.gl.internal_format for each in package.manifest.textures if each.role == "volume"} == {"R8"}
     assert check(package.path) == []
 
@@ -182,7 +182,10 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     plan = plan_of_one(alone, profile, info, gauge.result("0" * 64), whole=whole)
     assert (plan.forms, plan.levels[0].index, plan.volumes[0].format) == ((), 0, "R8")
     (item,) = (item for item in plan.items if item.name == "textures as EAC_R11")
-    assert (item.kept, item.reason) == (False, "4 bits a voxel; profile gles3-astc holds no level of it as a mosaic")
+    assert (item.kept, item.reason) == (
+        False,
+        "4 bits a voxel; profile gles3-astc has no room for a level of it as a mosaic",
+    )
 
 
 def test_channels_are_compressed_each_for_itself(tmp_path) -> None:

@@ -177,8 +177,8 @@ def test_labels_that_codes_cannot_be_are_refused(tmp_path) -> None:
     too_many[0, 0, 0] = 256
     negative[0, 0, 0] = -1
     fraction[0, 0, 0] = 2.5
-    assert "reach from 0 to 256" in refusal(tmp_path, too_many).summary
-    assert "reach from -1 to 200" in refusal(tmp_path, negative).summary
+    assert "go from 0 to 256" in refusal(tmp_path, too_many).summary
+    assert "go from -1 to 200" in refusal(tmp_path, negative).summary
     error = refusal(tmp_path, fraction)
     assert error.code == "VP3025"
     assert "a voxel is 0.5 away from any" in error.summary

@@ -175,7 +175,7 @@ def test_a_transfer_function_that_shows_nothing_gives_a_package_that_draws_nothi
     assert check(target) == []
     assert {mesh.file for mesh in package.manifest.proxy.meshes if mesh.transfer == "nothing"} == {None}
     (item,) = (item for item in package.manifest.plan if item.name == "proxy geometry nothing")
-    assert (item.kept, item.reason) == (True, "the transfer function shows nothing: meshes and pictures are empty")
+    assert (item.kept, item.reason) == (True, "the transfer function shows nothing, so meshes and pictures are empty")
     grid = package.manifest.grid
     with ProxyRenderer(package, transfer="nothing") as renderer:
         assert not renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (20, 20)).any()

@@ -223,7 +223,7 @@ class TestWhatIsLeftOut:
     @pytest.mark.parametrize(
         ("changes", "says"),
         [
-            ([('name = "body"', 'name = "body"\ntransfers = ["red", "blue"]')], "both of channel skin"),
+            ([('name = "body"', 'name = "body"\ntransfers = ["red", "blue"]')], "both draw channel skin"),
             ([("[render]", '[render]\nlighting = "headlight"')], "normals of their own"),
             ([("[render]", '[render]\nclassification = "preintegrated"')], "classification is preintegrated"),
             ([('"gles3"', '"gles2-2048"'), ('channels = "auto"', 'channels = "apart"')], "the scene keeps them apart"),

@@ -48,4 +48,4 @@ def test_the_verb_writes_normals_of_a_scene_that_wants_none(draft):
 def test_a_name_that_there_is_not_is_a_wrong_command_line(draft, option, value, known):
     status, output = run("normals", draft, option, value)
     assert status == 2
-    assert f"{option} is {value}, and can be {known}" in " ".join(output.replace("│", " ").split())
+    assert f"{option} is {value}, but must be one of {known}" in " ".join(output.replace("│", " ").split())

@@ -77,5 +77,5 @@ def test_a_transfer_function_that_shows_nothing_comes_with_a_warning(tmp_path, c
 
 def test_views_beyond_the_tolerance_are_said_to_be_so_for_the_texels(tmp_path):
     package = slice_package(tmp_path, CODES, extra="[tolerance]\nrmse = 0.001\nmaximum = 0.01\n")
-    with pytest.raises(VolprepError, match=r"VP6016 .* classified before they are filtered.* texels alone are 0\.0"):
+    with pytest.raises(VolprepError, match=r"VP6016 .* classified before they are filtered.* texels alone is 0\.0"):
         run("validate", package.path, "--size", "24")

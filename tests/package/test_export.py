@@ -149,7 +149,7 @@ def test_a_coarser_level_is_another_volume_and_a_missing_one_is_told(package) ->
     with open_level(package, 1) as source:
         np.testing.assert_array_equal(source.read_slab(0, 3), CODES[::2, ::2, ::2])
         assert source.info.grid == GRID.coarser((2, 2, 2))
-    with pytest.raises(VolprepError, match=r"VP1250.*no level 2; there are: 0, 1"):
+    with pytest.raises(VolprepError, match=r"VP1250.*no level 2, only: 0, 1"):
         open_level(package, 2)
 
 

@@ -37,13 +37,25 @@ def generator() -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "tools")
+        spec.loader.exec_module(module)
     return module
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
-def test_the_tables_of_fields_are_those_of_the_models(path: Path, generator: ModuleType) -> None:
+def test_the_tables_of_fields_are_those_of_the_models_and_the_example_is_that_of_a_build(
+    path: Path, generator: ModuleType
+) -> None:
     assert generator.filled(path) == path.read_text(encoding="utf-8"), f"{path} is old: run python tools/make_spec.py"
+
+
+def test_the_example_manifest_without_its_comments_is_a_manifest() -> None:
+    (text,) = re.findall(r"^```jsonc\n(.*?)^```$", SPEC, re.MULTILINE | re.DOTALL)
+    example = manifest.Manifest.model_validate_json(re.sub(r"(^|  )//.*$", "", text, flags=re.MULTILINE))
+    assert example.state == "sealed"
+    assert [program.transfer for program in example.programs] == ["ball"]
+    assert len(re.findall(r"//", text)) > 20
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)

@@ -100,7 +100,7 @@ def test_textures_beyond_the_memory_are_refused_with_both_numbers(package):
     assert drawn(with_profile(package, max_texture_bytes=size)).any()
     error = refusal(with_profile(package, max_texture_bytes=size - 1))
     assert error.code == "VP5014"
-    assert f"take {size} bytes, and the profile {package.manifest.profile.name} allows {size - 1}" in str(error)
+    assert f"take {size} bytes, but profile {package.manifest.profile.name} allows {size - 1}" in str(error)
 
 
 def test_a_shader_of_es_3_is_refused_on_es_2_even_if_the_driver_takes_it(es2):

@@ -217,13 +217,13 @@ def test_single_images_and_frames_of_one_series_make_one_volume(tmp_path) -> Non
 @pytest.mark.parametrize(
     ("change", "code", "said"),
     [
-        ({"NumberOfFrames": 6}, "VP1041", "6 frames in one file, and places for 5 frames"),
+        ({"NumberOfFrames": 6}, "VP1041", "the file holds 6 frames, and places for 5 frames"),
         ({"NumberOfFrames": -1}, "VP1041", "unsound number of frames"),
         ({"NumberOfFrames": 2**30}, "VP1041", "unsound number of frames"),
         ({"PerFrameFunctionalGroupsSequence": Sequence([])}, "VP1041", "no places"),
         ({"SharedFunctionalGroupsSequence": Sequence([])}, "VP1036", "ImageOrientationPatient"),
-        ({"PixelData": bytes(5 * 144 - 2)}, "VP1045", "720 bytes, but the pixel data has 718 bytes"),
-        ({"PixelData": bytes(6 * 144 + 2)}, "VP1045", "720 bytes, but the pixel data has 866 bytes"),
+        ({"PixelData": bytes(5 * 144 - 2)}, "VP1045", "720 bytes, but the pixel data have 718 bytes"),
+        ({"PixelData": bytes(6 * 144 + 2)}, "VP1045", "720 bytes, but the pixel data have 866 bytes"),
     ],
 )
 def test_frames_without_a_certain_place_or_without_pixels_are_refused(tmp_path, change, code, said) -> None:

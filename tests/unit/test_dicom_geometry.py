@@ -101,7 +101,7 @@ def test_the_missing_slices_are_counted_and_their_neighbours_named(tmp_path) -> 
     error = refusal([data for z, data in enumerate(stack(9)) if z not in {3, 4}], tmp_path)
     assert error.code == "VP2014"
     assert "2 missing slice(s) between I002 (slice 2) and I003 (slice 3)" in str(error)
-    assert "the gap is 7.500 mm, usual is 2.500 mm" in str(error)
+    assert "the gap is 7.500 mm, the usual distance is 2.500 mm" in str(error)
 
 
 def test_one_missing_of_four_slices_is_noticed(tmp_path) -> None:

@@ -89,7 +89,7 @@ def test_levels_stay_apart_unless_the_scene_asks() -> None:
             {"max_3d_texture_size": 70},
             r"its mipmaps need 40×72×16 texels, but a 3D texture of profile gles3 holds at most 70",
         ),
-        ({"max_texture_bytes": 50_000}, r"bytes with mipmaps, \d+ beside them, are more than the 50000"),
+        ({"max_texture_bytes": 50_000}, r"bytes with mipmaps, and \d+ for other textures, are more than the 50000"),
     ],
 )
 def test_a_level_that_fits_alone_but_not_with_its_mipmaps_is_left_out(limit, says) -> None:

@@ -60,7 +60,7 @@ class TestBitsAndWindow:
         decided = plan(noise())
         assert decided.quantize.bits == 8
         assert decided.quantize.window == (0.0, 255.0)
-        assert "a code of its own" in item(decided, "8-bit values").reason
+        assert "its own code" in item(decided, "8-bit values").reason
 
     def test_few_values_of_a_wide_type_are_exact_codes(self) -> None:
         # 101 values, each two codes after the one before.
@@ -82,7 +82,7 @@ class TestBitsAndWindow:
         assert decided.quantize.bits == 16
         assert decided.volumes[0].format == "R16F"
         assert "8 bits would change" in item(decided, "16-bit values").reason
-        assert "profile gles3 has no R16, and half floats move a value by" in item(decided, "16-bit values").reason
+        assert "profile gles3 has no R16, and half floats change a value by" in item(decided, "16-bit values").reason
 
     def test_a_profile_with_exact_16_bits_gets_them_without_the_error_of_half_floats(self) -> None:
         # A ramp, which a table of any length holds exactly: what is left is the error of the texels.
@@ -92,7 +92,7 @@ class TestBitsAndWindow:
         half, exact = (plan(voxels, scene(points, quantize={"bits": 16}), each) for each in (GLES3, NORM16))
         assert {volume.format for volume in half.volumes} == {"R16F"}
         assert {volume.format for volume in exact.volumes} == {"R16"}
-        as_they_are = "R16 texels hold codes as they are; they change the sample of rays by nothing"
+        as_they_are = "R16 texels hold codes unchanged; they change the sample of rays by nothing"
         assert as_they_are in item(exact, "16-bit values").reason
         assert "they change the sample of rays by RMSE" in item(half, "16-bit values").reason
 
@@ -192,7 +192,7 @@ class TestLevels:
         assert [level.index for level in decided.levels] == [1, 2]
         left_out = item(decided, "level 0")
         assert not left_out.kept
-        assert "7×20×33 voxels, but 3D textures of profile gles3 hold at most 20" in left_out.reason
+        assert "7×20×33 voxels, but 3D textures of profile gles3 have at most 20" in left_out.reason
         assert left_out.size_bytes == 33 * 20 * 7
         # The whole volume does not fit: no claim that a grid of sub-volumes is not needed.
         assert item(decided, "sub-volumes").reason == "the scene has no table [grid]"
@@ -238,7 +238,7 @@ class TestLevels:
         misfit = fit_level(level, 8, GLES2, Beside(units=1, bytes=1024), MosaicSettings())
         assert misfit.reason.endswith(
             "a mosaic in 7 textures of 2048×2048 texels and four channels has room for 448; "
-            "1 of 8 texture units is for what else is sampled"
+            "1 of 8 texture units is for other textures"
         )
         less = level.model_copy(update={"shape_zyx": (448, 512, 512)})
         roomy = GLES2.model_copy(update={"max_texture_bytes": 2**27})
@@ -251,7 +251,7 @@ class TestLevels:
         assert orders == ["overlapping", "interleaved", "interleaved", "interleaved", "interleaved"]
         assert plan(noise((37, 20, 31)), profile=small).volumes[0].mosaic.order == "overlapping"
         reason = item(plan(noise((19, 20, 31)), profile=small), "overlapping slices").reason
-        assert reason == "one fetch serves each sample, not 1.25, for a third more memory"
+        assert reason == "each sample takes one fetch instead of 1.25, for a third more memory"
 
     def test_a_volume_that_fits_no_mosaic_at_any_level_is_an_error_with_the_numbers(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})
@@ -274,13 +274,13 @@ class TestLevels:
         (volume,) = decided.volumes
         assert volume.format == "RGBA8"
         assert item(decided, "four channels").kept
-        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 20"
+        assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 20"
 
         decided = plan(noise((6, 20, 31)), profile=small)
         (volume,) = decided.volumes
         assert volume.format == "LUMINANCE8"
         assert not item(decided, "four channels").kept
-        assert item(decided, "four channels").reason == "in one channel 6 slices have room, there are 6"
+        assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 6"
 
     def test_a_volume_of_one_level_needs_no_pyramid(self) -> None:
         assert "pyramid" not in plan(noise()).stages

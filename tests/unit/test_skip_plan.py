@@ -50,7 +50,7 @@ def test_a_scene_that_wants_none_gets_nothing():
     decided = plan(ball(), scene().model_copy(update={"skip": SkipSettings(kind="none")}))
     assert "skip" not in decided.stages
     assert not item(decided).kept
-    assert item(decided).reason == "the scene does not want it"
+    assert item(decided).reason == "the scene does not ask for it"
 
 
 @pytest.mark.parametrize("profile", [GLES3, GLES2], ids=["gles3", "gles2"])
@@ -83,7 +83,7 @@ def test_where_little_is_empty_a_table_costs_more_than_it_saves():
     voxels = np.full((65, 65, 65), 220, np.uint8)
     voxels[:17, :17] = 10
     auto, insisting = plan(voxels, scene()), plan(voxels, scene(kind="blocks"))
-    assert "below 25% looking may cost more time than it saves" in item(auto).reason
+    assert "below 25% a table may cost more time than it saves" in item(auto).reason
     assert not auto.skip.tables
     assert insisting.skip.tables[0].kind == "blocks"
 
@@ -99,7 +99,7 @@ def test_what_is_empty_behind_the_first_surface_does_not_count():
 
 def test_a_transfer_function_that_shows_nothing_is_told():
     decided = plan(ball(), scene([(230.0, 0.0), (250.0, 0.0)]))
-    assert item(decided).reason == "the transfer function shows nothing: pictures are empty, and rays take no sample"
+    assert item(decided).reason == "the transfer function shows nothing, so pictures are empty and rays take no samples"
 
 
 def test_kind_and_block_are_the_scenes():
@@ -113,10 +113,10 @@ def test_a_table_for_which_there_is_no_room_is_left_out():
     voxels = ball()
     tight = GLES3.model_copy(update={"max_texture_bytes": voxels.size + 4096 * 8 + 4000})
     decided = plan(voxels, scene(), tight)
-    assert "beside level 0 there is no room for a table of 4096 bytes" in item(decided).reason
+    assert "there is no room for a table of 4096 bytes beside level 0" in item(decided).reason
     short = GLES3.model_copy(update={"max_3d_texture_size": 65})
     decided = plan(voxels, scene(kind="octants"), short)
-    assert "a table of 16×16×128 entries fits no texture of profile gles3" in item(decided).reason
+    assert "a table of 16×16×128 entries does not fit into a texture of profile gles3" in item(decided).reason
 
 
 def test_ranges_of_blocks_come_on_request():

@@ -1,4 +1,4 @@
-"""The main job: a scene becomes a sealed package under its name, whole or not at all."""
+"""The main job: a scene becomes a sealed package. It gets its name only when it is complete."""
 
 import fcntl
 import os

@@ -1,4 +1,4 @@
-"""The plan as a list for people: what is kept or left out, why, what it costs, and the files it stands for."""
+"""The plan as a list for people: what is kept or left out, why, what it costs, and which files belong to it."""
 
 import math
 from collections.abc import Iterator
@@ -72,7 +72,7 @@ def _levels(plan: ChannelPlan, grounds: Grounds) -> Iterator[PlanItem]:
     yield PlanItem(
         name="values of the source",
         kept=False,
-        reason="shaders read the codes; validation reads the source itself",
+        reason="shaders read only the codes; validation reads the source itself",
         size_bytes=math.prod(plan.grid.shape_zyx) * stored_bytes,
     )
 
@@ -99,7 +99,7 @@ def _layout(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
 def _why_flat(plan: ChannelPlan) -> str:
     if plan.profile.max_3d_texture_size:
         return "levels are compressed, and most devices have no compressed 3D textures"
-    return f"profile {plan.profile.name} has none"
+    return f"profile {plan.profile.name} has no 3D textures"
 
 
 def _shaders(plan: ChannelPlan) -> PlanItem:

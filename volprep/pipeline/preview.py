@@ -1,4 +1,4 @@
-"""The preview picture of a package: what an app's list of packages, or a person with a file browser, sees."""
+"""The preview picture of a package, for lists of packages and file browsers."""
 
 from volprep.render.choose import renderer_of
 from volprep.truth.camera import standard_views

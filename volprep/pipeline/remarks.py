@@ -1,4 +1,4 @@
-"""What a user should be told of a package beside its numbers."""
+"""What a user should know about a package beside its numbers."""
 
 from collections.abc import Iterator
 

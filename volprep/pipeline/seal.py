@@ -1,4 +1,4 @@
-"""Everything becomes a package: preview picture, cost of each item; the working data goes.
+"""A draft becomes a package: draw the preview, fill in the cost of each item, drop the working data.
 
 What is in the package must be what the plan says, file for file and texel for texel.
 """

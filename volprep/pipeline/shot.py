@@ -21,7 +21,7 @@ class Shot:
     """What to draw, and how."""
 
     view: str
-    """Name of a standard view; counts where there is no eye."""
+    """Name of a standard view; used if there is no eye."""
     eye_mm_xyz: Vector | None
     """Where to look from, in the patient's space (LPS)."""
     shape_hw: tuple[int, int]

@@ -1,4 +1,4 @@
-"""The empty border: planes at the ends of an axis that no transfer function shows, and so nobody needs to store.
+"""The empty border: planes at the ends of an axis that no transfer function shows, so they need not be stored.
 
 Between two planes the field takes only values between those of their voxels. Where no function has extinction on any
 of these values, nothing between the planes can be seen, and the picture without them is the same picture.

@@ -1,4 +1,4 @@
-"""Compressed forms that were tried: what the plan decides by, and the origin and the report tell."""
+"""Compressed forms that were tried. The plan decides by them; the origin and the report list them."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Transfer functions over the physical values of one scan, and what was done to the scene's words on the way."""
+"""Transfer functions over the physical values of one scan, and how they differ from what the scene says."""
 
 import math
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) ->
             yield PlanItem(
                 name=f"full opacity in {transfer.name}",
                 kept=False,
-                reason=f"{points}: opacity 1 has no finite extinction, and became {MOST_OPAQUE:.6f}",
+                reason=f"{points}: opacity 1 has no finite extinction, so it became {MOST_OPAQUE:.6f}",
             )
 
 

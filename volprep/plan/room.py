@@ -1,4 +1,4 @@
-"""What a class of devices has room for: formats of texels, textures, and why a level does not fit."""
+"""What fits into a class of devices: formats of texels, textures, and why a level does not fit."""
 
 from dataclasses import dataclass
 

@@ -31,5 +31,5 @@ def renderer_of(
 
 
 def ray_caster_of(package: Package, level: int | None, transfer: str | None) -> type[Renderer]:
-    """Return what draws this with shaders: where the package has a mesh for it, rays begin there, as an app's do."""
+    """Return the renderer that draws this with shaders. If the package has a mesh for it, rays begin at the mesh."""
     return ProxyRenderer if has_mesh(package, level, transfer) else Renderer

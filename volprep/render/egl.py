@@ -80,7 +80,7 @@ class Context:
             raise VolprepError("VP5003", driver="EGL", api=self.api[2:], error=_reason(error)) from error
 
     def close(self) -> None:
-        """Return the context back, with all objects in it."""
+        """Release the context with all objects in it."""
         EGL.eglMakeCurrent(self._display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
         EGL.eglDestroyContext(self._display, self._handle)
         if self._surface is not EGL.EGL_NO_SURFACE:

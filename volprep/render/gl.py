@@ -284,7 +284,7 @@ class Gl:
 
     @contextmanager
     def _depth_buffer(self, shape_hw: tuple[int, int]) -> Iterator[None]:
-        """Return the framebuffer that is bound a depth buffer, of the only size that every OpenGL ES 2.0 has."""
+        """Attach a depth buffer of 16 bits, which every OpenGL ES 2.0 has, to the framebuffer that is bound."""
         with self._object("renderbuffer", _new_renderbuffer, _delete_renderbuffer) as handle:
             GLES3.glBindRenderbuffer(GLES3.GL_RENDERBUFFER, handle)
             GLES3.glRenderbufferStorage(GLES3.GL_RENDERBUFFER, GLES3.GL_DEPTH_COMPONENT16, *shape_hw[::-1])

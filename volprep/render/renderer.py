@@ -93,7 +93,7 @@ class Renderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Return everything back."""
+        """Release everything."""
         self._stack.__exit__(kind, error, trace)
 
     @property

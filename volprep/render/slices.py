@@ -118,7 +118,7 @@ class SliceRenderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Return everything back."""
+        """Release everything."""
         self._stack.__exit__(kind, error, trace)
 
     @property
@@ -140,7 +140,7 @@ class SliceRenderer:
         return axis, float(along[_XYZ[axis]])
 
     def factor(self, box_from_clip: Array) -> float:
-        """Return what texels are multiplied by, 1 or more."""
+        """Return the factor of all texels, 1 or more."""
         axis, cosine = self.facing(box_from_clip)
         most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
         return min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0

@@ -11,7 +11,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 
 def environment(truth_bound: float) -> Environment:
-    """Return what makes pages from templates: everything is escaped, and a name that nobody gave is an error.
+    """Return the environment of the page templates: everything is escaped, and an undefined name is an error.
 
     Errors below `truth_bound`, that of the truth itself, are shown as such.
     """

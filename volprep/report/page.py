@@ -139,7 +139,7 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
 
 
 def _kind(manifest: Manifest) -> str:
-    """Return what the scan is, with its article."""
+    """Return the kind of scan, with its article."""
     info = manifest.source.info
     name = _KINDS.get(info.format, f"a {info.format} volume")
     name = f"{name} ({info.modality})" if info.modality else name

@@ -37,17 +37,18 @@ class PyramidSettings(Record):
     coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
     """Levels are added until the longest axis has at most this many voxels."""
     filter: Literal["auto"] | LevelFilter = "auto"
-    """Filter that makes a level from level 0; "auto" makes each level by several and takes the one whose pictures come
-    nearest to those of level 0, and "mode" for labels."""
+    """Filter that makes a level from level 0. "auto" tries several for each level and keeps the one whose pictures come
+    nearest to those of level 0; for labels it takes "mode"."""
 
 
 class MosaicSettings(Record):
     """How slices are put into 2D textures, for devices without 3D textures."""
 
     order: Literal["auto"] | MosaicOrder = "auto"
-    """Which slices share a texel where one channel is not enough; "auto" takes what was measured to be fastest."""
+    """Which slices share a texel if one channel is not enough; "auto" takes the order that was measured to be
+    fastest."""
     gutter: Annotated[int, Field(ge=0, le=16)] = 0
-    """Texels around each tile that repeat its edge. With 0 the shader clamps positions, and no texel is lost."""
+    """Texels around each tile that repeat its edge. If it is 0, the shader clamps positions, and no texel is lost."""
 
 
 Compression = Literal["eac", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8"]
@@ -57,18 +58,18 @@ class TextureSettings(Record):
     """How textures of levels are stored."""
 
     compression: Literal["none", "auto"] | Compression = "none"
-    """Whether levels are compressed. They are mosaics then, also where the profile has 3D textures, because devices
-    compress no 3D textures: a sample takes two fetches instead of one, and half the memory or less. "eac" takes 4 bits
-    for a voxel, "etc2" 2 for four slices together, "astc-4x4" to "astc-8x8" 8 to 2. A form that changes pictures by
-    more than half of the tolerance is left out. "auto" takes the smallest that does not. "none" is the default because
-    a device that has the memory draws 3D textures faster and exactly."""
+    """Whether levels are compressed. Compressed levels are mosaics, even if the profile has 3D textures, because
+    devices have no compressed 3D textures. A sample then takes two fetches instead of one, and half the memory or less.
+    "eac" takes 4 bits for a voxel, "etc2" 2 (four slices together), "astc-4x4" to "astc-8x8" 8 to 2. A form that
+    changes pictures by more than half of the tolerance is left out. "auto" takes the smallest form that does not.
+    "none" is the default because a device that has the memory draws 3D textures faster and exactly."""
     channels: Literal["auto", "packed", "apart"] = "auto"
-    """Whether several channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all.
-    "auto": those that are drawn together. "packed": all, for an app with shaders of its own. "apart": none, so that a
-    device holds only the channel that it draws."""
+    """Which channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all. "auto":
+    those that are drawn together. "packed": all, for an app with its own shaders. "apart": none, so that a device
+    holds only the channel that it draws."""
     mipmaps: bool = False
-    """Whether the levels are mipmaps of one 3D texture, so that an app chooses the level for each draw or each sample,
-    also between two, and without binding another texture. Every level halves all axes then; without mipmaps thick
+    """Whether the levels are mipmaps of one 3D texture. An app can then choose the level for each draw or each sample,
+    also between two levels, without binding another texture. Every level then halves all axes; without mipmaps, thick
     slices are halved later than rows and columns."""
 
 
@@ -76,9 +77,9 @@ class NormalSettings(Record):
     """Directions of gradients, for shaders that light what they draw."""
 
     kernel: GradientKernel = "thesis"
-    """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans (1.9° and 1.8° off on a shell
-    with 2 % noise, "central" 4.7°), and of the two "thesis" is the truer one on clean data; "isotropic" is the truest
-    there."""
+    """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans: on a shell with 2 % noise they
+    are off by 1.9° and 1.8°, "central" by 4.7°. On clean data "isotropic" is the most accurate, and "thesis" is more
+    accurate than "sobel"."""
     code: NormalCode = "biased8"
     """What the bytes mean. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes, OpenGL
     ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more exact."""
@@ -86,7 +87,7 @@ class NormalSettings(Record):
     """Whether one more byte holds the length of the gradient."""
     space: NormalSpace = "box"
     """Axes of the vectors. "box": the volume's, in which shaders have rays and positions, so that none needs a matrix.
-    "patient": the patient's (LPS), for an app that lights several volumes in one space."""
+    "patient": those of the patient (LPS), for an app that lights several volumes in one space."""
 
 
 class RenderWishes(Record):
@@ -96,20 +97,21 @@ class RenderWishes(Record):
     """What a ray makes of what it meets. "emission-absorption": each sample gives light and absorbs what is behind
     it."""
     classification: ClassificationName = "lookup"
-    """What becomes a colour: "lookup" each sample, by a lookup table; "preintegrated" each segment between two
-    samples, by a table of segments, which needs far fewer of them; "palette" each sample, by few constants of the
-    shader, without a texture; "preclassified" no sample, because the voxels of the package are colours."""
+    """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
+    samples, by a table of segments; far fewer samples are needed. "palette": each sample, by a few constants in the
+    shader, without a texture. "preclassified": the voxels of the package are colours already."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
     absent 0.5, or 1 between the ends of pre-integrated segments."""
     opacity_cutoff: Fraction = 0.998
-    """A ray stops when its opacity passes this. What is left behind 0.998 rounds to nothing in 8 bits."""
+    """A ray stops when its opacity passes this (early ray termination). What lies behind 0.998 rounds to 0 in 8
+    bits."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"
-    """"headlight": diffuse light from where the viewer is. It needs normals, which the package then has."""
+    """"headlight": diffuse light from where the viewer is. The package then holds the normals that this needs."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""
 
@@ -134,50 +136,50 @@ class GridSettings(Record):
 class BrickSettings(Record):
     """Levels as bricks in one 3D texture.
 
-    Those of which nothing is seen take no memory; a brick holds all voxels that a filter reads for a position in it.
+    A brick in which nothing is seen takes no memory. A brick holds all voxels that a filter reads for a position in it.
     """
 
     size: Annotated[int, Field(ge=1, le=1024)] = 32
-    """Cells along an edge of a brick. Small ones leave out more, and repeat more of what they share: 8 cells take 9³
-    texels, 42 % more than they are, 32 cells 10 %."""
+    """Cells along an edge of a brick. Small bricks leave out more empty space, but repeat more voxels of their
+    neighbours: 8³ cells take 9³ texels, which is 42 % more; with 32³ cells it is 10 %."""
     reach: Annotated[int, Field(ge=1, le=16)] = 1
-    """Voxels on each side of a position that the filter of an app's shader reads: 1 for linear ones, 2 for cubic ones
-    and for differences of neighbours, 3 for Lanczos-3."""
+    """Voxels that the filter of the app's shader reads on each side of a position: 1 for linear filters, 2 for cubic
+    ones and for differences of neighbours, 3 for Lanczos-3."""
 
 
 class SliceSettings(Record):
     """Stacks of slices, for devices of OpenGL ES 1.1, which draw textured polygons and have no shaders."""
 
     form: Literal["palette", "rgba"] = "palette"
-    """"palette": a byte for each voxel, and the colours of a palette for each stack. "rgba": four bytes, for drivers
-    that expand palettes; the colours are the same where the palette has 256."""
+    """"palette": a byte for each voxel, and a palette of colours for each stack. "rgba": four bytes for each voxel, for
+    drivers that expand palettes anyway; the colours are the same if the palette has 256 entries."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 256
-    """Colours of a palette. There are 256 codes: with as many colours nothing is lost."""
+    """Colours of a palette. There are 256 codes, so with 256 colours nothing is lost."""
     stacks: Annotated[tuple[StackAxis, ...], Field(min_length=1, max_length=3)] = ("x", "y", "z")
-    """Axes that have a stack. Of those there are, the one that faces the viewer most is drawn: one alone takes a third
-    of the memory, and shows nothing from the side."""
+    """Axes that have a stack. An app draws the stack that faces the viewer most. A single stack takes a third of the
+    memory, but shows nothing from the side."""
 
 
 class SkipSettings(Record):
-    """Empty-space skipping: rays jump over blocks of which the transfer function shows nothing."""
+    """Empty-space skipping: rays jump over blocks in which the transfer function shows nothing."""
 
     kind: Literal["auto", "none"] | SkipKind = "auto"
-    """What a table says of a block. "auto" takes what was measured to be fastest, and only for transfer functions that
-    leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the longest axis and
-    only where the 26 neighbours are empty too. "distance": how many blocks around are. "octants": the same for each of
-    eight directions. "pyramid": the largest empty cell of a pyramid that holds it. "euclidean": the radius of the
-    largest empty sphere. "none": no table."""
+    """What a table says of each block. "auto" takes the kind that was measured to be fastest, and only for transfer
+    functions that leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the
+    longest axis, and only if the 26 neighbours are empty, too. "distance": how many blocks around it are empty.
+    "octants": the same for each of eight directions. "pyramid": the largest empty cell of a pyramid that holds it.
+    "euclidean": the radius of the largest empty sphere. "none": no table."""
     block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
     """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that skipping may take from a ray: what is fainter counts as empty."""
+    """Largest opacity that a ray may lose by skipping: what is fainter counts as empty."""
     ranges: bool = False
-    """Whether the package also holds the least and greatest value of each block, for an app whose users change the
-    transfer function: it makes new tables from them."""
+    """Whether the package also holds the least and the greatest value of each block. An app whose users change the
+    transfer function makes new tables from them."""
 
 
 class ProxySettings(Record):
-    """Proxy geometry: closed meshes around what transfer functions show, at whose faces rays begin."""
+    """Proxy geometry: closed meshes around what transfer functions show. Rays begin at their faces."""
 
     form: ProxyForm = "merged"
     """What a mesh follows. "blocks": the outer faces of all blocks that are not empty, two triangles for each.
@@ -186,22 +188,22 @@ class ProxySettings(Record):
     block: Annotated[int, Field(ge=1, le=256)] = 8
     """Cells along an edge of a block."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that it may take from a ray: what is fainter counts as empty."""
+    """Largest opacity that a ray may lose because it begins at the mesh: what is fainter counts as empty."""
     transfers: tuple[str, ...] = ()
     """Transfer functions that get meshes; all if absent."""
     levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
     """Levels that get meshes; all if absent."""
     draco: Literal["auto", "none"] = "auto"
-    """"auto": Draco compression where the bytes saved outweigh the decoder; "none" for readers that have none."""
+    """"auto": Draco compression if it saves more bytes than the decoder takes. "none": for readers without Draco."""
 
 
 class TogetherSettings(Record):
-    """One picture of several channels: extinctions add, and each channel gives light as its extinction does."""
+    """One picture of several channels: extinctions add, and each channel emits light as its extinction does."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")] = "together"
     """Name of the picture."""
     transfers: tuple[str, ...] = ()
-    """Transfer functions that are drawn together, each of another channel; if absent the first one of each channel."""
+    """Transfer functions that are drawn together, each of another channel. If absent: the first one of each channel."""
 
 
 class Scene(Record):
@@ -219,15 +221,15 @@ class Scene(Record):
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
     users change the transfer function."""
     editable: bool = False
-    """Whether users of the app may edit transfer functions. Then nothing but tables rests on what these are now: the
-    whole scan is kept, all its values have codes, and the package holds what makes tables of levels and of empty space
-    anew."""
+    """Whether users of the app may edit transfer functions. Then only the lookup tables and the tables of empty space
+    depend on the current transfer functions: the whole scan is kept, all its values have codes, and the package holds
+    what an app needs to make these tables again."""
     quantize: QuantizeSettings = QuantizeSettings()
     """How physical values become stored values."""
     pyramid: PyramidSettings = PyramidSettings()
     """Coarser levels."""
     grid: GridSettings | None = None
-    """Level 0 in sub-volumes, too; none if absent."""
+    """Level 0 in sub-volumes, beside the levels; none if absent."""
     bricks: BrickSettings | None = None
     """Levels as bricks; whole textures if absent."""
     mosaic: MosaicSettings = MosaicSettings()
@@ -239,11 +241,11 @@ class Scene(Record):
     proxy: ProxySettings | None = None
     """Proxy geometry; none if absent."""
     together: TogetherSettings | None = None
-    """One picture of several channels; if absent each is drawn for itself alone."""
+    """One picture of several channels. If absent, each channel is drawn alone."""
     slices: SliceSettings | None = None
-    """Stacks of slices, which are what a profile of OpenGL ES 1.1 has; the settings' defaults if absent."""
+    """Stacks of slices, for profiles of OpenGL ES 1.1; defaults of its fields if absent."""
     normals: NormalSettings | None = None
-    """Normals, whether or not lighting needs them; if absent, only where it does."""
+    """Normals, whether or not lighting needs them. If absent, only if lighting needs them."""
     render: RenderWishes = RenderWishes()
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()

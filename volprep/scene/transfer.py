@@ -1,4 +1,4 @@
-"""What a scene says of a transfer function: points of its own, a preset, or a file of another program."""
+"""A transfer function in a scene: its own points, a preset, or a file of another program."""
 
 from typing import Annotated, Self
 
@@ -15,14 +15,14 @@ class SceneTransfer(TransferWish):
     """A transfer function: a preset, a file, or points."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
-    """Name, unique in the scene; lower-case letters, digits, - and _. A preset without a name has its own."""
+    """Name, unique in the scene; lower-case letters, digits, - and _. If absent, a preset has its own name."""
     channel: ChannelName | None = None
-    """Channel whose values it maps, where the source has several; the first if absent."""
+    """Channel whose values it maps, if the source has several; if absent, the first one."""
     preset: str | None = None
     """A transfer function that comes with volprep; volprep transfer --help lists them."""
     file: str | None = None
     """File of 3D Slicer (.vp), ParaView (.json) or ITK-SNAP (labels, .txt); relative to the scene. Its opacities are
-    those of reference_mm, 1 if absent."""
+    for a path of reference_mm, or of 1 mm if that is absent."""
 
     @model_validator(mode="before")
     @classmethod

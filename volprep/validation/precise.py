@@ -15,7 +15,7 @@ _FLOAT_TARGETS: tuple[Target, ...] = ("rgba32f", "rgba16f")
 
 
 def most_precise(draw: Callable[[Target], Drawn]) -> Drawn | None:
-    """Return what `draw` gives for the most precise float target that the driver has; None if it has 8 bits only."""
+    """Return the result of `draw` for the most precise float target of the driver; None if it has only 8 bits."""
     for target in _FLOAT_TARGETS:
         try:
             return draw(target)

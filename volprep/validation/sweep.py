@@ -135,7 +135,7 @@ class _Sweeper:
         )
 
     def floor(self, level: int, on_data: NDArray[np.float64]) -> LevelFloor:
-        """Return what one level can reach."""
+        """Return the smallest error that one level can reach."""
         manifest = self._subject.package.manifest
         sizes = {record.path: record.size_bytes for record in manifest.files}
         return LevelFloor(

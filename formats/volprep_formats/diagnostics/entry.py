@@ -10,7 +10,7 @@ class ExitStatus(IntEnum):
     OK = 0
     """The command did what it was asked to do."""
     TOLERANCE = 1
-    """The package is sound, but a picture is further from the truth than the scene allows."""
+    """The package is sound, but a picture is farther from the truth than the scene allows."""
     USAGE = 2
     """The command line itself is wrong."""
     SOURCE = 3

@@ -15,62 +15,61 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP2003": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: {count} of {total} slices lie in another orientation than {first}; {other} is turned by "
-        "{angle:.2f}°",
+        "{folder}: {count} of {total} slices have another orientation than {first}; {other} is turned by {angle:.2f}°",
         "Move the images that do not belong to the volume (localisers, reformats) out of the folder.",
     ),
     "VP2004": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: ImageOrientationPatient is not two unit vectors at a right angle: it is off by {deviation:.3g}, and "
-        "rounding explains {tolerance:g}",
+        "{path}: ImageOrientationPatient must be two unit vectors at a right angle, but is off by {deviation:.3g}; "
+        "rounding explains only {tolerance:g}",
         "Export the series again, or choose another series.",
     ),
     "VP2005": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: {several} of {places} places hold more than one image (up to {each}); the first are {first} and "
         "{second}, both at ({position}) mm; {differ}",
-        "Keep one image at each place.",
+        "Keep only one image at each place.",
     ),
     "VP2006": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: {each} images at each of {places} places, so these are several volumes (echoes, phases, time "
-        "points), or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
-        "Set source.volume, or give import --volume, to choose one, if an attribute tells them apart; or keep the "
-        "images of one in the folder.",
+        "{folder}: there are {each} images at each of {places} places: several volumes (echoes, phases, time points), "
+        "or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
+        "If an attribute tells them apart, choose one with source.volume or import --volume. Else keep only the images "
+        "of one volume in the folder.",
     ),
     "VP2007": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: gantry tilt of {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
-        "{step_mm:.3f} mm along the line from slice to slice, and have shifted sideways by {total_mm:.2f} mm in all",
-        'Set source.repair = ["tilt"], or give import --repair tilt, to shear the tilt away by linear interpolation '
+        "{folder}: the gantry was tilted by {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
+        "{step_mm:.3f} mm along the line from slice to slice, and shift sideways by {total_mm:.2f} mm in all",
+        'Set source.repair = ["tilt"], or use import --repair tilt, to remove the tilt by linear interpolation '
         "within the slices.",
     ),
     "VP2008": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: {name} (slice {slice}) lies {shift_mm:.3f} mm beside the line of the other slices; up to "
-        "{tolerance_mm:.3f} mm is taken as rounding",
+        "{folder}: {name} (slice {slice}) lies {shift_mm:.3f} mm beside the line of the other slices; rounding "
+        "explains only {tolerance_mm:.3f} mm",
         "Check whether the patient or table moved, or whether the slice belongs to another series.",
     ),
     "VP2014": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, usual is "
-        "{usual_mm:.3f} mm; such gaps in all: {holes}",
-        'Copy the series again, whole; or set source.repair = ["gaps"], or give import --repair gaps, to interpolate '
+        "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, the usual "
+        "distance is {usual_mm:.3f} mm; number of such gaps: {holes}",
+        'Copy the whole series again; or set source.repair = ["gaps"], or use import --repair gaps, to interpolate '
         "between the neighbours.",
     ),
     "VP2015": Diagnostic(
         ExitStatus.SOURCE,
-        "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usual {usual_mm:.3f} mm; the "
-        "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, and up to "
-        "{tolerance_mm:.3f} mm is taken as rounding",
-        'Set source.repair = ["gaps"], or give import --repair gaps, to interpolate slices at even distances; or leave '
-        "out those that are wrong.",
+        "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usually {usual_mm:.3f} mm; the "
+        "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, rounding explains "
+        "only {tolerance_mm:.3f} mm",
+        'Set source.repair = ["gaps"], or use import --repair gaps, to interpolate slices at even distances; or remove '
+        "the slices that are wrong.",
     ),
     "VP2016": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: repaired, the volume would have {size} voxels, more than {growth} times the slices, rows or columns "
+        "{path}: the repaired volume would have {size} voxels: more than {growth} times the slices, rows or columns "
         "of the scan",
-        "Check the positions of the slices; whole parts of the scan may be missing.",
+        "Check the positions of the slices. Whole parts of the scan may be missing.",
     ),
     "VP2017": Diagnostic(
         ExitStatus.SOURCE,
@@ -79,12 +78,12 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP2020": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the volume is sheared: its axes are off right angles by {angle:.3f}°",
+        "{path}: the volume is sheared: its axes deviate from right angles by {angle:.3f}°",
         "Resample the volume to a grid with right angles first.",
     ),
     "VP2021": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the {which} of the file gives the voxels no usable place or size",
+        "{path}: the {which} of the file does not give the voxels a usable place or size",
         "Repair the header, or resample the volume.",
     ),
 }

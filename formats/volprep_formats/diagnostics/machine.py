@@ -5,8 +5,8 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 ENTRIES: dict[str, Diagnostic] = {
     "VP7001": Diagnostic(
         ExitStatus.MACHINE,
-        "this machine cannot turn a scan into a validated package; missing: {missing}",
-        "The lines marked missing say how to get each.",
+        "this machine cannot turn a scan into a validated package. Missing: {missing}",
+        "Each line marked missing says how to get that part.",
     ),
     "VP7002": Diagnostic(
         ExitStatus.MACHINE,

@@ -11,8 +11,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP4003": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: the package has version {version} of the format, this volprep reads {known}",
-        "Use the volprep that wrote it, or build the package again.",
+        "{path}: the package has version {version} of the format, but this volprep reads {known}",
+        "Use the volprep that wrote the package, or build the package again.",
     ),
     "VP4004": Diagnostic(
         ExitStatus.PACKAGE, "{path}: the manifest breaks the schema: {problems}", "Build the package again."
@@ -20,12 +20,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4005": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: the package is a draft, still under construction",
-        "Run volprep seal on it: it finishes the package, or names the stage that is missing.",
+        "Run volprep seal on it. That finishes the package, or names the stage that is missing.",
     ),
     "VP4006": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: the package is sealed and cannot change",
-        "Build it again with volprep build, or start a new draft.",
+        "Build it again with volprep build, or begin a new draft.",
     ),
     "VP4007": Diagnostic(ExitStatus.PACKAGE, "{path}: cannot read {file}: {error}", "Build the package again."),
     "VP4008": Diagnostic(
@@ -43,38 +43,41 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.PACKAGE, "{path}: the package contradicts itself: {problem}", "Build the package again."
     ),
     "VP4012": Diagnostic(
-        ExitStatus.PACKAGE, "{path}: another process is working on this draft", "Wait until it has ended."
+        ExitStatus.PACKAGE, "{path}: another process is working on this draft", "Wait until that process has ended."
     ),
     "VP4014": Diagnostic(
         ExitStatus.PACKAGE, "{path}: the package has no file {file}", "volprep inspect lists the files that it has."
     ),
     "VP4020": Diagnostic(
-        ExitStatus.OUTPUT, "{path}: cannot write: {error}", "Make room, or name an output that can be written."
+        ExitStatus.OUTPUT, "{path}: cannot write: {error}", "Free disk space, or name an output that can be written."
     ),
     "VP4021": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: left as it is, because it is no package: {problem}",
+        "{path}: not replaced, because it is not a package: {problem}",
         "Name another output, or move what is there.",
     ),
     "VP4022": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: left as it is, because it holds files that are not the package's ({count}, the first is {first})",
+        "{path}: not replaced, because it holds {count} file(s) that do not belong to the package; the first is "
+        "{first}",
         "Move these files, or name another output.",
     ),
     "VP4023": Diagnostic(
         ExitStatus.OUTPUT, "{path}: a new draft needs an empty folder", "Name another output, or move what is there."
     ),
     "VP4030": Diagnostic(
-        ExitStatus.PACKAGE, "{name}: not a KTX 2 texture as packages have them: {problem}", "Build the package again."
+        ExitStatus.PACKAGE,
+        "{name}: not a KTX 2 texture of the kind that packages hold: {problem}",
+        "Build the package again.",
     ),
     "VP4031": Diagnostic(ExitStatus.PACKAGE, "{path}: not a paletted texture: {problem}", "Build the package again."),
     "VP4032": Diagnostic(ExitStatus.PACKAGE, "{path}: not a joint histogram: {problem}", "Build the package again."),
     "VP4039": Diagnostic(
-        ExitStatus.PACKAGE, "{name}: not a mesh as packages have them: {problem}", "Build the package again."
+        ExitStatus.PACKAGE, "{name}: not a mesh of the kind that packages hold: {problem}", "Build the package again."
     ),
     "VP4040": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: stage {stage} needs stage {missing}, which has not run since its settings changed",
+        "{path}: stage {stage} needs stage {missing}, which has not run since its settings or its inputs changed",
         "Run volprep {missing} on the draft first.",
     ),
     "VP4041": Diagnostic(
@@ -83,15 +86,15 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4042": Diagnostic(
         ExitStatus.INTERNAL,
         "the package that was built is not sound: {finding}",
-        "This is a defect in volprep. Report it with the scene; the older package, if any, is untouched.",
+        "This is a defect in volprep. Report it with the scene. The old package, if there was one, is untouched.",
     ),
     "VP4043": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: does not say where the package came from: {problem}",
+        "{path}: cannot tell where the package came from: {problem}",
         "Remove this file and name the source with --source, or build again.",
     ),
     "VP4044": Diagnostic(
-        ExitStatus.PACKAGE, "{path}: is one file already", "Copy it, or unzip it to have the folder back."
+        ExitStatus.PACKAGE, "{path}: the package is one file already", "Copy it, or unzip it to get the folder back."
     ),
     "VP4050": Diagnostic(
         ExitStatus.PACKAGE,
@@ -101,7 +104,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4051": Diagnostic(
         ExitStatus.USAGE,
         "{path}: the center {center} lies outside the volume of {shape} voxels, x × y × z",
-        "Name a voxel from 0 on; with --world a place in the patient, in millimetres.",
+        "Give a voxel, counted from 0; or, with --world, a place in the patient in millimetres.",
     ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,

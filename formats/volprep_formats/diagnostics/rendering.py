@@ -6,22 +6,22 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5001": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL or OpenGL ES library can be loaded: {error}",
-        "Install libegl1, libgles2 and libegl-mesa0 on Debian and Ubuntu, mesa-libEGL and mesa-libGLES on Fedora.",
+        "Install libegl1, libgles2 and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and mesa-libGLES (Fedora).",
     ),
     "VP5002": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL display can be opened: {error}",
-        "Set EGL_PLATFORM=surfaceless for Mesa's software driver (libegl-mesa0 and libgl1-mesa-dri on Debian).",
+        "Set EGL_PLATFORM=surfaceless to use Mesa's software driver (libegl-mesa0 and libgl1-mesa-dri on Debian).",
     ),
     "VP5003": Diagnostic(
         ExitStatus.MACHINE,
-        "the driver {driver} gives no context of OpenGL ES {api}: {error}",
-        "Use a driver that has it. Mesa's llvmpipe (EGL_PLATFORM=surfaceless) has 2.0 to 3.2, and often 1.1.",
+        "the driver {driver} cannot make a context of OpenGL ES {api}: {error}",
+        "Use a driver that has this version. Mesa's llvmpipe (EGL_PLATFORM=surfaceless) has 2.0 to 3.2, and often 1.1.",
     ),
     "VP5004": Diagnostic(
         ExitStatus.INTERNAL,
-        "OpenGL was started before this process forked, and cannot be used in the child",
-        "Start worker processes with the method spawn.",
+        "OpenGL was started before this process was forked, so the child cannot use it",
+        "Start worker processes with the method spawn, not fork.",
     ),
     "VP5005": Diagnostic(
         ExitStatus.RENDER,
@@ -41,57 +41,57 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5008": Diagnostic(
         ExitStatus.RENDER,
         "the driver {driver} cannot draw into a target of format {target}",
-        "Draw into rgba8, or use a driver that has {needs}.",
+        "Draw into a target of format rgba8, or use a driver that has {needs}.",
     ),
     "VP5009": Diagnostic(
         ExitStatus.RENDER,
-        "a picture of {width}×{height} pixels is outside the limits of the driver {driver}: 1 to {limit}",
+        "the driver {driver} cannot draw a picture of {width}×{height} pixels: each side must have 1 to {limit}",
         "Ask for another size.",
     ),
     "VP5010": Diagnostic(
         ExitStatus.RENDER,
-        "texture {name}: {axis} {size} is more than {limit_name} {limit} of the profile {profile}",
-        "Build the package for this profile, or render it with the profile that it was built for.",
+        "texture {name}: {axis} {size} is more than the {limit_name} of profile {profile}, {limit}",
+        "Build the package for this profile, or draw it with the profile that it was built for.",
     ),
     "VP5011": Diagnostic(
         ExitStatus.RENDER,
-        "texture {name}: the profile {profile} has no format {format}, only {known}",
+        "texture {name}: profile {profile} does not have the format {format}, only {known}",
         "Build the package for this profile.",
     ),
     "VP5012": Diagnostic(
         ExitStatus.RENDER,
-        "texture {name} is three-dimensional, and the profile {profile} has no 3D textures",
-        "Build the package for this profile: it will hold a mosaic.",
+        "texture {name} is three-dimensional, but profile {profile} has no 3D textures",
+        "Build the package for this profile. It will then hold a mosaic.",
     ),
     "VP5013": Diagnostic(
         ExitStatus.RENDER,
-        "program {name} reads {count} textures, and the profile {profile} has {limit} units",
+        "program {name} reads {count} textures, but profile {profile} has {limit} texture units",
         "Build the package for this profile.",
     ),
     "VP5014": Diagnostic(
         ExitStatus.RENDER,
-        "the textures of program {name} take {size} bytes, and the profile {profile} allows {limit}",
+        "the textures of program {name} take {size} bytes, but profile {profile} allows {limit}",
         "Draw a coarser level, or build the package for this profile.",
     ),
     "VP5015": Diagnostic(
         ExitStatus.RENDER,
-        "{path}: this shader is written for a later version of OpenGL ES than {api}, which the profile {profile} has",
+        "{path}: this shader needs a later version of OpenGL ES than profile {profile} has, which is {api}",
         "Build the package for this profile.",
     ),
     "VP5016": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: the file holds {found}, and the manifest says {named}",
+        "{path}: the file holds {found}, but the manifest says {named}",
         "The package is damaged: build it again.",
     ),
     "VP5017": Diagnostic(
         ExitStatus.PACKAGE,
-        "program {name}: the manifest names {named}, and active in the shaders are {found}",
+        "program {name}: the manifest names {named}, but the shaders use {found}",
         "The package is damaged: build it again.",
     ),
     "VP5018": Diagnostic(
         ExitStatus.PACKAGE,
-        "{package}: nothing in it draws level {level} with the transfer function {transfer}. It can draw {known}",
-        "Ask for one of these, or build the package with the stages transfer, texture or mosaic, and shaders.",
+        "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
+        "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
     ),
     "VP5019": Diagnostic(
         ExitStatus.RENDER,
@@ -101,17 +101,17 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5020": Diagnostic(
         ExitStatus.RENDER,
         "no camera can be made from {what}",
-        "Give numbers, with the eye away from the middle of the volume.",
+        "Give an eye as three numbers, away from the middle of the volume.",
     ),
     "VP5021": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: cannot write the picture: {error}",
         "Check that the folder exists and can be written.",
     ),
-    "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or give an eye."),
+    "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or use --eye."),
     "VP5023": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: transfer functions of this package are not editable",
+        "{path}: the transfer functions of this package are not editable",
         "Build it from a scene with editable = true.",
     ),
     "VP5024": Diagnostic(

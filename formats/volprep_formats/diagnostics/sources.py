@@ -4,13 +4,15 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
 ENTRIES: dict[str, Diagnostic] = {
     "VP1001": Diagnostic(
-        ExitStatus.SOURCE, "{path}: no such file or folder", "Check the path: in [source] of the scene, or of --source."
+        ExitStatus.SOURCE,
+        "{path}: no such file or folder",
+        "Check the path in [source] of the scene, or the one after --source.",
     ),
     "VP1002": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {problem}",
-        "Check that the file is whole. If it is one of these, set source.format in a scene: {known}; a raw file needs "
-        "[source.raw] there, too.",
+        "Check that the file is complete. If its format is one of these, set source.format in a scene: {known}. A raw "
+        "file also needs the table [source.raw].",
     ),
     "VP1003": Diagnostic(ExitStatus.SOURCE, "{path}: cannot be read: {error}", "Check the file and its permissions."),
     "VP1004": Diagnostic(
@@ -20,43 +22,43 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1005": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its compressed data cannot be unpacked: {error}",
+        "{path}: the compressed data cannot be unpacked: {error}",
         "The file is damaged or incomplete; get it again from where it came.",
     ),
     "VP1006": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the header names the data file {name!r}, which {problem}",
-        "Put both files, as they were written, into one folder.",
+        "Put both files into one folder, with the names under which they were written.",
     ),
     "VP1007": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the data are written as text, and {text!r} in them is no number of type {dtype}",
+        "{path}: the data are text, and {text!r} in them is not a number of type {dtype}",
         "The file is damaged or its header is wrong; get it again from where it came.",
     ),
     "VP1008": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the header declares {expected} bytes of voxels, but the data hold, or can unpack to, {actual}",
+        "{path}: the header declares {expected} bytes of voxels, but the data have, or can unpack to, {actual}",
         "The file is incomplete or its header is wrong; get it again from where it came.",
     ),
     "VP1010": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: a file without a header says nothing about its shape",
-        "Add the table [source.raw] with shape_zyx and dtype to the scene.",
+        "Add the table [source.raw] with shape_zyx and dtype to a scene.",
     ),
     "VP1011": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {declared} needs exactly {expected} bytes, but the file has {actual}: {hint}",
-        "Correct [source.raw], or get the whole file.",
+        "Correct [source.raw], or get the complete file.",
     ),
     "VP1020": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound NIfTI file: {error}",
-        "Get the file again from where it came. A pair of .hdr and .img must be joined into one .nii first.",
+        "{path}: not a valid NIfTI file: {error}",
+        "Get the file again from where it came. Join a pair of .hdr and .img into one .nii first.",
     ),
     "VP1021": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the NIfTI file has {shape} values along x, y, z, ...; one volume is needed",
-        "Set source.volume to the number of one, from 1 to {volumes}.",
+        "Set source.volume to the number of one volume, from 1 to {volumes}.",
     ),
     "VP1022": Diagnostic(
         ExitStatus.SOURCE,
@@ -65,38 +67,38 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1030": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: no DICOM images here ({files} other files)",
-        "Name the folder that holds the series; or the file itself, if the scan is no DICOM series.",
+        "{path}: there are no DICOM images ({files} other files)",
+        "Name the folder that holds the series; or, if the scan is not a DICOM series, the file itself.",
     ),
     "VP1031": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the DICOM file is cut off: {what}",
-        "Copy the series again from where it came. Do not just remove the file: a slice would be missing.",
+        "Copy the series again from where it came. Do not simply remove the file: a slice would be missing.",
     ),
     "VP1032": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: begins like a DICOM file, but cannot be parsed ({error})",
+        "{path}: the file begins like DICOM, but cannot be parsed ({error})",
         "Copy the series again from where it came. Move the file away only if it belongs to no series here.",
     ),
     "VP1033": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {count} DICOM series, and more than one, or none, could be the volume that is meant",
-        "Set source.series, or give import --series, to one of these or to a unique ending of it:{found}",
+        "{path}: the folder holds {count} DICOM series, and it is not clear which one is meant",
+        "Set source.series, or import --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1034": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {fits} here ends with {wanted!r}",
-        "Set source.series, or give import --series, to one of these or to a unique ending of it:{found}",
+        "Set source.series, or import --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1035": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
-        "Choose the grey series that this picture was made from. Uncompressed colours become grey with "
+        "Choose the grey series that this picture was made from; or, for uncompressed colours, make them grey with "
         'rgb = "luminance" in [source], or --rgb luminance.',
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: {keyword} is missing, so the place or the values of this slice are not known",
+        "{path}: the attribute {keyword} is missing, so the place or the values of this slice are not known",
         "Export the series again with all its attributes, or choose another series.",
     ),
     "VP1037": Diagnostic(
@@ -116,38 +118,38 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1040": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the header says {columns}×{rows} pixels of {bits} bits, which are {expected} bytes, "
-        "but the pixel data has {actual}",
+        "{path}: the header declares {columns}×{rows} pixels of {bits} bits, which are {expected} bytes, "
+        "but the pixel data have {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
     "VP1041": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {frames} frames in one file, and {what}",
+        "{path}: the file holds {frames} frames, and {what}",
         "Export the series as single-frame images, or as enhanced multi-frame images with functional groups.",
     ),
     "VP1042": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: is a Siemens mosaic, many slices in one picture, but {what}",
+        "{path}: this is a Siemens mosaic, many slices in one picture, but {what}",
         "Export the series with its private attributes, or as single-frame images.",
     ),
     "VP1043": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: {bits} cannot be read; 8, 16 and 32 bits as integers and 32 and 64 bits as floating point can",
+        "{path}: {bits} cannot be read; integers of 8, 16 and 32 bits and floating point of 32 and 64 bits can",
         "Export the series with 16-bit pixels.",
     ),
     "VP1044": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the header says {columns}×{rows} pixels, more than the {limit} that any slice may have",
+        "{path}: the header declares {columns}×{rows} pixels, more than the {limit} that a slice may have",
         "The file is damaged or hostile; copy the series again from where it came.",
     ),
     "VP1045": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the header says {frames} frames, which need {expected}, but the pixel data has {actual}",
+        "{path}: the header declares {frames} frames, which need {expected}, but the pixel data have {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
     "VP1046": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the header says {columns}×{rows} pixels of 1 value, but the compressed data say {actual}",
+        "{path}: the header declares {columns}×{rows} pixels of 1 value, but the compressed data declare {actual}",
         "The file is damaged; copy the series again from where it came.",
     ),
     "VP1047": Diagnostic(
@@ -189,10 +191,12 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1080": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: exists already and is not an empty folder",
+        "{path}: it exists already and is not an empty folder",
         "Choose another folder, or remove this one.",
     ),
-    "VP1081": Diagnostic(ExitStatus.OUTPUT, "{path}: cannot be written: {error}", "Check the disk and permissions."),
+    "VP1081": Diagnostic(
+        ExitStatus.OUTPUT, "{path}: cannot be written: {error}", "Check the disk and the permissions."
+    ),
     "VP1082": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: the volume holds values that are not finite, which DICOM cannot store",
@@ -201,12 +205,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1090": Diagnostic(
         ExitStatus.SOURCE,
         "the source has {count} voxels that are NaN or infinite, the first in slice {z}",
-        "Replace them in the source: no colour belongs to them.",
+        "Replace them in the source. They have no physical value, so no colour either.",
     ),
     "VP1100": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound NRRD file: {error}",
-        "Get the file again from where it came, or mend its header.",
+        "{path}: not a valid NRRD file: {error}",
+        "Get the file again from where it came, or correct its header.",
     ),
     "VP1101": Diagnostic(
         ExitStatus.SOURCE,
@@ -220,13 +224,13 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1103": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: {what} of the NRRD file cannot be turned into positions in the patient",
+        "{path}: {what} of the NRRD file cannot be converted to positions in the patient",
         "Write the file with space left-posterior-superior, space directions and space origin, in millimetres.",
     ),
     "VP1120": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound MetaImage file: {error}",
-        "Get the file again from where it came, or mend its header.",
+        "{path}: not a valid MetaImage file: {error}",
+        "Get the file again from where it came, or correct its header.",
     ),
     "VP1121": Diagnostic(
         ExitStatus.SOURCE,
@@ -240,47 +244,47 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1140": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound VTK file: {error}",
-        "Get the file again from where it came, or write it anew.",
+        "{path}: not a valid VTK file: {error}",
+        "Get the file again from where it came, or write it again.",
     ),
     "VP1141": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the VTK file has {problem}; one number at each point of a volume is needed",
-        "Write the array that is meant as the scalars of the points.",
+        "Write the wanted array as the scalars of the points.",
     ),
     "VP1142": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: VTK files with {what} cannot be read",
-        "Write one piece of image data with numbers as its scalars, not compressed or with zlib.",
+        "Write one piece of image data with numbers as its scalars, uncompressed or compressed with zlib.",
     ),
     "VP1160": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: no pictures here",
-        "Point source.path at the folder that holds them itself; files ending in {known} are taken as pictures.",
+        "{path}: there are no pictures",
+        "Set source.path to the folder that directly holds the pictures. Files ending in {known} count as pictures.",
     ),
     "VP1161": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the names of the pictures do not tell their order: {first} and {other} {how}",
-        "Keep the pictures of one volume in the folder, with names that differ in nothing but one number.",
+        "{path}: the names of the pictures do not give their order: {first} and {other} {how}",
+        "Keep only the pictures of one volume in the folder, with names that differ only in one number.",
     ),
     "VP1162": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {count} picture(s) missing between {first} and {last}, by their numbers: {missing}",
-        'Copy the stack again, whole; or set source.stack.gaps = "ignore" if the numbers mean nothing.',
+        'Copy the whole stack again; or, if the numbers mean nothing, set source.stack.gaps = "ignore".',
     ),
     "VP1163": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: pictures differ, {count} of {total} from the rest: {first}, but {other}",
+        "{path}: {count} of {total} pictures differ from the rest: {first}, but {other}",
         "Remove pictures that do not belong to the volume, or convert all to one size and type.",
     ),
     "VP1164": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the picture has {what}; a volume needs one grey value in each pixel",
-        'Convert the pictures to grey, or write rgb = "luminance" in [source], or give import --rgb luminance.',
+        'Convert the pictures to grey, or set rgb = "luminance" in [source], or use import --rgb luminance.',
     ),
     "VP1165": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound picture: {error}",
+        "{path}: not a valid picture: {error}",
         "The file is damaged or incomplete; get it again from where it came.",
     ),
     "VP1166": Diagnostic(
@@ -290,12 +294,13 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1167": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: page {page} says {columns}×{rows} pixels: more than {limit}, or than a file of {size} bytes can hold",
+        "{path}: page {page} declares {columns}×{rows} pixels: more than {limit}, or than a file of {size} bytes can "
+        "hold",
         "The file is damaged or hostile; get it again from where it came.",
     ),
     "VP1168": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its {pages} page(s) are not the slices of one volume: it says {says}",
+        "{path}: its {pages} page(s) are not the slices of one volume: the file declares {says}",
         "Write one channel and one time point into a file of its own, with one page for each slice.",
     ),
     "VP1180": Diagnostic(
@@ -306,12 +311,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1181": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {slices} slices do not fit into {tiles_x}×{tiles_y} tiles of a picture of {columns}×{rows} pixels",
-        "Correct [source.mosaic].",
+        "Correct the table [source.mosaic].",
     ),
     "VP1200": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a sound OpenVDB file: {error}",
-        "Get the file again from where it came, or write it anew with OpenVDB 5 or later.",
+        "{path}: not a valid OpenVDB file: {error}",
+        "Get the file again from where it came, or write it again with OpenVDB 5 or later.",
     ),
     "VP1201": Diagnostic(
         ExitStatus.MACHINE,
@@ -320,13 +325,13 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1202": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {count} OpenVDB grids, and more than one, or none, could be the volume that is meant",
-        "Set source.grid to the name of one of floats or doubles:{found}",
+        "{path}: the file holds {count} OpenVDB grids, and it is not clear which one is meant",
+        "Set source.grid to the name of a grid of floats or doubles:{found}",
     ),
     "VP1203": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the voxels of the grid {grid!r} are of type {kind}, not one float or double each",
-        "Set source.grid to a grid of numbers; turn points, vectors and masks into one first.",
+        "{path}: the voxels of the grid {grid!r} are of type {kind}, but must be one float or double each",
+        "Set source.grid to a grid of numbers. Convert points, vectors and masks to such a grid first.",
     ),
     "VP1204": Diagnostic(
         ExitStatus.SOURCE,
@@ -340,47 +345,48 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1220": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not sound as OME-TIFF or OME-Zarr: {error}",
-        "Get it again from where it came, or write it anew.",
+        "{path}: not a valid OME-TIFF or OME-Zarr: {error}",
+        "Get it again from where it came, or write it again.",
     ),
     "VP1221": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {count} {kind}s, and nothing says which is meant",
+        "{path}: the file holds {count} {kind}s, and nothing says which one is meant",
         "Set source.{key} to the name or the number of one:{found}",
     ),
     "VP1222": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds no {kind} {wanted}, or several",
+        "{path}: the file holds no {kind} {wanted}, or several",
         "Set source.{key} to the name or the number of one:{found}",
     ),
     "VP1224": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds {what}; that is not read",
-        "Write it anew: integers or floating point, in the current version of its format, with ordinary compression.",
+        "{path}: the file holds {what}, which volprep does not read",
+        "Write it again with integers or floating point, in the current version of its format, with common "
+        "compression.",
     ),
     "VP1225": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: says that it has {size}; more than {limit}",
-        "Choose a coarser level with source.level if there is one; else the file is damaged or hostile.",
+        "{path}: the file declares {size}; that is more than {limit}",
+        "Choose a coarser level with source.level if there is one. Else the file is damaged or hostile.",
     ),
     "VP1226": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: names {name!r}, which lies outside of it",
-        "Do not trust this file; a sound one names only what is in it or beside it.",
+        "{path}: the file refers to {name!r}, which lies outside of it",
+        "Do not trust this file. A valid file refers only to data in it or beside it.",
     ),
     "VP1227": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: gives {found} along {axis}, though it gives others",
-        "Correct the physical size of its voxels in the program that wrote it.",
+        "{path}: the file gives {found} along {axis}, although it gives the other sizes",
+        "Correct the physical size of the voxels in the program that wrote the file.",
     ),
     "VP1240": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: channel {name} is not registered with channel {first}: {difference}",
-        "Resample it onto the grid of {first} first; channels of one volume have their voxels in the same places.",
+        "Resample it onto the grid of {first} first. Channels of one volume must have their voxels in the same places.",
     ),
     "VP1241": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: the source has no channel {wanted}, which a transfer function is for",
+        "{path}: a transfer function is for channel {wanted}, which the source does not have",
         "Set transfer.channel to one of: {found}.",
     ),
     "VP1242": Diagnostic(
@@ -390,39 +396,40 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1243": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: the scene lists a file for each channel, so one path or setting cannot replace them",
-        "Change the scene.",
+        "{path}: the scene lists a file for each channel, so one path or setting on the command line cannot replace "
+        "them",
+        "Change the paths or settings in the scene.",
     ),
     "VP1244": Diagnostic(
         ExitStatus.SCENE,
         "{path}: {what} cannot be made of a volume of several channels",
-        "Leave it out, or give the scene transfer functions of one channel only.",
+        "Leave that out, or use transfer functions of only one channel in the scene.",
     ),
     "VP1245": Diagnostic(
         ExitStatus.SCENE,
         "{path}: the picture {name} cannot be drawn: {reason}",
-        "Leave [together] out, name other transfer functions there, or change what the message names.",
+        "Leave [together] out, name other transfer functions in it, or change what the message names.",
     ),
     "VP1250": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: holds no level {level}; there are: {found}",
-        "Choose one of these; volprep inspect shows them.",
+        "{path}: the package holds no level {level}, only: {found}",
+        "Choose one of these. volprep inspect shows them.",
     ),
     "VP1251": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: exists already",
-        "Choose another name, or replace it with --force; a folder is never replaced.",
+        "{path}: the file exists already",
+        "Choose another name, or replace the file with --force. A folder is never replaced.",
     ),
     "VP1252": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: the ending says no format that can be written",
-        "Use .nii, .nii.gz, .nrrd, .raw or .vdb; a name without an ending becomes a folder of DICOM files.",
+        "{path}: the ending does not name a format that can be written",
+        "Use .nii, .nii.gz, .nrrd, .raw or .vdb. A name without an ending becomes a folder of DICOM files.",
     ),
     "VP1253": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: holds the colours that its transfer functions make of the scan, and no values",
-        "Take the scan itself: volprep import makes a draft of it, which volprep export writes. Or build the scene for "
-        "a profile with shaders, with classified samples in place of voxels.",
+        "{path}: the package holds the colours that its transfer functions make of the scan, but no values",
+        "Export the scan itself: volprep import makes a draft of it, and volprep export writes that. Or build the "
+        "scene for a profile with shaders, and classify samples rather than voxels.",
     ),
     "VP1260": Diagnostic(
         ExitStatus.SOURCE,
@@ -432,22 +439,22 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1270": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its decoder crashed ({how}), in a process of its own with {limit_mb:.0f} MB of memory",
+        "{path}: its decoder crashed ({how}); it ran in a separate process with {limit_mb:.0f} MB of memory",
         "The file is damaged or hostile; get it again from where it came.",
     ),
     "VP1271": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its decoder was stopped, because it had not ended after {limit_s:.0f} s",
-        "The file is damaged or hostile, get it again from where it came; or this machine is overloaded.",
+        "{path}: its decoder was stopped, because it had not finished after {limit_s:.0f} s",
+        "The file is damaged or hostile, or this machine is overloaded. Get the file again from where it came.",
     ),
     "VP1272": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its decoder wanted more than the {limit_mb:.0f} MB of memory that a sound file needs",
+        "{path}: its decoder asked for more than the {limit_mb:.0f} MB of memory that a valid file needs",
         "The file is damaged or hostile; get it again from where it came.",
     ),
     "VP1273": Diagnostic(
         ExitStatus.MACHINE,
         "{path}: no process can be started to decode it: {error}",
-        "Check how much memory and how many processes this machine allows (ulimit -a).",
+        "Check how much memory and how many processes this machine allows: ulimit -a.",
     ),
 }

@@ -5,12 +5,12 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 ENTRIES: dict[str, Diagnostic] = {
     "VP6001": Diagnostic(
         ExitStatus.SOURCE,
-        "voxel [z {z}, y {y}, x {x}] is {value}: the field around it is not defined, so there is no true picture",
+        "voxel [z {z}, y {y}, x {x}] is {value}, so the field around it is not defined, and there is no true picture",
         "Replace values that are not finite before you convert the volume.",
     ),
     "VP6010": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: the package is not whole: {findings}",
+        "{path}: the package is not sound: {findings}",
         "{remedy}",
     ),
     "VP6011": Diagnostic(
@@ -18,60 +18,61 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: RMSE "
         "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}; RMSE {data:.2g} comes "
         "from the data, {drawing:.2g} from drawing",
-        "See {report}. Against an error of the data: a profile that holds a finer level, quantize.bits = 16. Against "
-        "one of drawing: render.classification lookup or preintegrated if it is another, a smaller render.step_voxels, "
+        "See {report}. To reduce the error of the data: a profile that holds a finer level, or quantize.bits = 16. To "
+        "reduce the error of drawing: render.classification lookup or preintegrated, a smaller render.step_voxels, or "
         "a larger render.opacity_cutoff. Or allow more in [tolerance].",
     ),
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the scan that the package was made from is not known: {path}.origin.json is missing",
+        "{path}: it is not known from which scan the package was made: {path}.origin.json is missing",
         "Name the scan, or the scene, with --source.",
     ),
     "VP6013": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not the scan that package {package} was made from: its digest is {found}…, the package's {expected}…",
+        "{path}: package {package} was made from another scan: the digest here is {found}…, that of the package "
+        "{expected}…",
         "Name the right scan with --source, or build the package again.",
     ),
     "VP6014": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: its shaders light labels, and there is no true picture of lit labels to compare with: their normals "
-        "depend on how they are numbered",
+        "{path}: its shaders light labels. There is no true picture of lit labels to compare with, because their "
+        "normals depend on how the labels are numbered",
         "Validate a package of the same scene without render.lighting.",
     ),
     "VP6015": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: the skip table or the proxy mesh of {programs} changes a picture, although rays may leave out only "
-        "samples that show nothing",
-        "See {report}. Build the package again; if that does not help, skip.kind none and no [proxy] do without both, "
-        "and this is a defect of volprep.",
+        "{path}: the skip table or the proxy mesh of {programs} changes a picture, but rays may only leave out samples "
+        "that show nothing",
+        "See {report}. Build the package again. If that does not help, this is a defect in volprep: report it, and "
+        "build without both (skip.kind none, no [proxy]).",
     ),
     "VP6016": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of {program}: RMSE {rmse:.4g} "
         "of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}. Slices are classified before they "
-        "are filtered, and have no step to refine: of view {part_view}, their texels alone are {texels:.2g} off, the "
-        "angle adds {angle:.2g}, 8 bits {target:.2g}",
-        "See {report}. A transfer function with softer edges comes nearer; steep ones cannot without shaders. Say in "
+        "are filtered, and have no step to refine. In view {part_view} the error of their texels alone is "
+        "{texels:.2g}; the angle adds {angle:.2g}, and 8 bits add {target:.2g}",
+        "See {report}. A transfer function with softer edges gives a smaller error; steep edges need shaders. Set in "
         "[tolerance] what is good enough for such devices.",
     ),
     "VP6017": Diagnostic(
         ExitStatus.SCENE,
-        "profile {profile} has no shaders: stacks of slices have neither a step nor a float target to be tried with",
+        "profile {profile} has no shaders, and stacks of slices have neither a step nor a float target to test",
         "Choose a profile of OpenGL ES 2 or 3 with --profile.",
     ),
     "VP6018": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{failed} of {cases} cases are not drawn as they must be, the first is {case}: {problem}",
+        "{failed} of {cases} cases are not drawn as they must be; the first is {case}: {problem}",
         "See {report}. This driver, or volprep, is wrong where arithmetic is hard.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: not replaced by the report, because {problem}",
+        "{path}: the report does not replace this folder, because {problem}",
         "Name another folder with --report, or move what is there.",
     ),
     "VP6021": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: cannot write the report: {error}",
-        "Make room, or name another folder with --report.",
+        "Free disk space, or name another folder with --report.",
     ),
 }

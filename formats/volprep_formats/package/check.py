@@ -1,4 +1,4 @@
-"""What `volprep validate --quick` tells: whether a package is whole and agrees with itself. Needs no OpenGL."""
+"""The check of `volprep validate --quick`: whether a package is complete and agrees with itself, without OpenGL."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -54,7 +54,7 @@ class Finding(Record):
 
 
 def check(path: Path) -> list[Finding]:
-    """Check schema, names, sizes, SHA-256, textures, what is there unnamed, and all cross references.
+    """Check schema, names, sizes, SHA-256, textures, files without a name, and all cross references.
 
     Gives one finding for each thing that is wrong, none for a sound sealed package. A manifest that cannot be read is
     one finding, and the last.

@@ -56,7 +56,7 @@ class RenderSettings(Record):
     step_mm: Annotated[float, Field(gt=0.0)]
     """Nominal distance of the samples along a ray."""
     opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this; absent where no ray can reach it."""
+    """A ray stops when its opacity passes this; absent if no ray can reach it."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
@@ -73,7 +73,7 @@ class SubvolumeFiles(Record):
     whole: PackagePath | None = None
     """KTX 2 file of the whole level, which may be a texture, too."""
     programs: tuple[Program, ...] = ()
-    """Programs that draw the pieces around a point, where there are files of pieces: one for each transfer function."""
+    """Programs that draw the pieces around a point, one for each transfer function; none without files of pieces."""
 
 
 class PlanItem(Record):
@@ -90,7 +90,7 @@ class PlanItem(Record):
     files: tuple[PackagePath, ...] = ()
     """Files that exist because of this item."""
     size_bytes: ByteCount = 0
-    """What it costs where it is kept, or would have cost where it is left out."""
+    """What it costs if it is kept, or would have cost if it is left out."""
 
 
 class Contribution(Record):
@@ -122,7 +122,8 @@ class StageRecord(Record):
     name: str
     """Name of the stage."""
     key: Sha256
-    """Digest of its settings and of the keys of the stages it reads; while it is the same, the stage need not run."""
+    """Digest of its settings and of the keys of the stages that it reads. While it stays the same, the stage need not
+    run."""
     files: tuple[PackagePath, ...] = ()
     """Files that the stage wrote."""
     made: tuple[Contribution, ...] = ()
@@ -168,7 +169,7 @@ class Manifest(Heading):
     skipping: Skipping | None = None
     """Empty-space skipping."""
     programs: tuple[Program, ...] = ()
-    """Shader programs."""
+    """Shader programs. The first one draws the default transfer function, or the picture of several channels."""
     editing: Editing | None = None
     """What an app needs when its users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None

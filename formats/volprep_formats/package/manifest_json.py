@@ -1,4 +1,4 @@
-"""The manifest as bytes: always the same bytes for the same manifest, and no trust in the bytes of others."""
+"""The manifest as bytes: the same manifest gives the same bytes, and bytes of others are not trusted."""
 
 import json
 import re

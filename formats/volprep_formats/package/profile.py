@@ -31,7 +31,7 @@ LookupFormat = Literal["RGBA8", "RGBA16F"]
 
 
 class DeviceProfile(Record):
-    """Limits that a package for this class of devices obeys, whatever the driver at hand allows."""
+    """Limits that a package for this class of devices keeps, whatever the driver of this machine allows."""
 
     name: str
     """Name, for example gles3."""
@@ -40,15 +40,15 @@ class DeviceProfile(Record):
     max_texture_size: Annotated[int, Field(ge=64)]
     """Largest width and height of a 2D texture, in texels."""
     max_3d_texture_size: Annotated[int, Field(ge=0)]
-    """Largest width, height and depth of a 3D texture, in texels; 0 where there are none."""
+    """Largest width, height and depth of a 3D texture, in texels; 0 if there are no 3D textures."""
     texture_units: Annotated[int, Field(ge=1)]
     """Number of textures that a fragment shader may read."""
     texture_formats: tuple[TextureFormat, ...]
     """Formats that can be uploaded and filtered linearly."""
     npot: bool = True
-    """Whether textures may have sizes that are no powers of two."""
+    """Whether textures may have sizes that are not powers of two."""
     square: bool = False
-    """Whether textures must be as high as they are wide. Tables of one row are not meant."""
+    """Whether textures must be as high as they are wide, except tables of one row."""
     index_bits: Literal[16, 32]
     """Widest index of a draw call."""
     max_texture_bytes: Annotated[int, Field(ge=1)]

@@ -37,16 +37,14 @@ UniformSource = Literal[
 
 
 class Uniform(Record):
-    """One active uniform of a program that is no sampler."""
+    """One active uniform of a program that is not a sampler."""
 
     name: str
     """Name in the shader."""
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
     source: UniformSource
-    """What to set it to: the camera's matrix, the step in millimetres, the level's texture_from_box_per_mm_xyz, the
-    mipmap of its texture, blocks_from_box_per_mm_xyz of its skip table, what section 16 says of the sub-volumes around
-    a point, or what section 20 says of proxy geometry."""
+    """What to set it to; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry."""
 
 
 class Sampler(Record):
@@ -55,12 +53,13 @@ class Sampler(Record):
     name: str
     """Name in the shader."""
     role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume"]
-    """Which texture to bind: the level's volume, places of bricks or normals, the table of the program's transfer
+    """Which texture to bind: the level's volume, index of bricks or normals, the table of the program's transfer
     function, its skip table for the level, or one of the sub-volumes around a point."""
     transfer: str | None = None
-    """In a program that draws several transfer functions the one whose table it is, or whose channel's volume."""
+    """In a program that draws several transfer functions: whose table it is, or whose channel's volume."""
     part: Annotated[int, Field(ge=0)] = 0
-    """Which of the textures of a mosaic, from 0; of sub-volumes 1 for upper along x, plus 2 along y, plus 4 along z."""
+    """Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
+    along z."""
 
 
 class ProgramDesign(Record):
@@ -93,8 +92,8 @@ class Program(ProgramDesign):
     """One vertex and fragment shader, and what an app gives them."""
 
     uniforms: tuple[Uniform, ...]
-    """Every active uniform that is no sampler."""
+    """Every active uniform that is not a sampler."""
     samplers: tuple[Sampler, ...]
     """Every active sampler, in the order of texture units."""
     step_mm_min: float | None = None
-    """Finest step for which the loop of the shader is long enough for the longest ray; no bound if absent."""
+    """Smallest step with which the loop of the shader is long enough for the longest ray; no bound if absent."""

@@ -1,4 +1,4 @@
-"""Which table classifies the samples of a level: the level's own where it has one, the common one elsewhere."""
+"""Which table classifies the samples of a level: the level's own if it has one, else the common one."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,7 @@ from volprep_formats.package.texture import Texture
 
 
 def table_for(textures: Iterable[Texture], role: str, transfer: str, level: int) -> Texture | None:
-    """Return the table of this role, transfer function and level; none where there is none."""
+    """Return the table of this role, transfer function and level; None if there is none."""
     found: Texture | None = None
     for texture in textures:
         if (texture.role, texture.transfer) != (role, transfer):

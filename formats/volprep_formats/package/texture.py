@@ -23,17 +23,19 @@ class MosaicLayout(Record):
     slices: Count
     """Number of slices."""
     components: Annotated[int, Field(ge=1, le=4)] = 1
-    """Data channels of a voxel, each in its own channel of the texel; several only where a texel holds one slice."""
+    """Data channels of a voxel, each in its own channel of the texel; several only if a texel holds one slice."""
     channels: Literal[1, 4]
     """Slices in one texel."""
     order: MosaicOrder = "interleaved"
-    """Which slices share a texel: four consecutive ones; four that are as many slices apart as the texture has tiles;
-    or three consecutive ones and the one after them, which the next tile has again."""
+    """Which slices share a texel. "interleaved": four consecutive slices. "planar": four slices that are as many slices
+    apart as the texture has tiles. "overlapping": three consecutive slices and the next one, which the next tile
+    repeats."""
     gutter: Annotated[int, Field(ge=0)] = 0
-    """Texels around each tile that repeat its edge. With 0 tiles abut, and a fetch must stay half a texel inside."""
+    """Texels around each tile that repeat its edge. If it is 0, tiles abut, and a fetch must stay half a texel
+    inside."""
     padding_yx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
-    """Texels below and right of each tile, and of its gutter, that repeat its edge: the next tile begins with a
-    compressed block of its own."""
+    """Texels below and right of each tile, and of its gutter, that repeat its edge, so that the next tile begins with a
+    new compressed block."""
     tiles_x: Count
     """Number of tiles in a row of one texture."""
     tiles_y: Count
@@ -54,13 +56,13 @@ class GlFormat(Record):
     """The arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
 
     target: Literal["TEXTURE_2D", "TEXTURE_3D"]
-    """Binding target."""
+    """Binding target, for example TEXTURE_3D for GL_TEXTURE_3D."""
     internal_format: str
-    """Internal format."""
+    """Internal format, for example R8 for GL_R8."""
     format: str | None = None
-    """Format of the pixels; absent where they are compressed."""
+    """Format of the pixels, for example RED for GL_RED; absent if they are compressed."""
     type: str | None = None
-    """Type of the pixels; absent where they are compressed."""
+    """Type of the pixels, for example UNSIGNED_BYTE; absent if they are compressed."""
 
 
 CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
@@ -98,11 +100,12 @@ class Texture(TextureContent):
     name: str
     """Name, unique in the package."""
     role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
-    """volume: normalised stored values of a level. bricks: where in its volume each brick lies. transfer: the lookup
-    table of a transfer function. preintegrated: its pre-integrated table. slices: slices of a level, classified, in a
-    2D texture for polygons."""
+    """volume: normalised stored values of a level. bricks: where each brick lies in its volume. transfer: the lookup
+    table of a transfer function. preintegrated: its pre-integrated table. skip: its skip table for a level. ranges: the
+    least and the greatest values of the blocks of a level. normals: directions of gradients of a level. slices:
+    classified slices of a level, in a 2D texture for polygons."""
     file: PackagePath
-    """KTX 2 file; where gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold, the bytes for
+    """KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
     glCompressedTexImage2D."""
     gl: GlFormat
     """How to upload it."""
@@ -111,13 +114,13 @@ class Texture(TextureContent):
     part: Annotated[int, Field(ge=0)] = 0
     """Which of the textures of its mosaic or its stack of slices it is, from 0."""
     max_extinction_per_mm: float | None = None
-    """For a table of 8 bits: extinction = this · a², where a is the alpha channel. Larger ones are held as this: a step
-    of the package lets none of the light behind it through."""
+    """For a table of 8 bits: extinction = this · a², where a is the alpha channel. A larger extinction is stored as
+    this one, with which a step of the package is opaque already."""
     segment_mm: float | None = None
     """For a pre-integrated table: length of the segments whose colours it holds."""
     normals: Normals | None = None
-    """What the texels mean, for normals."""
+    """For normals: what the texels mean."""
     encoder: str | None = None
-    """What compressed it, with its version and settings."""
+    """For compressed texels: program that compressed them, with version and settings."""
     slices: SliceLayout | None = None
-    """Which slices the texture holds, and where they lie, for slices."""
+    """For slices: which slices the texture holds, and where they lie."""

@@ -1,4 +1,4 @@
-"""Where the slices of a level lie in the 2D textures that hold them side by side: the addresses of SPEC section 7."""
+"""Where the slices of a level lie in the 2D textures that hold them side by side (SPEC.md, "Mosaics")."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""Levels as bricks with ghost voxels, for scans of which much is empty, and for filters that reach far."""
+"""Levels as bricks with ghost voxels, for scans with much empty space, and for filters with a long reach."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -31,14 +31,14 @@ def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
 
 @dataclass(frozen=True)
 class Bricks:
-    """What bricks are to be like."""
+    """How bricks must be."""
 
     settings: BrickSettings
     """What the scene wants."""
     filter: SampleFilter = "linear"
     """How they are sampled."""
     keep_empty: bool = False
-    """Whether those are stored that nobody sees."""
+    """Whether bricks are stored although nobody sees them."""
 
 
 def as_bricks(
@@ -52,7 +52,7 @@ def as_bricks(
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if layout is None or max(layout.bricks_zyx) > profile.max_3d_texture_size:
         limit = f"{profile.max_3d_texture_size} texels along an axis"
-        return Misfit(f"{by(level.shape_zyx)} voxels in bricks of {size}³ cells have no room within {limit}")
+        return Misfit(f"{by(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
     needed = size_bytes(texel, layout.texture_zyx) + size_bytes("RGBA8", layout.bricks_zyx)
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
@@ -86,11 +86,11 @@ def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> It
         yield PlanItem(name=ITEM, kept=False, reason="the scene has no table [bricks]")
         return
     bricks = found[0]
-    empty = "of one value" if bricks.keep_empty else "of one value or of which nothing is seen"
+    empty = "with one value" if bricks.keep_empty else "with one value, or in which nothing is seen,"
     yield PlanItem(
         name=ITEM,
         kept=True,
-        reason=f"the scene asks for them: {bricks.size}³ cells each, with voxels for filters that read "
-        f"{bricks.reach} on each side; those {empty} are not stored",
+        reason=f"the scene asks for them: {bricks.size}³ cells each, with ghost voxels for filters that read "
+        f"{bricks.reach} on each side; bricks {empty} are not stored",
         files=tuple(each.file for each in found),
     )

@@ -1,4 +1,4 @@
-"""Levels become bricks in one 3D texture: those of which a transfer function shows something, and where each is."""
+"""Levels become bricks in one 3D texture: the bricks that a transfer function shows, and where each lies."""
 
 import math
 from collections.abc import Iterator

@@ -160,7 +160,7 @@ def describe_tables(plan: ChannelPlan, tables: Tables) -> Iterator[PlanItem]:
         yield PlanItem(
             name="pre-integrated tables",
             kept=False,
-            reason="the scene classifies each sample by itself",
+            reason="the scene classifies single samples",
             size_bytes=len(plan.transfer_functions) * _largest(plan.profile) ** 2 * 8,
         )
 
@@ -209,7 +209,7 @@ class _Rays:
         few, many = (difference_of_views(self._light(samples, finer), truth) for finer in (1, _MORE_SAMPLES))
         return (
             f"{entries}×{entries} entries for segments of {self._step.segment_mm:.3g} mm: "
-            f"off by {error.text} on the sample of rays; "
+            f"the sample of rays is off by {error.text}; "
             f"single samples would be off by {few.text}, four times as many by {many.text}"
         )
 
@@ -231,7 +231,7 @@ class _Rays:
         """Compare classified voxels with samples that are classified after the filter."""
         samples = difference_of_views(self._light(_samples(Table.exact(function))), self._truth(function))
         return (
-            f"four channels in place of one; opacity is that of {reference_mm:.3g} mm: the sample of rays "
+            f"four channels instead of one; opacities are for {reference_mm:.3g} mm: the sample of rays "
             f"is off by {error.text}; samples of the values would be off by {samples.text}"
         )
 

@@ -1,4 +1,4 @@
-"""Whether textures of levels are compressed, and how: only if pictures bear it, which is measured before.
+"""Whether textures of levels are compressed, and how: only if pictures hardly change, which is measured first.
 
 First patches of the scan are encoded as the slices of a mosaic would be, and decoded as a GPU does; rays in z direction
 through them give the pictures. A form that these do not bear is refused. They see few of the places where it is worst
@@ -44,7 +44,7 @@ _RAW_BITS = 8.0
 
 @dataclass(frozen=True)
 class CompressionGrounds:
-    """What the decision rests on."""
+    """What the decision depends on."""
 
     channel: str
     """Name of the channel."""
@@ -135,7 +135,9 @@ def _first_that_bears(
 
 
 def _misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
-    reason = f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} holds no level of it as a mosaic"
+    reason = (
+        f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} has no room for a level of it as a mosaic"
+    )
     return PlanItem(name=f"textures as {name}", kept=False, reason=reason)
 
 
@@ -159,11 +161,11 @@ def _why_never(scene: Scene, values: ValueChoice, profile: DeviceProfile, known:
     if not known:
         return f"profile {profile.name} has no compressed format of linear values"
     if scene.source.labels:
-        return "blocks would put values between labels"
+        return "compressed blocks would put values between labels"
     if values.quantize.bits != 8:
-        return "values have 16 bits, of which no format keeps more than 11"
+        return "values have 16 bits, and no format keeps more than 11"
     if scene.render.classification == "preclassified":
-        return "classified voxels are 3D textures, and compressed 3D textures are missing on most devices"
+        return "classified voxels are 3D textures, and most devices have no compressed 3D textures"
     return None
 
 
@@ -171,7 +173,7 @@ def _item(trial: FormTrial) -> PlanItem:
     limit = "within" if trial.kept else "not within"
     error = PictureError(trial.rmse, trial.maximum).text
     if trial.basis == "level":
-        found = f"encoded whole, it draws {trial.pictures} standard views {error} away from those of the source"
+        found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
     else:
         found = f"it changes rays through patches of the scan by {error}"
     later = "; a build tries the whole level" if trial.kept and trial.basis == "sample" else ""
@@ -199,7 +201,7 @@ class _Patches:
         self._truth = [self._picture(texels, table) for table in self._tables]
 
     def try_form(self, name: CompressedFormat, layout: Layout) -> FormTrial:
-        """Return what compression changes, at worst over the transfer functions."""
+        """Return the largest change by compression over all transfer functions."""
         decoded = _through_blocks(self._texels, name)
         errors = [
             difference(self._picture(decoded, table), truth)

@@ -1,4 +1,4 @@
-"""What compressing a level changes in the pictures that validation judges, on the whole level: nothing is estimated.
+"""How compression of a whole level changes the pictures that validation judges: measured, not estimated.
 
 The level is encoded as its stage will encode it, decoded as a GPU does, and its standard views are drawn by the oracle
 and compared with those of the source. So the error is that of codes and blocks together, the data error of validation.
@@ -76,7 +76,7 @@ class LevelData:
 
 
 class WholeLevel:
-    """A level with its true pictures, each of which is drawn once for all forms."""
+    """A level with its true pictures. Each picture is drawn once for all forms."""
 
     def __init__(self, source: WholeSource, data: LevelData) -> None:
         """Take the source, and what is asked about it."""

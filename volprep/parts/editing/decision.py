@@ -60,18 +60,18 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
 
 
 def describe_editing(plan: EditingPlan | None) -> Iterator[PlanItem]:
-    """Return what there is for edits of transfer functions, where users make them."""
+    """Return what the package holds for edits of transfer functions, if users make them."""
     if plan is None:
         return
     if plan.histograms:
         yield PlanItem(
             name="joint histograms",
             kept=True,
-            reason="users edit transfer functions: one matrix-vector product gives a level's table of any function; "
-            "filters of levels and their tables depend on none",
+            reason="users edit transfer functions: one matrix-vector product gives a level's table for any function; "
+            "filters of levels and these matrices depend on no function",
             files=tuple(histogram.file for histogram in plan.histograms),
             size_bytes=len(plan.histograms) * 2 * BINS * (BINS + 2),
         )
     else:
-        reason = "no level needs one: each is shown with the table of the transfer function itself"
+        reason = "no level needs one: each is drawn with the table of the transfer function itself"
         yield PlanItem(name="joint histograms", kept=False, reason=reason)

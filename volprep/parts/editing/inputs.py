@@ -1,7 +1,7 @@
-"""What an app does when its user has edited a transfer function: tables made anew from what the package holds.
+"""What an app does after its user has edited a transfer function: it makes new tables from what the package holds.
 
-SPEC.md, section 22, as code, and the proof of it: what is drawn with the new tables is what a package would show that
-was built with the edited function.
+The section "Editing transfer functions" of SPEC.md as code. What is drawn with the new tables is what a package would
+show that was built with the edited function.
 """
 
 import math
@@ -39,7 +39,7 @@ def edit_with(function: TransferFunction) -> Edit:
 
 
 def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) -> Inputs:
-    """Return what a program reads after an edit: `function` in place of the one that it draws.
+    """Return the inputs of a program after an edit: `function` replaces the one that it draws.
 
     Raises VP5023 for a package whose transfer functions are not editable.
     """

@@ -1,4 +1,4 @@
-"""How a level is made: the filter, and the lookup tables, whose light comes nearest to that of level 0.
+"""How a level is made: with the filter and the lookup tables whose light comes nearest to that of level 0.
 
 Each candidate makes the level. Its light along random rays is compared with that of level 0, through every transfer
 function, once with the common lookup table and once with one that was fitted to it along other rays. What counts is

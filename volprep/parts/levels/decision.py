@@ -108,7 +108,7 @@ def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: 
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if max(level.shape_zyx) > profile.max_3d_texture_size:
         return Misfit(
-            f"{by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} hold at most "
+            f"{by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} have at most "
             f"{profile.max_3d_texture_size} along an axis"
         )
     name = f"volume-{level.name}"

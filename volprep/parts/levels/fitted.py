@@ -1,4 +1,4 @@
-"""Levels fitted to level 0: the field between their voxels, which is what a renderer sees, misses it least.
+"""Levels fitted to level 0: the field between their voxels, which a renderer samples, has the least error.
 
 - least-squares: in the values. The projection of level 0 onto what trilinear interpolation can say. A box filter's
   level is interpolated, and so smoothed, once more; this one has that taken out.

@@ -1,4 +1,4 @@
-"""Which levels a package holds, and each as what: as fine as the device class takes, beside tables and normals."""
+"""Which levels a package holds and in which layout: as fine as the device class allows, beside tables and normals."""
 
 import math
 from dataclasses import dataclass

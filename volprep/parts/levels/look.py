@@ -51,7 +51,7 @@ def largest_code(dtype: np.dtype[np.generic]) -> int:
 
 
 def plain_look(bins: int, shape_zyx: tuple[int, int, int]) -> Look:
-    """Count every value as it is: no transfer function."""
+    """Count every value itself, without a transfer function."""
     return Look(
         bins=bins,
         linear=1.0,

@@ -1,4 +1,4 @@
-"""Rays at random through a volume, and what lies along them: pictures of a level without a picture's cost.
+"""Random rays through a volume and the values along them: they replace pictures of a level, at less cost.
 
 A ray is a line that meets the volume's sphere with even chance from every side, as the lines of sight of all viewers
 together do. Samples are taken slab by slab and kept, so that light can be computed again for any lookup table without

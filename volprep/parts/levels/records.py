@@ -1,4 +1,4 @@
-"""What is found out and decided about levels when they are made."""
+"""Records of what was measured and decided about levels when they were made."""
 
 from typing import Literal
 

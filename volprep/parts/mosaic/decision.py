@@ -107,7 +107,7 @@ def describe_mosaic(
     room = room_of(profile)
     tile = layout.tile_shape_yx
     single = most_slices(tile, Packing(gutter=layout.gutter), room)
-    reason = f"in one channel {single} slices have room, there are {layout.slices}"
+    reason = f"one channel has room for {single} slices, and there are {layout.slices}"
     four = layout.channels == 4
     if four and wanted.order != "auto":
         reason = f"the scene asks for {layout.order} slices"
@@ -115,15 +115,15 @@ def describe_mosaic(
     if not four:
         return
     one = most_slices(tile, Packing(4, layout.order, layout.gutter), room)
-    reason = f"in one texture of four channels {one} slices have room, there are {layout.slices}"
+    reason = f"one texture of four channels has room for {one} slices, and there are {layout.slices}"
     yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
     if wanted.order == "auto" and between == "linear":
         overlaps = layout.order == "overlapping"
         reason = (
-            "one fetch serves each sample, not 1.25, for a third more memory"
+            "each sample takes one fetch instead of 1.25, for a third more memory"
             if overlaps
             else (
-                "a third more memory would take more textures or more than there is, and each fetch chooses among them"
+                "it takes a third more memory: more than there is, or more textures, among which each fetch must choose"
             )
         )
         yield PlanItem(name="overlapping slices", kept=overlaps, reason=reason)
@@ -145,9 +145,7 @@ def _no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProf
     most = most_slices((height, width), packing, room)
     where = "a mosaic" if room.textures == 1 else f"a mosaic in {room.textures} textures"
     units = profile.texture_units - room.textures
-    beside = (
-        f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for what else is sampled"
-    )
+    beside = f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for other textures"
     return Misfit(
         f"{depth} slices of {width}×{height} voxels, but {where} of {room.size}×{room.size} texels and "
         f"{'one channel' if packing.channels == 1 else 'four channels'} has room for {most}"

@@ -1,4 +1,4 @@
-"""A level as one picture to look at: its slices side by side, as a mosaic of one slice in a texel has them."""
+"""A level as one picture for people: its slices side by side, like a mosaic with one slice in a texel."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,6 +108,6 @@ def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:
 
 
 def _colours(texels: NDArray[np.generic], code: NormalCode) -> NDArray[np.uint8]:
-    """Red, green and blue for x, y and z; a middle grey where there is no normal."""
+    """Red, green and blue for x, y and z; middle grey if there is no normal."""
     vectors = decoded(np.ascontiguousarray(texels).view(np.uint8), code)
     return np.rint((vectors + 1) * 127.5).astype(np.uint8)

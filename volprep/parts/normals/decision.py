@@ -28,16 +28,16 @@ _FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat,
     "oct12": (("RGB8",), ("RGBA8",)),
 }
 _WHY = {
-    "forward": "the cheapest, half a voxel off",
-    "central": "the sharpest, and the noisiest",
-    "thesis": "on noise as good as Sobel's, and truer on clean data",
+    "forward": "the cheapest, but shifted by half a voxel",
+    "central": "the sharpest and the noisiest",
+    "thesis": "as good as sobel on noise, and more accurate on clean data",
     "sobel": "the best on noise",
-    "isotropic": "the truest on clean data",
+    "isotropic": "the most accurate on clean data",
 }
 
 
 def wanted_normals(scene: Scene) -> NormalSettings | None:
-    """Return what the scene wants of normals: what it says, or the default where its lighting needs them."""
+    """Return the settings of normals: those of the scene, the default if its lighting needs them, else None."""
     return scene.normals or (NormalSettings() if scene.render.lighting != "none" else None)
 
 
@@ -78,7 +78,7 @@ def _fitted(
         return _texture(level, (name,), None)
     units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
     if units < 1:
-        return Misfit(f"the volume and its table take the {profile.texture_units} texture units")
+        return Misfit(f"the volume and its table take all {profile.texture_units} texture units")
     packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
     layout = mosaic_of(level, packing, units, profile)
     if isinstance(layout, Misfit):
@@ -104,7 +104,7 @@ def _size_bytes(texture: NormalTexturePlan, texel: TextureFormat) -> int:
 def plan_normals(
     settings: NormalSettings | None, profile: DeviceProfile, levels: tuple[LevelPlan, ...], beside: Beside
 ) -> NormalsPlan | None:
-    """Decide the textures of each level that the package holds, of which `beside_level` has found that they fit."""
+    """Decide the textures of each level that the package holds. `beside_level` has found that they fit."""
     if settings is None:
         return None
     texel = normal_format(settings, profile)
@@ -127,16 +127,16 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         yield PlanItem(
             name="normals",
             kept=False,
-            reason="no lighting in the scene: no shader reads a normal",
+            reason="the scene has no lighting, so no shader reads a normal",
             size_bytes=3 * voxels,
         )
         return
-    use = "no shader reads them: the scene wants them as data"
+    use = "no shader reads them; the scene wants them as data"
     if scene.render.lighting != "none":
-        use = f"for lighting by a {scene.render.lighting}"
+        use = f"for lighting with a {scene.render.lighting}"
     layout = normals.textures[0].mosaic
     form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"
-    axes = "the volume's axes, as shaders have positions" if normals.space == "box" else "the patient's axes"
+    axes = "the volume's axes, in which shaders have positions" if normals.space == "box" else "the patient's axes"
     yield PlanItem(
         name="normals",
         kept=True,
@@ -148,8 +148,8 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
     yield PlanItem(
         name="lengths of gradients",
         kept=normals.magnitude,
-        reason="in the last channel of the normals, as the scene wants"
+        reason="in the last channel of the normals, as the scene asks"
         if normals.magnitude
-        else "the scene does not want them: normals.magnitude is false",
+        else "the scene does not ask for them: normals.magnitude is false",
         size_bytes=0 if normals.magnitude else voxels,
     )

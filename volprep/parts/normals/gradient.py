@@ -1,4 +1,4 @@
-"""From sums of differences of codes to gradients: divided by the kernel's weight and the spacing, along known axes.
+"""Gradients from sums of differences of codes: divided by the kernel's weight and the spacing, along known axes.
 
 Kernels: mobile volume rendering thesis, 3.1. A gradient is a covector: from index space it goes to the patient's by the
 inverse transpose of index-to-world, which for orthonormal axes is the direction matrix over the spacing.

@@ -85,7 +85,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
 def describe_proxy(
     plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], wanted: ProxySettings, found: Found
 ) -> Iterator[PlanItem]:
-    """Return an item for each transfer function. Seal adds the meshes, of which some may be empty."""
+    """Return an item for each transfer function. Seal adds the meshes; some of them may be empty."""
     if plan is None:
         return
     common: tuple[str, ...] = (VERTEX, DEPTH)
@@ -94,13 +94,13 @@ def describe_proxy(
         reason = _why_not(wanted, function.name, share)
         kept = reason is None
         if share == 1.0 and kept:
-            reason = "the transfer function shows nothing: meshes and pictures are empty"
+            reason = "the transfer function shows nothing, so meshes and pictures are empty"
         elif kept:
             reason = f"{_saved(share)}; form {plan.form}, blocks of {plan.block}³ cells"
         yield PlanItem(
             name=item_name(function.name),
             kept=kept and bool(files),
-            reason=reason if files or not kept else "the package has none of the levels that the scene names",
+            reason=reason if files or not kept else "the package holds none of the levels that the scene names",
             files=(*common, *files) if files else (),
             size_bytes=_likely_bytes(measured_occupied(function, plan.epsilon, found), plan.block),
         )
@@ -115,14 +115,14 @@ def item_name(transfer: str) -> str:
 
 def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:
     if wanted.transfers and transfer not in wanted.transfers:
-        return "the scene does not want it"
+        return "the scene does not ask for it"
     if share < LEAST_SHARE:
-        return f"{_saved(share)}; below {LEAST_SHARE:.0%} it may cost more time than it saves"
+        return f"{_saved(share)}; below {LEAST_SHARE:.0%} a mesh may cost more time than it saves"
     return None
 
 
 def _saved(share: float) -> str:
-    return f"{share:.1%} of the samples lie in front of it, in blocks of {MEASURED_BLOCK}³ voxels"
+    return f"{share:.1%} of the samples lie in front of the mesh, in blocks of {MEASURED_BLOCK}³ voxels"
 
 
 def _likely_bytes(occupied: Occupied, block: int) -> int:

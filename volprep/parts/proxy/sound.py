@@ -1,4 +1,4 @@
-"""Whether a proxy mesh is what it must be: closed, turned outwards, around every occupied block; in whole numbers."""
+"""Whether a proxy mesh is sound: closed, turned outwards, around every occupied block, in whole numbers."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 
 
 def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: ProxyForm) -> Iterator[str]:
-    """Return what is wrong with a mesh around the occupied blocks, one sentence each; nothing where all is well."""
+    """Return what is wrong with a mesh around the occupied blocks, in one sentence each; empty if nothing is wrong."""
     if not occupied.any():
         if len(mesh.triangles) or len(mesh.positions_xyz):
             yield "nothing is occupied, but it has triangles"

@@ -1,4 +1,4 @@
-"""Whether empty space is skipped, for each transfer function: where enough blocks are empty, and not otherwise.
+"""Whether empty space is skipped, for each transfer function: only if enough blocks are empty.
 
 What is empty follows from ranges of blocks of 16³ voxels, which the pass over the source measures. What skipping costs
 where nothing is empty was measured too: `make bench` draws scans with every table and without.
@@ -44,7 +44,7 @@ _LARGEST_LOOKUP_BYTES = 4096 * 8
 
 @dataclass(frozen=True)
 class Found:
-    """What the decision rests on, beside the scene."""
+    """What the decision depends on, beside the scene."""
 
     profile: DeviceProfile
     """Class of devices."""
@@ -85,7 +85,7 @@ def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], fou
 
 
 def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
-    """Part of the samples that lie in measured blocks, within the crop, of which a transfer function shows nothing.
+    """Share of the samples that lie in measured blocks, within the crop, in which a transfer function shows nothing.
 
     The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
     in it, for rays that end there, over the six directions of the axes.
@@ -118,7 +118,7 @@ def skip_together(
 
 
 def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:
-    """Say of which measured blocks within the crop a transfer function shows something."""
+    """Return in which measured blocks within the crop a transfer function shows something."""
     low, high = found.quantize.window
     blocks = found.measured.blocks
     # The last voxel opens no block of its own.
@@ -149,13 +149,13 @@ def _share_in_front(occupied: Occupied) -> float:
 def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
     """Why a transfer function gets no table, or None if it gets one."""
     if wanted.kind == "none":
-        return "the scene does not want it"
+        return "the scene does not ask for it"
     if found.editable:
         return _no_room(wanted, found)
     if share == 0.0:
         return f"no block of {MEASURED_BLOCK}³ voxels is empty"
     if wanted.kind == "auto" and share < LEAST_SHARE:
-        return f"{_part(share)}; below {LEAST_SHARE:.0%} looking may cost more time than it saves"
+        return f"{_part(share)}; below {LEAST_SHARE:.0%} a table may cost more time than it saves"
     return _no_room(wanted, found)
 
 
@@ -172,13 +172,13 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
         shape = _table_shape(level, kind, block)
         size = math.prod(shape)
         if _layout(shape, profile) is None:
-            return f"a table of {by(shape)} entries fits no texture of profile {profile.name}"
+            return f"a table of {by(shape)} entries does not fit into a texture of profile {profile.name}"
         units, beside_bytes = _normals_of(level, found.normals)
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
         if chain_bytes(found.volumes, volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
-            return f"beside level {level.index} there is no room for a table of {size} bytes"
+            return f"there is no room for a table of {size} bytes beside level {level.index}"
         if len(volume.files) + units + 2 > profile.texture_units:
-            return f"{len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
+            return f"the {len(volume.files) + units} textures of level {level.index} leave no texture unit for it"
     return None
 
 
@@ -202,7 +202,7 @@ def describe_skip(
             kind, block = _kind_and_block(wanted, found.levels[0])
             reason = f"{_part(share)}; kind {kind}, blocks of {block}³ cells"
             if share == 1.0:
-                reason = "the transfer function shows nothing: pictures are empty, and rays take no sample"
+                reason = "the transfer function shows nothing, so pictures are empty and rays take no samples"
         else:
             kind, block = _kind_and_block(wanted, found.levels[0])
             size = math.prod(_table_shape(found.levels[0], kind, block))

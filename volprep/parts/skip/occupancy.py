@@ -60,7 +60,7 @@ def opaque_blocks(ranges: BlockRanges, reference_mm: float, threshold_per_mm: fl
 
 
 def threshold_per_mm(epsilon: float, longest_mm: float) -> float:
-    """Extinction of which `longest_mm`, a whole ray, have the opacity `epsilon`: what skipping may cost."""
+    """Extinction with which a whole ray of `longest_mm` has the opacity `epsilon`: what skipping may cost."""
     return -math.log1p(-epsilon) / longest_mm
 
 

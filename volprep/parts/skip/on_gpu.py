@@ -1,4 +1,4 @@
-"""What the blocks of a level hold as the GPU reads them: of a compressed level what its blocks are decoded to."""
+"""The values in the blocks of a level as the GPU reads them: for a compressed level, the decoded ones."""
 
 from volprep.parts.texels import texel_reader, texels_on_gpu, volume_reader
 from volprep.parts.work import codes_of_level

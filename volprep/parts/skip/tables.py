@@ -1,4 +1,4 @@
-"""Skip tables: one byte a block that says how far a ray may go from there without looking. 0: look at each sample.
+"""Skip tables: one byte for each block says how far a ray may jump from there. 0: take each sample.
 
 - blocks: 1, this block is empty.
 - table16: the same where its 26 neighbours are empty too (mobile volume rendering thesis, 7.5; its table has 16 blocks

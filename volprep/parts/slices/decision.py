@@ -155,10 +155,10 @@ def describe_slices(plan: ChannelPlan, choice: SlicesChoice) -> Iterator[PlanIte
         yield _stack_item(plan, slices, stack, functions[stack.transfer])
     for axis in sorted(AXES.keys() - set(settings.stacks)):
         size = math.prod(held.shape_zyx) * BYTES_PER_TEXEL[slices.format]
-        reason = "the scene has no use for them: who looks along them sees other slices from the side"
+        reason = "the scene does not ask for them: along this axis a viewer sees other slices from the side"
         yield PlanItem(name=f"slices across {axis}", kept=False, reason=reason, size_bytes=size)
     yield PlanItem(
-        name="shaders", kept=False, reason=f"profile {plan.profile.name} has none: it blends textured polygons"
+        name="shaders", kept=False, reason=f"profile {plan.profile.name} has no shaders: it blends textured polygons"
     )
 
 
@@ -172,7 +172,7 @@ def _stack_item(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, fu
         name=f"slices of {stack.transfer} across {layout.axis}",
         kept=True,
         reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
-        f"{wasted:.1%} of the texels stay empty, of single textures with sizes of powers of two "
+        f"{wasted:.1%} of the texels stay empty; with one texture for each slice it would be "
         f"{1 - rows * columns / (_rounded(rows) * _rounded(columns)):.1%}; {_colours(plan, slices, stack, function)}; "
         f"{_oblique(plan, stack, function)}",
         files=tuple(texture.file for texture in stack.textures),
@@ -191,7 +191,9 @@ def _colours(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, funct
     palette = best_palette(colours, slices.palette_entries)
     if palette.maximum == 0.0:
         return f"a palette of {len(palette.colours)} colours holds the colour of every code"
-    return f"a palette of {len(palette.colours)} colours is {palette.maximum * 255:.3g}/255 off at worst over all codes"
+    return (
+        f"a palette of {len(palette.colours)} colours is off by at most {palette.maximum * 255:.3g}/255 over all codes"
+    )
 
 
 def _oblique(plan: ChannelPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
@@ -202,6 +204,6 @@ def _oblique(plan: ChannelPlan, stack: SliceStackPlan, function: TransferFunctio
     # Polygons at an angle are drawn brighter, as far as no texel passes 1.
     drawn = min(opacity * math.sqrt(2), 1.0)
     return (
-        f"opacities are right for rays along {stack.textures[0].layout.axis}; at 45° the densest texel should have "
-        f"{longer:.3g} and is drawn with {drawn:.3g}"
+        f"opacities are exact for rays along {stack.textures[0].layout.axis}; at 45° the densest texel should have "
+        f"{longer:.3g}, but is drawn with {drawn:.3g}"
     )

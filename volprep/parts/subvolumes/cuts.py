@@ -20,7 +20,7 @@ from volprep_formats.package.parts.subvolumes.record import (
 
 
 def cuts_along(voxels: int, size: int) -> Cuts:
-    """Cut an axis into pieces of at most `size` voxels, of which neighbours share one."""
+    """Cut an axis into pieces of at most `size` voxels. Neighbours share one voxel."""
     if voxels == 1:
         return (0, 0)
     return (*range(0, voxels - 1, size - 1), voxels - 1)

@@ -45,7 +45,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
     size = _HELD * largest * BYTES_PER_TEXEL[texel]
     if size > profile.max_texture_bytes:
-        reason = f"eight of them take {size} bytes of the {profile.max_texture_bytes} for textures"
+        reason = f"eight of them take {size} bytes, more than the {profile.max_texture_bytes} for textures"
         raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
     # A level 0 that the package has anyway as one 3D texture is the file to seek in.
     finest = volumes[0].files[0] if _is_whole(volumes[0]) else "subvolumes/whole.ktx2"
@@ -91,15 +91,15 @@ def describe_subvolumes(
         return
     counts = [len(cuts_along(n, plan.size)) - 1 for n in grid.shape_zyx]
     z, y, x = counts
-    fits = ", though the whole volume fits into one texture" if whole_fits else ""
+    fits = ", although the whole volume fits into one texture" if whole_fits else ""
     files = [GRID, *(program.fragment for program in plan.programs)]
     if plan.whole is not None and all(plan.whole not in volume.files for volume in volumes):
         files.append(plan.whole)
     yield PlanItem(
         name=ITEM,
         kept=True,
-        reason=f"the scene asks for them{fits}: {by((z, y, x))} pieces of at most {plan.size} voxels along an axis, "
-        "neighbours share a layer",
+        reason=f"the scene asks for them{fits}: {by((z, y, x))} pieces of at most {plan.size} voxels along an axis; "
+        "neighbours share a layer of voxels",
         files=tuple(files),
         size_bytes=math.prod(n + c - 1 for n, c in zip(grid.shape_zyx, counts, strict=True))
         * BYTES_PER_TEXEL[plan.format],

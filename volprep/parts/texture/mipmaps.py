@@ -1,4 +1,4 @@
-"""Levels as the mipmaps of one texture, for apps that choose for each draw, or each sample, how fine they look.
+"""Levels as the mipmaps of one texture, for apps that choose the level for each draw or each sample.
 
 OpenGL halves every axis and rounds down, while levels round up, so that no voxel is lost: 447 voxels have 224 at level
 1, and a texture of 447 texels has a mipmap of 223, whose texels would lie elsewhere. So the finest level gets as many
@@ -69,7 +69,7 @@ def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan])
     if finest.mosaic is not None or finest.bricks is not None:
         return
     if finest.mipmap is None:
-        yield PlanItem(name="mipmaps", kept=False, reason="the scene does not ask for them: a level is a texture")
+        yield PlanItem(name="mipmaps", kept=False, reason="the scene does not ask for them: each level is a texture")
         return
     voxels = sum(size_bytes(finest.format, level.shape_zyx) for level in levels)
     texels = chain_bytes(volumes, finest)
@@ -77,7 +77,7 @@ def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan])
         name="mipmaps",
         kept=True,
         reason=f"the scene asks for them: {len(levels)} levels in one texture of {by(finest.shape_zyx)} texels, "
-        f"so that {by(levels[0].shape_zyx)} voxels halve without a rest, {texels - voxels} bytes more than they are",
+        f"so that {by(levels[0].shape_zyx)} voxels halve evenly; that takes {texels - voxels} bytes more",
     )
 
 
@@ -88,7 +88,7 @@ def _misfit(chain: Sequence[VolumePlan], profile: DeviceProfile, beside: Beside)
         return Misfit(f"its mipmaps need {by(shape)} texels, but a 3D texture of {limit}")
     if size + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
-        return Misfit(f"{size} bytes with mipmaps, {beside.bytes} beside them, are more than {limit}")
+        return Misfit(f"{size} bytes with mipmaps, and {beside.bytes} for other textures, are more than {limit}")
     return None
 
 

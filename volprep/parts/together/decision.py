@@ -1,4 +1,4 @@
-"""Which channels are drawn into one picture, from which textures; which are left out of it, for they show nothing.
+"""Which channels are drawn into one picture, and from which textures. Channels that show nothing are left out.
 
 The light of several media in one place is the sum of what each emits, behind the sum of what all absorb (Max 1995): the
 integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in front of another, and their order is
@@ -49,7 +49,7 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
         pairs = zip(plans, measured, strict=True)
         plan, found = next((plan, each) for plan, each in pairs if name in plan.transfers)
         if plan.channel in seen:
-            _refuse(scene, f"{seen[plan.channel]} and {name} are both of channel {plan.channel}")
+            _refuse(scene, f"{seen[plan.channel]} and {name} both draw channel {plan.channel}")
         function = _function(plan, name)
         low, high = found.statistics.minimum, found.statistics.maximum
         if Table.exact(function).largest_extinction(low, high) > 0:
@@ -86,7 +86,7 @@ def plan_together(
     if not levels:
         profile = group[0].profile
         limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
-        _refuse(scene, f"at no level are there {limit} of profile {profile.name} enough for all channels")
+        _refuse(scene, f"no level leaves enough {limit} of profile {profile.name} for all channels")
     programs = tuple(ray_casters(name, levels, scene.render))
     item = PlanItem(
         name=name,
@@ -114,7 +114,7 @@ def _skipping(
     media = [(_function(plan, drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
     tables, reason, size = skip_together(scene.skip, name, media, levels)
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
-        tables, reason = (), "beside all channels there is no room for it"
+        tables, reason = (), "there is no room for it beside all channels"
     files = tuple(table.file for table in tables)
     item = PlanItem(name=f"skip table {name}", kept=bool(tables), reason=reason, files=files, size_bytes=size)
     return tables, item
@@ -141,14 +141,14 @@ def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
 
 def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     if scene.render.lighting != "none":
-        yield "channels are lit by normals of their own, and where they overlap there is no common one"
+        yield "each channel is lit by its own normals, and where channels overlap there is no common normal"
     if scene.render.classification not in {"lookup", "palette"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
     labels = [plan.channel for plan in group if plan.quantize.labels]
     if labels:
-        yield f"{', '.join(labels)} holds labels, which are no densities"
+        yield f"{', '.join(labels)} holds labels, which are not densities"
     if any(volume.bricks is not None for plan in group for volume in plan.volumes):
-        yield "levels are bricks, which are read for one channel"
+        yield "levels are bricks, which hold one channel"
 
 
 def _refuse(scene: Scene, reason: str) -> NoReturn:

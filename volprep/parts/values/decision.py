@@ -141,7 +141,7 @@ def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeS
     """Settings under which the code of a label is the label. Half floats have only 11 bits."""
     low, high = measured.statistics.minimum, measured.statistics.maximum
     if low < 0 or high > LARGEST_LABEL:
-        raise VolprepError("VP3025", problem=f"the values of the source reach from {low:g} to {high:g}")
+        raise VolprepError("VP3025", problem=f"the values of the source go from {low:g} to {high:g}")
     if settings != QuantizeSettings():
         raise VolprepError("VP3025", problem="the scene asks for other codes in quantize")
     return QuantizeSettings(bits=8, window=(0.0, float(LARGEST_LABEL)))

@@ -1,4 +1,4 @@
-"""What the plan says for people of the border and of codes, and what its decisions rest on."""
+"""What the plan tells people about the border and the codes, and what its decisions depend on."""
 
 import math
 from collections.abc import Iterator
@@ -57,8 +57,8 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     tolerance = scene.tolerance
     change = f"they change the sample of rays by {values.error.text}"
-    limit = f"half of the tolerance is {SHARE * tolerance.rmse:.2g} and {SHARE * tolerance.maximum:.2g}"
-    exact = "every stored value of the source has a code of its own; " if values.exact else ""
+    limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
+    exact = "every stored value of the source has its own code; " if values.exact else ""
     wide = PlanItem(
         name="16-bit values",
         kept=plan.quantize.bits == 16,
@@ -81,10 +81,10 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
 
 def _wide_texels(plan: ChannelPlan) -> str:
     if has_exact_16_bits(plan.profile):
-        return "R16 texels hold codes as they are"
+        return "R16 texels hold codes unchanged"
     return (
-        f"profile {plan.profile.name} has no R16, and half floats move a value by up to 2^-12 of the window, 16 codes "
-        "in place of half a code"
+        f"profile {plan.profile.name} has no R16, and half floats change a value by up to 2^-12 of the window: 16 "
+        "codes instead of half a code"
     )
 
 

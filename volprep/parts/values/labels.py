@@ -1,4 +1,4 @@
-"""Label volumes: voxels that are numbers of things, of which no mixture may be seen.
+"""Label volumes: voxels are numbers of things, and no mixture of two may be seen.
 
 A sample has the label of its voxel. Where a ray cuts the corner of a voxel, samples may miss all of it, or count it a
 whole step too long: the opacity of one step is what such a ray is off by, however fine the voxels are.

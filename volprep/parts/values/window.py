@@ -1,4 +1,4 @@
-"""Windows that are worth trying: which physical values the smallest and the largest code may stand for."""
+"""Windows that are worth trying: the physical values of the smallest and the largest code."""
 
 import math
 from itertools import pairwise

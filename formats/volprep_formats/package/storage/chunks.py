@@ -1,4 +1,4 @@
-"""A file made of chunks: its digest, the copy to the system's memory and the disk's own work go on at the same time."""
+"""A file written in chunks: digest, copy to the system's memory and work of the disk go on at the same time."""
 
 import hashlib
 import os

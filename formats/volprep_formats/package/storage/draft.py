@@ -1,4 +1,4 @@
-"""A package under construction. Each stage adds to it by one step that happens whole or not at all.
+"""A package under construction. Each stage adds to it in one step, which happens completely or not at all.
 
 What a stage writes collects in the hidden folder `.stage`, at last with the manifest as it will be. The rename that
 gives `.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones

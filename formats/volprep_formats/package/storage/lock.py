@@ -1,4 +1,4 @@
-"""One process at a time works on a draft: a POSIX lock, which the system drops with the process that holds it."""
+"""One process at a time works on a draft: a POSIX lock, which the system releases when its process ends."""
 
 import errno
 import fcntl

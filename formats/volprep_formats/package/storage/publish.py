@@ -1,4 +1,4 @@
-"""Giving a finished package its name: it appears there whole or not at all, also over an older one."""
+"""Publishing: a package is renamed into place only when it is complete, also over an older one."""
 
 import ctypes
 import errno

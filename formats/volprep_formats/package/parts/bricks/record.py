@@ -1,4 +1,4 @@
-"""A level as bricks with ghost voxels: those that show something, side by side in one 3D texture, and where each is."""
+"""A level as bricks with ghost voxels: the bricks that show something, in one 3D texture, and where each lies."""
 
 from typing import Annotated
 
@@ -15,17 +15,17 @@ class BrickLayout(Record):
 
     cells_zyx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
     """Cells between voxel centres along the edges of a brick; 0 along an axis of one voxel. The last brick of an axis
-    may have fewer: its last voxels are repeated."""
+    may have fewer; its last voxels are then repeated."""
     reach: Count
     """Voxels on each side of a position that filters may read: 1 for linear ones. A brick holds the voxels at the ends
-    of its cells and reach - 1 more on each side; beyond the volume the outer ones are repeated."""
+    of its cells and reach - 1 ghost voxels more on each side; beyond the volume the outer voxels are repeated."""
     bricks_zyx: tuple[Count, Count, Count]
     """Number of bricks of the level along each axis."""
     pool_zyx: tuple[Count, Count, Count]
     """Number of bricks for which the texture has room, along each axis."""
     stored: Count
-    """Number of bricks that it holds: in the order of the level's bricks, x first, then y, then z, they fill its places
-    in the same order."""
+    """Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
+    y, then z."""
 
     @property
     def pitch_zyx(self) -> Triple:

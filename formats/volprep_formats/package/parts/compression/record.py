@@ -26,15 +26,15 @@ class CompressedForm(Record):
     size_bytes: ByteCount
     """Size of the textures of that level."""
     basis: Literal["level", "sample"]
-    """What was encoded: the level, whose standard views were drawn by the oracle; or a sample of the source, with rays
-    along z, which was enough to refuse it, or all that a plan without a build has."""
+    """What was encoded. "level": the whole level; the oracle drew its standard views. "sample": a sample of the source,
+    with rays along z; it was enough to refuse the form, or the plan was made without a build."""
     pictures: Annotated[int, Field(ge=1)]
-    """Standard views that were drawn, of all transfer functions together, until one was beyond half of the tolerance; 1
-    for the rays of a sample."""
+    """Number of standard views that were drawn, of all transfer functions together, until one was beyond half of the
+    tolerance; 1 for the rays of a sample."""
     psnr_db: float | None
-    """Peak signal to noise of the codes; null where nothing is lost."""
+    """Peak signal to noise of the codes; null if nothing is lost."""
     rmse: NonNegative
-    """Largest root mean square error of a picture, premultiplied linear values from 0 to 1: against the source, at a
-    coarser level against means of its values; of a sample against its codes."""
+    """Largest root mean square error of a picture, in premultiplied linear values from 0 to 1. Level 0 is compared with
+    the source, a coarser level with means of its values, a sample with its codes."""
     maximum: NonNegative
     """Largest error of one channel of one pixel of these pictures."""

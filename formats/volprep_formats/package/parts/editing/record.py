@@ -23,7 +23,7 @@ Shares = NDArray[np.uint16]
 
 
 class JointHistogram(Record):
-    """What lies beneath each value of one level: from it and an edited transfer function follows the level's table."""
+    """Which values of level 0 lie behind each value of one level. It makes the level's table of an edited function."""
 
     level: Annotated[int, Field(ge=1)]
     """Level."""
@@ -36,10 +36,10 @@ class JointHistogram(Record):
 
 
 class Editing(Record):
-    """What an app needs when its users edit a transfer function, on which nothing else rests but its tables."""
+    """What an app needs when its users edit a transfer function. Only tables depend on the function."""
 
     histograms: tuple[JointHistogram, ...] = ()
-    """One for each level but level 0; none for labels, which all levels show with the same table."""
+    """One for each level except level 0; none for labels, because one table serves all their levels."""
 
 
 def encode_histogram(shares: Shares) -> bytes:

@@ -24,7 +24,7 @@ class NormalMeaning(Record):
     """What the texels of normals mean."""
 
     kernel: GradientKernel
-    """How the gradient was measured at level 0; coarser levels have the mean over their voxels."""
+    """How the gradient was measured at level 0. A voxel of a coarser level has the mean over its voxels of level 0."""
     code: NormalCode
     """What the bytes mean. Codes of two numbers must not be filtered: their texture is sampled with NEAREST."""
     space: NormalSpace
@@ -35,5 +35,5 @@ class Normals(NormalMeaning):
     """Unit vectors along the gradient: towards larger values. What shines outwards is their negative."""
 
     largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
-    """Length of the gradient where the texel's last channel is 1, in units of the physical value per millimetre; absent
-    where the texels hold no length."""
+    """Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
+    absent if the texels hold no length."""

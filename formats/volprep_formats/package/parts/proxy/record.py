@@ -1,4 +1,4 @@
-"""Proxy geometry of a package: closed meshes around what is seen, at which rays begin."""
+"""Proxy geometry of a package: closed meshes around what is seen. Rays begin at them."""
 
 from typing import Annotated, Literal
 
@@ -17,24 +17,25 @@ UNITS = 4
 
 
 class ProxyMeshFile(Record):
-    """A closed mesh around all that a transfer function shows of a level."""
+    """A closed mesh around everything that a transfer function shows of a level."""
 
     transfer: str
     """Name of the transfer function."""
     level: Annotated[int, Field(ge=0)]
     """Level."""
     form: ProxyForm
-    """What it follows."""
+    """What the mesh follows: the outer faces of occupied blocks, the same merged into rectangles, their convex hull, or
+    their bounding box."""
     block: Count
     """Cells along an edge of the blocks that it encloses."""
     file: PackagePath | None = None
-    """glTF binary; absent where the transfer function shows nothing of the level: then nothing is drawn."""
+    """glTF binary. Absent if the transfer function shows nothing of the level; then nothing is drawn."""
     vertices: Annotated[int, Field(ge=0)] = 0
     """Number of vertices."""
     triangles: Annotated[int, Field(ge=0)] = 0
     """Number of triangles."""
     draco: bool = False
-    """Whether it is compressed, by the extension KHR_draco_mesh_compression."""
+    """Whether the mesh is compressed with the extension KHR_draco_mesh_compression."""
     box_from_mesh_mm_xyz: Vector
     """Positions of vertices times this are box millimetres: a quarter of the level's spacing."""
     occupied_share: Fraction
@@ -45,10 +46,10 @@ class Proxy(Record):
     """Proxy geometry: rays begin where they first meet a mesh."""
 
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that beginning there takes from a ray."""
+    """Largest opacity that a ray may lose because it begins at the mesh."""
     meshes: tuple[ProxyMeshFile, ...] = ()
-    """One for each level of each transfer function for which it saves samples."""
+    """One for each level of each transfer function, if it saves samples."""
     depth: PackagePath
-    """Fragment shader of the first pass, which writes depth alone."""
+    """Fragment shader of the first pass, which writes only depth."""
     programs: tuple[Program, ...] = ()
     """Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh."""

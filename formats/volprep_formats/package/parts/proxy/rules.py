@@ -43,7 +43,7 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
 
 
 def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, int, int]) -> Iterator[str]:
-    """Return what of a file is not as the manifest says of it."""
+    """Return how a file differs from what the manifest says of it."""
     triangles = sum(len(part.triangles) for part in mesh.primitives)
     if (triangles, mesh.draco) != (record.triangles, record.draco):
         yield f"has {triangles} triangles or compression that the manifest does not name"

@@ -1,4 +1,4 @@
-"""What a package says about empty-space skipping: tables of jumps, and ranges of blocks to make new ones from."""
+"""What a package says about empty-space skipping: skip tables, and ranges of blocks that make new ones."""
 
 from typing import Annotated, Literal
 
@@ -13,7 +13,7 @@ SkipKind = Literal["blocks", "table16", "distance", "octants", "pyramid", "eucli
 
 
 class SkipTable(Record):
-    """How far a ray may go from each block of a level without meeting what a transfer function shows."""
+    """How far a ray may jump from each block of a level without missing anything that a transfer function shows."""
 
     texture: str
     """Name of the texture that holds the entries, one byte for a block."""
@@ -28,7 +28,7 @@ class SkipTable(Record):
     blocks_zyx: tuple[Count, Count, Count]
     """Number of blocks along each axis."""
     blocks_from_box_per_mm_xyz: Vector
-    """Box millimetres times this, less 1 / (2 · block), are positions in blocks."""
+    """Positions in blocks are box millimetres times this, less 1 / (2 · block)."""
     empty_share: Fraction
     """Part of the blocks that are empty."""
 
@@ -37,7 +37,7 @@ class BlockRangesRecord(Record):
     """Least and greatest texel of each block of a level, whatever the transfer function."""
 
     texture: str
-    """Name of the texture: all least texels, and then, in as many slices again, all greatest ones."""
+    """Name of the texture. It holds the least texel of each block, and then, in as many slices again, the greatest."""
     level: int
     """Level that it is for."""
     block: Count
@@ -50,8 +50,8 @@ class Skipping(Record):
     """Empty-space skipping in this package."""
 
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that skipping takes from a ray."""
+    """Largest opacity that a ray may lose by skipping."""
     tables: tuple[SkipTable, ...] = ()
-    """One for each level of each transfer function that leaves enough empty."""
+    """One for each level of each transfer function that leaves enough blocks empty."""
     ranges: tuple[BlockRangesRecord, ...] = ()
-    """One for each level, where an app is to make new tables after an edit of a transfer function."""
+    """One for each level, if an app makes new tables after its users edit a transfer function."""

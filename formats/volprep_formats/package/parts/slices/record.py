@@ -1,4 +1,4 @@
-"""Stacks of slices: where the slices of a level lie in 2D textures, for devices that draw textured polygons only.
+"""Stacks of slices: where the slices of a level lie in 2D textures, for devices that draw only textured polygons.
 
 Axis-aligned slices are the 2D texture slicing of Moser and Weiskopf (2008, section 4). There each slice is a texture;
 here many share one, because sizes must be powers of two.

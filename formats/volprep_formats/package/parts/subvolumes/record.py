@@ -35,19 +35,19 @@ class Subvolume(Record):
     maximum: Index
     """Largest code."""
     file: PackagePath | None = None
-    """KTX 2 file, a 3D texture. Absent for an empty piece: draw a constant piece of the code `minimum` instead."""
+    """KTX 2 file of a 3D texture. Absent for an empty piece; draw a constant piece of the code `minimum` instead."""
 
 
 class GridPoint(Record):
-    """Where up to eight pieces meet: the eight around a point are what the device holds at a time."""
+    """A point where up to eight pieces meet. The device holds the pieces around one point at a time."""
 
     kind: PointKind
-    """How many axes it is outermost on: three, a corner; two, an edge, or a column edge where only y varies; one, a
-    plane; none, interior."""
+    """Along how many axes the point is outermost. Three: corner. Two: edge, or column edge if only y varies. One:
+    plane. None: interior."""
     subvolumes: tuple[Index, ...]
     """Numbers of the pieces that touch it, ascending."""
     moves: tuple[Move, ...]
-    """Directions along the index axes in which there is a next point."""
+    """Directions along the index axes that lead to another point."""
 
 
 class ViewThresholds(Record):
@@ -58,21 +58,21 @@ class ViewThresholds(Record):
     """
 
     plus_z_below_theta: Degrees = 67.5
-    """+z where theta is below this."""
+    """The move is +z if theta is below this."""
     minus_z_above_theta: Degrees = 112.5
-    """-z where theta is above this."""
+    """The move is -z if theta is above this."""
     sideways_between_theta: tuple[Degrees, Degrees] = (22.5, 157.5)
-    """x and y are looked at only where theta lies between these."""
+    """There are moves along x and y only if theta lies between these."""
     plus_x_below_phi: Degrees = 67.5
-    """+x where the absolute value of phi is below this."""
+    """The move is +x if the absolute value of phi is below this."""
     minus_x_above_phi: Degrees = 112.5
-    """-x where the absolute value of phi is above this."""
+    """The move is -x if the absolute value of phi is above this."""
     y_between_phi: tuple[Degrees, Degrees] = (22.5, 157.5)
-    """+y or -y, as the sign of phi says, where the absolute value of phi lies between these."""
+    """The move is +y or -y, by the sign of phi, if the absolute value of phi lies between these."""
 
 
 class SubvolumeGrid(Record):
-    """The pieces of level 0, x first, then y, then z, and the points between them, numbered likewise."""
+    """The pieces of level 0, x first, then y, then z, and the points between them in the same order."""
 
     format: Literal["volpkg-subvolumes"] = "volpkg-subvolumes"
     """Marks the file."""
@@ -81,18 +81,18 @@ class SubvolumeGrid(Record):
     size: Annotated[int, Field(ge=2)]
     """Largest number of voxels of a piece along an axis, the shared ones included."""
     cuts_zyx: tuple[Cuts, Cuts, Cuts]
-    """For each axis the voxels at which it is cut, from 0 to the last one. Piece i holds the voxels cuts[i] to
-    cuts[i + 1], both included, so that neighbours share one layer."""
+    """For each axis: the voxels at which the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i]
+    to cuts[i + 1], both included, so neighbours share one layer."""
     gl: GlFormat
     """How to upload a piece."""
     filter: SampleFilter = "linear"
-    """How a piece is sampled: nearest where voxels are labels."""
+    """How a piece is sampled: nearest if voxels are labels."""
     whole: PackagePath | None = None
-    """KTX 2 file of the whole level, from which any box can be read by seeking."""
+    """KTX 2 file of the whole level. Any box can be read from it by seeking."""
     subvolumes: tuple[Subvolume, ...]
     """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
     points: tuple[GridPoint, ...]
-    """The points: one more along each axis than pieces. Point i along an axis lies on the voxel cuts[i]."""
+    """The points: along each axis one more than there are pieces. Point i along an axis lies on the voxel cuts[i]."""
     view: ViewThresholds
     """How the direction of view becomes a move."""
 
@@ -104,7 +104,7 @@ class SubvolumeGrid(Record):
 
 
 def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
-    """Return what stands for a piece without a file: texels of one code, in the format of the others."""
+    """Return the texels of a piece without a file: one code, in the format of the other pieces."""
     if gl.type == "HALF_FLOAT":
         return np.full(shape_zyx, code / 65535, np.float16)
     return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)
