@@ -70,7 +70,7 @@ def example() -> str:
     record = manifest.model_dump(mode="json", exclude_none=True)
     for file in record["files"]:
         file |= {"sha256": "0" * 64, "size_bytes": 0}
-    record["source"]["sha256"] = "0" * 64
+    record["channels"][0]["source"]["sha256"] = "0" * 64
     record["plan"] = [item for item in record["plan"] if not item["kept"]][:1]
     left = dict(_COMMENTS)
     return "\n".join(_commented(line, left) for line in _lines(record)) + "\n"

@@ -29,7 +29,7 @@ def pyramid(
         ),
     ] = None,
 ) -> None:
-    """Make the coarser levels that the package holds, each from level 0, by one filter."""
+    """Make the coarser levels that the package holds, each from level 0."""
     from volprep.scene.scene import PyramidSettings
 
     unions = get_args(PyramidSettings.model_fields["filter"].annotation)

@@ -14,7 +14,7 @@ Draft = Annotated[Path, typer.Argument(help="Draft that volprep import began.", 
 
 
 def run_stage(package: Path, verb: str, **wishes: object) -> None:
-    """Run a stage on a draft. Options of the verb are keys of a table of the scene, and replace them where not None."""
+    """Run a stage on a draft. Each option of the verb that is not None replaces a key of the scene's table."""
     from volprep.pipeline.drafts import run_verb
     from volprep.scene.scene import changed
 

@@ -97,7 +97,7 @@ class SourceSpec(Record):
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
-    """OME-Zarr, packages: which resolution to read; the finest that is there if it is not given."""
+    """OME-Zarr, packages: which resolution to read; if absent, the finest one."""
     missing: Literal["fill"] | None = None
     """OME-Zarr only: what chunks are that are not there. Writers leave out those that hold nothing but the fill value,
     but a copy that broke off lacks them, too: where more than a quarter is missing the store is refused. "fill" takes

@@ -296,7 +296,7 @@ def test_half_of_a_pair_is_refused(tmp_path) -> None:
     nibabel.save(nibabel.Nifti1Pair(noise(), np.eye(4)), tmp_path / "v.img")
     error = refusal(tmp_path / "v.hdr")
     assert error.code == "VP1020"
-    assert "joined" in str(error)
+    assert "Join a pair" in str(error)
 
 
 @pytest.mark.parametrize("bits", [8, 32, 15, -16])

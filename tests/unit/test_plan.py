@@ -227,7 +227,7 @@ class TestLevels:
         (volume, *_) = decided.volumes
         assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "RGBA8")
         assert volume.files == tuple(f"textures/mosaic-scan-0-{part}.ktx2" for part in range(7))
-        assert item(decided, "several textures").reason.endswith("24 slices have room, there are 168")
+        assert item(decided, "several textures").reason.endswith("room for 24 slices, and there are 168")
         assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
 
     def test_512_cubed_voxels_fit_two_textures_of_4096_squared(self) -> None:

@@ -210,7 +210,7 @@ def test_a_palette_needs_indices_that_shaders_compute() -> None:
     gauge.add(np.arange(64).reshape(4, 4, 4).astype(np.uint8))
     tables = {"transfer": [{"preset": "labels"}], "render": {"classification": "palette"}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
-    with pytest.raises(VolprepError, match=r"VP3040 classification palette .* 2.0 of profile gles2-2048"):
+    with pytest.raises(VolprepError, match=r"VP3040 classification palette .* 2.0, which profile gles2-2048 has"):
         plan_of_one(scene, load_profile("gles2-2048", Path()), info, gauge.result("0" * 64))
     plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     assert [(each.transfer, each.entries) for each in plan.palettes] == [("labels", 60)]

@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
-    """Return what readers noticed, each channel with its name."""
+    """Return the remarks of the readers, each with the name of its channel."""
     several = len(manifest.channels) > 1
     for channel in manifest.channels:
         for remark in channel.source.info.remarks:

@@ -26,9 +26,10 @@ class QuantizeSettings(Record):
     """How physical values become stored values."""
 
     bits: Literal["auto", 8, 16] = "auto"
-    """Bits of a stored value; "auto" takes 8 unless that breaks the scene's tolerance."""
+    """Bits of a stored value; "auto" takes 8 unless 8 would break the scene's tolerance."""
     window: Literal["auto"] | tuple[PhysicalValue, PhysicalValue] = "auto"
-    """Physical values of the smallest and largest code; "auto" takes the values that the transfers tell apart."""
+    """Physical values of the smallest and largest code; "auto" takes the values that the transfer
+    functions tell apart."""
 
 
 class PyramidSettings(Record):
@@ -103,8 +104,8 @@ class RenderWishes(Record):
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
-    """Distance of the samples along a ray, in the smallest spacing of the finest level that the package holds; if
-    absent 0.5, or 1 between the ends of pre-integrated segments."""
+    """Distance of the samples along a ray, in units of the smallest spacing of the finest level that the package holds.
+    If absent, it is 0.5, or 1 with pre-integrated tables."""
     opacity_cutoff: Fraction = 0.998
     """A ray stops when its opacity passes this (early ray termination). What lies behind 0.998 rounds to 0 in 8
     bits."""

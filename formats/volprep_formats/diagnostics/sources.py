@@ -155,7 +155,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1047": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the compressed picture is cut off: its end marker, or coded data before it, are missing",
-        "Copy the series again from where it came. Do not just remove the file: a slice would be missing.",
+        "Copy the series again from where it came. Do not simply remove the file: a slice would be missing.",
     ),
     "VP1048": Diagnostic(
         ExitStatus.SOURCE,

@@ -140,9 +140,9 @@ class Heading(Record):
     profile: DeviceProfile
     """Class of devices that the package is for."""
     grid: Grid | None = None
-    """Voxels that level 0 has, whether or not the package holds it: the source's, without a border that nobody sees."""
+    """Voxels of level 0, whether or not the package holds it: the source without the border that nobody sees."""
     together: Together | None = None
-    """Channels that are drawn into one picture, which is the default one then."""
+    """Channels that are drawn into one picture, which is then the default picture."""
     compression: tuple[CompressedForm, ...] = ()
     """Compressed forms that were considered for the finest level, and what each loses."""
     render: RenderSettings | None = None

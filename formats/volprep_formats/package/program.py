@@ -72,7 +72,7 @@ class ProgramDesign(Record):
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
     lighting: Lighting = "none"
-    """What lights it. headlight: diffuse, from where the viewer is; what has no normal is fully lit."""
+    """What lights it. headlight: diffuse light from where the viewer is; a sample without a normal is fully lit."""
     compositing: CompositingName = "emission-absorption"
     """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it."""
     rays: Rays = "box"
@@ -85,7 +85,7 @@ class ProgramDesign(Record):
     levels: tuple[int, ...]
     """Levels that the program can draw."""
     transfer: str
-    """Name of the transfer function that it draws, or of the picture of several."""
+    """Name of the transfer function that it draws, or of the picture of several channels."""
 
 
 class Program(ProgramDesign):

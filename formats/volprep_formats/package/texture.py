@@ -77,19 +77,19 @@ class TextureContent(Record):
     shape_zyx: tuple[Count, Count, Count]
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     level: int | None = None
-    """Level that the texture holds, for a volume; level that it is for, for a lookup table that is not for all."""
+    """For a volume: the level that it holds. For a lookup table: the level that it is for; absent if it is for all."""
     channels: Annotated[tuple[ChannelName, ...], Field(max_length=4)] = ()
     """Channels whose data the texture holds; several are components of the same texels. None for what belongs to a
     transfer function."""
     mosaic: MosaicLayout | None = None
-    """Layout of the slices, for a volume in 2D textures."""
+    """For a volume in 2D textures: layout of the slices."""
     mipmap: Annotated[int, Field(ge=0)] | None = None
-    """Which level of its KTX 2 file it is, where several entries share one, for a volume in 3D textures: bind that one
-    texture, and read this mipmap of it."""
+    """For volumes that share one KTX 2 file as mipmaps: which level of the file this entry is. Bind the one texture,
+    and draw this mipmap of it."""
     transfer: str | None = None
-    """Name of the transfer function, for a table, and for voxels that are classified by it."""
+    """For a table, and for classified voxels: name of the transfer function."""
     reference_mm: float | None = None
-    """For classified voxels: length of the path whose opacity is the alpha channel; for slices their distance."""
+    """For classified voxels: length of the path whose opacity is the alpha channel. For slices: their distance."""
     filter: SampleFilter = "linear"
     """Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic."""
 
@@ -110,9 +110,9 @@ class Texture(TextureContent):
     gl: GlFormat
     """How to upload it."""
     bricks: BrickLayout | None = None
-    """Layout of the bricks, for a volume that holds its level as bricks."""
+    """For a volume that holds its level as bricks: layout of the bricks."""
     part: Annotated[int, Field(ge=0)] = 0
-    """Which of the textures of its mosaic or its stack of slices it is, from 0."""
+    """Number of the texture in its mosaic or its stack of slices, from 0."""
     max_extinction_per_mm: float | None = None
     """For a table of 8 bits: extinction = this · a², where a is the alpha channel. A larger extinction is stored as
     this one, with which a step of the package is opaque already."""

@@ -56,7 +56,9 @@ def as_bricks(
     needed = size_bytes(texel, layout.texture_zyx) + size_bytes("RGBA8", layout.bricks_zyx)
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
-        return Misfit(f"{needed} bytes, if no brick is empty, and {beside.bytes} beside them are more than {limit}")
+        return Misfit(
+            f"{needed} bytes, if no brick is empty, and {beside.bytes} for other textures are more than {limit}"
+        )
     name, index = f"volume-{level.name}", f"bricks-{level.name}"
     return VolumePlan(
         level=level.index,

@@ -71,7 +71,7 @@ def _bricks(draft: Draft, plan: ChannelPlan, volume: VolumePlan, bricks: BricksP
 def _stored(
     draft: Draft, plan: ChannelPlan, level: LevelPlan, bricks: BricksPlan, ranges: BlockRanges
 ) -> NDArray[np.bool_]:
-    """Return which bricks are stored: those that are not of one value, and of which something is seen; at least one."""
+    """Return which bricks are stored: those with several values in which something is seen, but at least one."""
     found = with_reach(ranges, bricks.reach)
     stored: NDArray[np.bool_] = found.low != found.high
     if not bricks.keep_empty:

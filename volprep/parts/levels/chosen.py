@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
-    """Return what was decided about the levels of a plan that are coarser than level 0."""
+    """Return the decisions about the levels that are coarser than level 0."""
     named = {record.path for record in draft.manifest.files}
     names = [choice_name(level.index, plan.channel) for level in plan.levels]
     return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)

@@ -197,7 +197,7 @@ def _colours(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, funct
 
 
 def _oblique(plan: ChannelPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
-    """Return what the longer way at an angle of 45° makes of the opacity of one slice, for the densest code."""
+    """Return the opacity of one slice for a ray at 45°, whose way is longer, for the densest code."""
     texels = code_colours(function, plan.quantize.window, stack.distance_mm)
     opacity = float(texels[:, 3].max()) / 255
     longer = 1 - (1 - opacity) ** math.sqrt(2)

@@ -87,7 +87,7 @@ def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], file: str) -> S
 
 
 def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
-    """Return whether a piece of codes from `low` to `high` shows nothing that a constant piece of `low` does not."""
+    """Return whether a piece with codes from `low` to `high` looks like a constant piece of the code `low`."""
     if low == high:
         return True
     if wanted.keep_empty:

@@ -125,7 +125,7 @@ def _function(plan: ChannelPlan, name: str) -> TransferFunction:
 
 
 def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
-    """What a decision about empty space rests on, of one channel."""
+    """What a decision about the empty space of one channel depends on."""
     return Found(
         profile=plan.profile,
         crop=plan.crop,

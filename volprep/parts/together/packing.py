@@ -94,7 +94,7 @@ def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence
 
 
 def _obstacles(group: Sequence[ChannelPlan]) -> Iterator[str]:
-    """Return what keeps channels from sharing texels, what matters most first; each assumes the ones before."""
+    """Return the reasons why channels cannot share texels, the most important first. Each assumes the ones before."""
     if len(group) < 2:
         yield "each program draws one channel, and would fetch the others in vain"
     if len(group) > len(_COMPONENTS):
@@ -146,7 +146,7 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
 
 
 def _beside(group: Sequence[ChannelPlan], level: int) -> Beside:
-    """Return what a program that draws all channels samples beside their level: a table and the normals of each."""
+    """Return what a program of all channels samples beside their level: a table and the normals of each channel."""
     units = size = 0
     for plan in group:
         tables = [size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups]

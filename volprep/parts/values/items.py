@@ -90,7 +90,7 @@ def _wide_texels(plan: ChannelPlan) -> str:
 
 def _why_wide(scene: Scene, values: ValueChoice) -> str:
     if scene.editable:
-        return "8 bits would not give every value a code, and users may edit transfer functions"
+        return "users may edit transfer functions, and 8 bits would not give every value its own code"
     narrow = values.narrow_error
     if narrow is not None:
         return f"8 bits would change the sample of rays by {narrow.text}"

@@ -32,7 +32,7 @@ class NormalMeaning(Record):
 
 
 class Normals(NormalMeaning):
-    """Unit vectors along the gradient: towards larger values. What shines outwards is their negative."""
+    """Unit vectors along the gradient, towards larger values. Their negatives point out of a bright body."""
 
     largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
     """Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
