@@ -12,6 +12,7 @@ from volprep.shading.proxy import Entry, depth_shader
 from volprep.shading.raycast import Additions, RayCaster, Sampling, ray_caster
 from volprep.shading.skipping import skipping_of
 from volprep.shading.together import drawn_together
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.program import Program
@@ -156,7 +157,7 @@ def _sampling(draft: Draft, plan: ChannelPlan, program: ProgramPlan) -> Sampling
     if program.technique == "raycast_subvolumes":
         return raycast_subvolumes.sampling(plan.grid.spacing_mm_zyx)
     if program.technique == "raycast_bricks":
-        return raycast_bricks.sampling_of(draft.manifest, program.levels[0])
+        return raycast_bricks.sampling_of(channel_views(draft.manifest)[plan.channel], program.levels[0])
     # The layout is constant in the shader, so a mosaic's program draws one level.
     (level,) = program.levels
     volume = next(each for each in plan.volumes if each.level == level)
