@@ -230,7 +230,7 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
         check=False,
     )
     assert run.returncode == ExitStatus.OUTPUT, run.stderr
-    assert re.search(r"VP4020 .*level0.raw.*File too large", run.stderr)
+    assert re.search(r"VP4020 .*level0-scan.raw.*File too large", run.stderr)
     assert "Traceback" not in run.stderr
     assert sorted(tmp_path.iterdir()) == before
 

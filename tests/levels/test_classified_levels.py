@@ -171,7 +171,8 @@ def test_what_needs_the_other_kind_of_voxels_is_refused(tmp_path, more, code) ->
 def test_coarse_stacks_of_slices_are_made_by_box(tmp_path) -> None:
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles1.toml").read_text()
     (tmp_path / "small.toml").write_text(text.replace("max_texture_bytes = 16_777_216", "max_texture_bytes = 60_000"))
-    (level,) = plan_build(load_request(write_phantom_scene(tmp_path, "small.toml")), Silent()).levels
+    (channel,) = plan_build(load_request(write_phantom_scene(tmp_path, "small.toml")), Silent()).channels
+    (level,) = channel.levels
     assert level.index > 0
     assert level.filter == "box"
 

@@ -127,7 +127,8 @@ def _check_texture(path: Path, mipmaps: list[Texture], data: bytes) -> None:
 
 
 def _check_places(package: Package, texture: Texture, data: bytes) -> None:
-    pools = [each for each in package.manifest.textures if each.bricks is not None and each.level == texture.level]
+    held = [each for each in package.manifest.textures if each.bricks is not None]
+    pools = [each for each in held if (each.level, each.channels) == (texture.level, texture.channels)]
     if texture.role != "bricks" or not pools or pools[0].bricks is None:
         return
     entries = np.asarray(ktx2.decode(data, f"{package.path}: {texture.file}").data, np.uint8)
