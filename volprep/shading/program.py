@@ -71,7 +71,6 @@ def compose_program(
                 "dialect": f"ray/dialect_{dialect}",
                 "box": "ray/box",
                 "loop": f"ray/loop_{dialect}",
-                "step": "ray/step",
             }
         ),
         *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips),
@@ -83,12 +82,13 @@ def compose_program(
         "dialect": f"ray/dialect_{dialect}",
         "box": "ray/box",
         "loop": f"ray/loop_{dialect}",
-        "step": "ray/step",
     }
     words = {"LOW_CORNER_MM": "vec3(0.0)", "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1])}
+    offered: dict[str, str] = {}
     for feature in features:
         slots |= feature.slots
         words |= feature.words
+        offered |= feature.offers
     longest_mm = math.hypot(*grid.extent_mm_zyx)
     step_mm_min = longest_mm / _MOST_STEPS
     if dialect == "es100":
@@ -97,7 +97,7 @@ def compose_program(
         words["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
     return Shaders(
         vertex=vertex_shader(program.rays, grid, dialect),
-        fragment=compose("ray/fragment", dialect, slots, words),
+        fragment=compose("ray/fragment", dialect, slots, words, offered),
         uniforms=(
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             Uniform(name="u_step_mm", type="float", source="step_mm"),
@@ -114,7 +114,7 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
     else:
-        classified = classification(manifest, program.classification, program.transfer, program.rays)
+        classified = classification(manifest, program.classification, program.transfer)
         features = [_sampling(package, program, grid), classified]
     skipping = skipping_of(manifest, program, _DIALECTS[program.technique]) if skips else None
     if skipping is not None:
