@@ -75,7 +75,7 @@ def compose_program(
         ),
         *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips),
         ray_feature(program.rays, grid),
-        _compositing(program, render if ends_early else render.model_copy(update={"opacity_cutoff": None})),
+        _compositing(program, render, ends_early=ends_early),
     ]
     slots: dict[str, Slot] = {
         **dict.fromkeys(_OPTIONAL),
@@ -142,9 +142,9 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     return raycast_texture3d.sampling(None if colours else component, mipmaps=volume.mipmap is not None)
 
 
-def _compositing(program: ProgramDesign, render: RenderSettings) -> Feature:
+def _compositing(program: ProgramDesign, render: RenderSettings, *, ends_early: bool) -> Feature:
     compositing = COMPOSITINGS[program.compositing]
-    stop_words = compositing.stop_words(render)
+    stop_words = compositing.stop_words(render) if ends_early else None
     slots: dict[str, Slot] = {
         "about": f"{compositing.glsl}:about",
         "compositing_start": f"{compositing.glsl}:start",
