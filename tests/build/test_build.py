@@ -272,6 +272,16 @@ class TestFailure:
             build_here(scene)
         assert (target / "thesis.txt").read_text(encoding="utf-8") == "precious"
 
+    @pytest.mark.parametrize("step_voxels", ["1e-300", "1e-5"])
+    def test_a_step_that_nothing_can_draw_gives_no_package(self, scene, step_voxels) -> None:
+        text = scene.read_text(encoding="utf-8")
+        scene.write_text(
+            text.replace("[pyramid]", f"[render]\nstep_voxels = {step_voxels}\n[pyramid]"), encoding="utf-8"
+        )
+        with pytest.raises(VolprepError, match=r"VP5019|VP5024"):
+            build_here(scene)
+        assert not (scene.parent / "phantom.volpkg").exists()
+
     def test_a_damaged_draft_of_a_killed_build_is_begun_anew(self, scene) -> None:
         partial = scene.parent / ".phantom.volpkg.partial"
         (partial / "work").mkdir(parents=True)

@@ -14,7 +14,7 @@ from volprep.parts.mosaic.packing import Packing
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
-from volprep.shading.compositing import COMPOSITINGS
+from volprep.compositing import COMPOSITINGS
 from volprep.shading.program import compose_program
 from volprep.shading.rays import depth_shader
 from volprep_formats.package.manifest import Channel

@@ -7,25 +7,24 @@ from collections.abc import Callable
 
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
-from volprep.shading.rays import first_front
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.program import ClassificationName, Rays, Sampler
+from volprep_formats.package.program import ClassificationName, Sampler
 from volprep_formats.package.texture import Texture
 
 _IN_THE_MIDDLE = "start + stride * i"
 
 
-def classification(manifest: Manifest, name: ClassificationName, transfer: str, rays: Rays) -> Feature:
-    """Return how a program classifies samples with a transfer function."""
+def classification(manifest: Manifest, name: ClassificationName, transfer: str) -> Feature:
+    """Return how a program classifies with a transfer function. It offers MEDIUM, of the segment whose middle is i."""
     if name == "preclassified":
         return _preclassified(next(texture for texture in manifest.textures if texture.reference_mm is not None))
     if name == "preintegrated":
-        return _preintegrated(_table(manifest, "preintegrated", transfer), rays)
+        return _preintegrated(_table(manifest, "preintegrated", transfer))
     function = sample_classification(manifest, name, transfer, "")
     return Feature(
         slots={"classification": function.slots["classification"], "classification_start": None},
-        words={"MEDIUM": f"classify(stored_value({_IN_THE_MIDDLE}))"},
+        offers={"MEDIUM": f"classify(stored_value({_IN_THE_MIDDLE}))"},
         samplers=function.samplers,
     )
 
@@ -65,15 +64,12 @@ _OF_SAMPLES: dict[ClassificationName, Callable[[Manifest, str, str], Feature]] =
 }
 
 
-def _preintegrated(table: Texture, rays: Rays) -> Feature:
+def _preintegrated(table: Texture) -> Feature:
     part = f"classification/preintegrated_{_form(table)}"
     return Feature(
         slots={"classification": part, "classification_start": f"{part}:start"},
-        words={
-            "MEDIUM": "classify(front, stored_value(start + stride * (i + 0.5)))",
-            "FIRST_FRONT": first_front(rays),
-            **_words(table),
-        },
+        words=_words(table),
+        offers={"MEDIUM": "classify(front, stored_value(start + stride * (i + 0.5)))"},
         samplers=(Sampler(name="u_preintegrated", role="preintegrated"),),
     )
 
@@ -81,10 +77,8 @@ def _preintegrated(table: Texture, rays: Rays) -> Feature:
 def _preclassified(volume: Texture) -> Feature:
     return Feature(
         slots={"classification": "classification/preclassified", "classification_start": None},
-        words={
-            "MEDIUM": f"classify(voxel_texel({_IN_THE_MIDDLE}))",
-            "REFERENCE_MM": literal(volume.reference_mm or 0.0),
-        },
+        words={"REFERENCE_MM": literal(volume.reference_mm or 0.0)},
+        offers={"MEDIUM": f"classify(voxel_texel({_IN_THE_MIDDLE}))"},
     )
 
 

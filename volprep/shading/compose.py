@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import Template
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -62,16 +63,21 @@ Slot = str | None | tuple[Instance, ...]
 
 
 def compose(
-    parts: str | tuple[Instance, ...], dialect: Dialect, slots: Mapping[str, Slot], constants: Mapping[str, str]
+    parts: str | tuple[Instance, ...],
+    dialect: Dialect,
+    slots: Mapping[str, Slot],
+    constants: Mapping[str, str],
+    offered: Mapping[str, str] = MappingProxyType({}),
 ) -> str:
     """Return the text of a shader: a part, or several instances; their slots filled, their words replaced.
 
-    Raises VP9001 for a constant that no part uses: it would be dead.
+    Words of `constants` must be used, those that are `offered` may be. Raises VP9001 for a constant that no part uses:
+    it would be dead.
     """
     text = _filled(parts, slots, between="\n")
     _require_used(constants, _words(text))
     template = Template(_HEADS[dialect] + _each(text, constants))
-    composed = template.substitute({**_KEYWORDS[dialect], **constants})
+    composed = template.substitute({**_KEYWORDS[dialect], **offered, **constants})
     return re.sub(r"\n{3,}", "\n\n", composed)
 
 

@@ -15,6 +15,8 @@ class Feature:
     """Parts of its slots, and of the slots in these."""
     words: Mapping[str, str] = field(default_factory=dict)
     """Constants that the parts use."""
+    offers: Mapping[str, str] = field(default_factory=dict)
+    """Constants that parts of other features may use."""
     uniforms: tuple[Uniform, ...] = ()
     """Uniforms that the parts declare."""
     samplers: tuple[Sampler, ...] = ()

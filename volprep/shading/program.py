@@ -67,19 +67,20 @@ def compose_program(
     features = [
         *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips),
         ray_feature(program.rays, grid),
-        _compositing(program, render if ends_early else render.model_copy(update={"opacity_cutoff": None})),
+        _compositing(program, render, ends_early=ends_early),
     ]
     slots: dict[str, Slot] = {
         **dict.fromkeys(_OPTIONAL),
         "dialect": f"ray/dialect_{dialect}",
         "box": "ray/box",
         "loop": f"ray/loop_{dialect}",
-        "step": "ray/step",
     }
     words = {"LOW_CORNER_MM": "vec3(0.0)", "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1])}
+    offered: dict[str, str] = {}
     for feature in features:
         slots |= feature.slots
         words |= feature.words
+        offered |= feature.offers
     longest_mm = math.hypot(*grid.extent_mm_zyx)
     step_mm_min = longest_mm / _MOST_STEPS
     if dialect == "es100":
@@ -88,7 +89,7 @@ def compose_program(
         words["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
     return Shaders(
         vertex=vertex_shader(program.rays, grid, dialect),
-        fragment=compose("ray/fragment", dialect, slots, words),
+        fragment=compose("ray/fragment", dialect, slots, words, offered),
         uniforms=(
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             Uniform(name="u_step_mm", type="float", source="step_mm"),
@@ -105,7 +106,7 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
     else:
-        classified = classification(manifest, program.classification, program.transfer, program.rays)
+        classified = classification(manifest, program.classification, program.transfer)
         features = [_sampling(package, program, grid), classified]
     skipping = skipping_of(manifest, program, _DIALECTS[program.technique]) if skips else None
     if skipping is not None:
@@ -133,7 +134,7 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     return raycast_texture3d.sampling(None if colours else component, mipmaps=volume.mipmap is not None)
 
 
-def _compositing(program: ProgramDesign, render: RenderSettings) -> Feature:
+def _compositing(program: ProgramDesign, render: RenderSettings, *, ends_early: bool) -> Feature:
     """Return the parts of a compositing: the file of its name, whose section stop is for rays that may end early."""
     glsl = f"compositing/{program.compositing.replace('-', '_')}"
     slots: dict[str, Slot] = {
@@ -142,6 +143,6 @@ def _compositing(program: ProgramDesign, render: RenderSettings) -> Feature:
         "sample": f"{glsl}:sample",
         "picture": f"{glsl}:picture",
     }
-    if render.opacity_cutoff is None:
+    if render.opacity_cutoff is None or not ends_early:
         return Feature(slots)
     return Feature({**slots, "stop": f"{glsl}:stop"}, {"LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff)})

@@ -13,30 +13,26 @@ from volprep_formats.package.program import Rays, Uniform
 
 
 def ray_feature(rays: Rays, grid: Grid) -> Feature:
-    """Return how rays begin."""
+    """Return how rays begin. It offers the first sample, and where the segment of that sample begins."""
     if rays == "box":
         return Feature(
             slots={"rays": "ray/from_box", "rays_ends": None, "rays_start": None},
-            words={"NEAR_END": "v_near", "FAR_END": "v_far", "FIRST": "0.5"},
+            words={"NEAR_END": "v_near", "FAR_END": "v_far"},
+            offers={"FIRST": "0.5", "FIRST_FRONT": "start"},
         )
     return Feature(
         slots={"rays": "ray/from_mesh", "rays_ends": "ray/from_mesh:ends", "rays_start": "ray/from_mesh:start"},
         words={
             "NEAR_END": "near_end",
             "FAR_END": "far_end",
-            "FIRST": "entered",
             "ENTRY_MARGIN_MM": literal(min(grid.spacing_mm_zyx) / 2),
         },
+        offers={"FIRST": "entered", "FIRST_FRONT": "start + stride * (entered - 0.5)"},
         uniforms=(
             Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
             Uniform(name="u_box_from_mesh", type="vec3", source="box_from_mesh"),
         ),
     )
-
-
-def first_front(rays: Rays) -> str:
-    """Return the position at which the first segment begins."""
-    return "start" if rays == "box" else "start + stride * (entered - 0.5)"
 
 
 def vertex_shader(rays: Rays, grid: Grid, dialect: Dialect) -> str:

@@ -47,7 +47,7 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
         **feature.slots,
     }
     words = {"RUN": literal(SKIP_RUN), "HALF_VOXEL": literal(0.5 / table.block), **feature.words}
-    return Feature(slots, words, feature.uniforms, feature.samplers)
+    return Feature(slots, words, uniforms=feature.uniforms, samplers=feature.samplers)
 
 
 def skip_table(manifest: Manifest, transfer: str, level: int) -> SkipTable | None:

@@ -71,6 +71,6 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
             "voxel": "classification/together:voxel" if packed else None,
             "sum": tuple(add),
         },
-        words={"MEDIUM": "classify_together(start + stride * i)"},
+        offers={"MEDIUM": "classify_together(start + stride * i)"},
         samplers=tuple(samplers),
     )

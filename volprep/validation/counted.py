@@ -12,7 +12,8 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _MAIN = "void main() {\n"
-_MEDIUM = re.compile(r"^( *)vec4 medium = ", re.MULTILINE)
+_SAMPLE = re.compile(r"^( *)(?!//)\S.*\bstride \* \(?i\b", re.MULTILINE)
+"""The first line that reads the volume at sample i."""
 _LOOK = re.compile(r"^( *)float entry = skip_entry\(", re.MULTILINE)
 _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
 
@@ -21,7 +22,7 @@ def counting(package: Package, program: Program) -> Package:
     """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
     text = package.read_text(program.fragment)
     head, main, rest = text.partition(_MAIN)
-    rest = _MEDIUM.sub(r"\1taken++;\n\g<0>", rest)
+    rest = _SAMPLE.sub(r"\1taken++;\n\g<0>", rest, count=1)
     rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
     # The picture stays in the sum, so that no uniform of the program becomes idle.
     rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)

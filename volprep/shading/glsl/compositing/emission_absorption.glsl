@@ -1,5 +1,6 @@
-//: Emission and absorption (Max 1995). Sections: about; start, before the loop; sample, in it, of the segment `medium`;
-//: stop, where a ray may end early; picture.
+//: Emission and absorption (Max 1995). Sections: about; start, before the loop; sample, in it, the segment whose middle
+//: is i; stop, where a ray may end early; picture. MEDIUM is the colour and the extinction of the segment; slot light
+//: changes its colour.
 //#section about
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
 // most. Gives premultiplied linear light; alpha is the opacity.
@@ -11,6 +12,8 @@ float depth = 0.0;
 float transmittance = 1.0;
 vec3 colour = vec3(0.0);
 //#section sample
+vec4 medium = $MEDIUM;
+//#part light
 depth += medium.a * segment_mm;
 float remaining = exp(-depth);
 colour += medium.rgb * (transmittance - remaining);

@@ -5,7 +5,7 @@
 //: classification makes (linear colour, extinction per millimetre) of it; box gives clip_to_box; skipping and lighting,
 //: where the package has them; about says what the picture is.
 //: Slots in main: rays_ends; compositing_start; rays_start finds the first sample; classification_start;
-//: skipping_start; lighting_start; loop takes the samples, each as in step.glsl; picture writes the result.
+//: skipping_start; lighting_start; loop takes the samples; picture writes the result.
 //#part dialect
 //#part rays
 uniform float u_step_mm;

@@ -6,5 +6,6 @@ for (float k = 0.0; k < $MAX_STEPS; k++) {
   if (i > count) {
     break;
   }
-  //#part step
+  //#part sample
+  //#part stop
 }

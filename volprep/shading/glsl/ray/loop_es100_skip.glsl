@@ -10,7 +10,8 @@ for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
     if (i > count) {
       break;
     }
-    //#part step
+    //#part sample
+    //#part stop
   }
   //#part stop
 }

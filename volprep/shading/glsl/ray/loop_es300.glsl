@@ -1,4 +1,5 @@
 //: GLSL ES 3.00: a loop may end where the ray does. FIRST is the first sample.
 for (float i = $FIRST; i < count; i++) {
-  //#part step
+  //#part sample
+  //#part stop
 }

@@ -2,7 +2,8 @@
 while (next < count) {
   //#part look
   for (float i = run_start; i < min(next, count); i++) {
-    //#part step
+    //#part sample
+    //#part stop
   }
   //#part stop
 }
