@@ -36,7 +36,7 @@ def link_a_file(package: Path) -> None:
 
 def enlarge_a_level(package: Path) -> None:
     manifest = json.loads((package / "manifest.json").read_text(encoding="utf-8"))
-    manifest["levels"][1]["grid"]["shape_zyx"] = [2**31 - 1] * 3
+    manifest["channels"][0]["levels"][1]["grid"]["shape_zyx"] = [2**31 - 1] * 3
     (package / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
 
 

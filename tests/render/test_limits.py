@@ -58,13 +58,13 @@ def refusal(package, **settings):
 def test_a_2d_texture_above_the_limit_is_refused_with_both_numbers(es2):
     error = refusal(with_profile(es2, max_texture_size=256 - 1))
     assert error.code == "VP5010"
-    assert "width 256 is more than max_texture_size 255 of the profile gles2-2048" in str(error)
+    assert "width 256 is more than the max_texture_size of profile gles2-2048, 255" in str(error)
 
 
 def test_a_3d_texture_above_the_limit_is_refused_with_both_numbers(es3):
     error = refusal(with_profile(es3, max_3d_texture_size=69))
     assert error.code == "VP5010"
-    assert "height 70 is more than max_3d_texture_size 69 of the profile gles3" in str(error)
+    assert "height 70 is more than the max_3d_texture_size of profile gles3, 69" in str(error)
 
 
 def test_a_texture_of_the_limit_itself_is_drawn(es3):

@@ -147,7 +147,7 @@ def test_a_missing_essential_attribute_is_named(tmp_path, keyword) -> None:
     file = save_stack(tmp_path, **{keyword: None})
     error = refusal(tmp_path)
     assert error.code == "VP1036"
-    assert f"{file}: {keyword} is missing" in str(error)
+    assert f"{file}: the attribute {keyword} is missing" in str(error)
 
 
 @pytest.mark.parametrize(

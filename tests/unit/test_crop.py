@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from volprep.plan.crop import choose_crop
 from volprep.scan.statistics import measure
+from volprep.transfer.table import Table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
@@ -31,7 +32,7 @@ BAND = transfer((40.0, 0.0), (50.0, 1.0), (60.0, 0.0))
 def crop_of(voxels: np.ndarray, *functions: TransferFunction, wanted="auto"):
     others = ((1, 2), (0, 2), (0, 1))
     ranges = tuple(np.column_stack([voxels.min(axis=o), voxels.max(axis=o)]).astype(float) for o in others)
-    return choose_crop(wanted, functions, ranges)
+    return choose_crop(wanted, [Table.exact(each) for each in functions], ranges)
 
 
 def spot(value: float = 30.0, background: float = 0.0) -> np.ndarray:
@@ -105,4 +106,4 @@ def test_ranges_come_with_the_measurement(tmp_path, dtype) -> None:
     layout = RawLayout(shape_zyx=(9, 8, 7), dtype=np.dtype(dtype).name)
     with open_source(SourceSpec(path="spot.raw", raw=layout), Path(tmp_path), Silent()) as source:
         measured = measure(source, Silent())
-    assert choose_crop("auto", (ABOVE_10,), measured.ranges_zyx).start_zyx == (2, 3, 4)
+    assert choose_crop("auto", (Table.exact(ABOVE_10),), measured.ranges_zyx).start_zyx == (2, 3, 4)

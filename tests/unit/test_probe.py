@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from volprep.plan.probe import Codes, picture
+from volprep.compositing.emission_absorption import EMISSION_ABSORPTION
+from volprep.plan.probe import Codes
 from volprep.transfer.table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -15,7 +16,7 @@ def table(*points) -> Table:
 
 @pytest.mark.parametrize("slices", [1, 2, 63, 64, 65, 66, 130])
 def test_a_homogeneous_ray_has_the_opacity_of_its_whole_length(slices) -> None:
-    rays = picture(np.full((slices, 3), 7.0), 2.5, table((0.0, 0.02)))
+    rays = EMISSION_ABSORPTION.rays(np.full((slices, 3), 7.0), 2.5, table((0.0, 0.02)), "linear")
     opacity = 1 - np.exp(-0.02 * 2.5 * slices)
     assert rays == pytest.approx(np.tile([opacity, opacity / 2, opacity / 4, opacity], (3, 1)), rel=1e-12)
 
@@ -23,7 +24,7 @@ def test_a_homogeneous_ray_has_the_opacity_of_its_whole_length(slices) -> None:
 def test_a_ramp_is_integrated_between_the_voxels() -> None:
     # Extinction equal to the value, 0 to 40 over 40 voxels: the midpoint rule is exact for a linear extinction.
     values = np.arange(41.0)[:, None]
-    opacity = picture(values, 0.1, table((0.0, 0.0), (100.0, 1.0)))[0, 3]
+    opacity = EMISSION_ABSORPTION.rays(values, 0.1, table((0.0, 0.0), (100.0, 1.0)), "linear")[0, 3]
     # Half a voxel of value 0 before, half a voxel of value 40 after.
     depth = 0.01 * 0.1 * (40**2 / 2 + 0.5 * 40)
     assert opacity == pytest.approx(1 - np.exp(-depth), rel=1e-12)
