@@ -108,7 +108,8 @@ def import_source(
     with progress() as watcher:
         imported = import_draft(prepare(request), output, watcher)
     draft = imported.draft
-    origin = Origin(scene_path=str(request.scene_path) if request.scene_path else None, scene=imported.scene)
+    scene_path = str(request.scene_path) if request.scene_path else None
+    origin = Origin(scene_path=scene_path, scene=imported.scene, profile=request.profile)
     write_origin(output, origin)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
     values = draft.manifest.statistics

@@ -280,17 +280,44 @@ class ProgramResult(Record):
     """What its skip table and its mesh save; null where it has neither."""
 
 
+class Finding(Record):
+    """Something in the package that does not follow from scene and scan."""
+
+    code: str
+    """Code of the diagnostic that it is told by."""
+    item: str
+    """What it is found in."""
+    problem: str
+    """What is wrong with it."""
+
+
+class Derivation(Record):
+    """The package made again from scene and scan, and compared byte by byte."""
+
+    files: Count
+    """Number of files that were derived and compared."""
+    size_bytes: ByteCount
+    """Their size."""
+    findings: tuple[Finding, ...] = ()
+    """What differs; nothing in a package that may ship."""
+
+
 class Verdict(Record):
     """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
 
     passed: bool
-    """Whether every view of every program is within the tolerance, and no skip table and no mesh changes one."""
+    """Whether every view of every program is within the tolerance, no skip table and no mesh changes one, everything
+    follows from the scan, and everything was judged."""
     views: Count
     """Number of pictures that were judged."""
     failed: Annotated[int, Field(ge=0)]
     """Number of pictures beyond the tolerance."""
     changed: tuple[str, ...] = ()
     """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
+    differing: tuple[str, ...] = ()
+    """Items that do not follow from scene and scan."""
+    unproved: tuple[str, ...] = ()
+    """What the package ships and no picture has judged."""
     worst_program: str
     """Program of the worst view."""
     worst_view: str
@@ -369,6 +396,8 @@ class Report(Record):
     """Factor on the differences in the pictures named `difference`."""
     verdict: Verdict
     """Whether the package may ship."""
+    derivation: Derivation | None = None
+    """What was derived again from the scan and compared."""
     programs: tuple[ProgramResult, ...]
     """What each program draws."""
     made: tuple[LevelChoice, ...] = ()
