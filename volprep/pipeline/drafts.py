@@ -18,8 +18,9 @@ from volprep_formats.progress import Progress
 def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:
     """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
 
-    A draft that it seals gets the scene beside it that the verbs have made of the first one. Raises VP4001 to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are
-    missing, and what the stage raises.
+    A draft that it seals gets the scene beside it that the verbs have made of the first one. Raises VP4001 to VP4006
+    for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are missing, and what the stage
+    raises.
     """
     draft = Draft.open(folder)
     scene = change(scene_of(draft))
