@@ -7,7 +7,7 @@ as transfer function), the quadrature's (float target, rays running to their end
 target's (8 bits).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from statistics import fmean
 from typing import Annotated, Literal
 
@@ -300,6 +300,15 @@ class Derivation(Record):
     """Their size."""
     findings: tuple[Finding, ...] = ()
     """What differs; nothing in a package that may ship."""
+
+    @property
+    def items(self) -> tuple[str, ...]:
+        """What differs, each item once."""
+        return tuple(dict.fromkeys(finding.item for finding in self.findings))
+
+    def with_findings(self, found: Iterable[Finding]) -> "Derivation":
+        """Return the record with what else was found."""
+        return self.model_copy(update={"findings": (*self.findings, *found)})
 
 
 class Verdict(Record):

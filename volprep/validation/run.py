@@ -19,6 +19,7 @@ from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.exact.derive import derive
 from volprep.validation.folder import ReportFolder
 from volprep.validation.levels import compare_levels
+from volprep.validation.preview import preview_findings
 from volprep.validation.records import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.validation.scan import find_scan
 from volprep.validation.slices import measure_slices
@@ -58,6 +59,7 @@ def measure_package(
         size = picture_size or found.picture_size
         with clock.part("deriving"):
             derived = derive(package, found, scratch, progress)
+            derivation = derived.record.with_findings(preview_findings(package))
         package = _judged(package, found.scene.tolerance)
         channels = {
             name: Subject(part, derived.scans[name], size)
@@ -76,8 +78,8 @@ def measure_package(
             tolerance=subject.render.tolerance,
             oracle_tolerance=DEFAULT_TOLERANCE,
             difference_gain=gain,
-            verdict=judge(programs, subject.render.tolerance, [each.item for each in derived.record.findings]),
-            derivation=derived.record,
+            verdict=judge(programs, subject.render.tolerance, derivation.items),
+            derivation=derivation,
             programs=programs,
             made=_made(path),
             forms=_forms(path, package.manifest),

@@ -14,6 +14,8 @@ from volprep_formats.package.storage.contents import Contents, open_contents
 from volprep_formats.package.storage.draft import Draft
 
 Chunk = bytes | memoryview
+_SMALL_BYTES = 16 * 1024 * 1024
+"""Tables, texts and meshes are smaller; of the textures of levels this is a slab."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +51,13 @@ class ComparingDraft(Draft):
         """Write working data; compare everything else. Small files are kept, because later stages read them."""
         if role == "work":
             return super().write(path, role, data)
-        difference = self._compared(path, [data] if isinstance(data, bytes) else data)
-        if difference is not None and not (isinstance(data, bytes) and self._is_same_json(path, data)):
+        kept = _Kept([data] if isinstance(data, bytes) else data)
+        difference = self._compared(path, kept)
+        small = kept.small()
+        if difference is not None and not self._is_same_json(path, small):
             self.differences[path] = difference
-        if isinstance(data, bytes):
-            return super().write(path, role, data)
+        if small is not None:
+            return super().write(path, role, small)
         self._streamed.add(path)
         # An empty file stands for what is not stored: a step of the draft moves files.
         super().write(path, role, b"")
@@ -80,14 +84,36 @@ class ComparingDraft(Draft):
         places = [first for _, _, first in counted if first is not None]
         return FileDifference(size, min(places, default=size), count)
 
-    def _is_same_json(self, path: str, data: bytes) -> bool:
+    def _is_same_json(self, path: str, data: bytes | None) -> bool:
         """Return whether two JSON files say the same; the order of keys says nothing."""
-        if not path.endswith(".json") or path not in self._held:
+        if data is None or not path.endswith(".json") or path not in self._held:
             return False
         try:
             return bool(json.loads(self._package.read_bytes(path)) == json.loads(data))
         except (ValueError, VolprepError):
             return False
+
+
+class _Kept:
+    """Chunks that are remembered as long as they are few."""
+
+    def __init__(self, chunks: Iterable[Chunk]) -> None:
+        self._chunks = chunks
+        self._kept: list[Chunk] | None = []
+        self._size = 0
+
+    def __iter__(self) -> Iterator[Chunk]:
+        for chunk in self._chunks:
+            self._size += memoryview(chunk).nbytes
+            if self._kept is not None:
+                self._kept.append(chunk)
+            if self._size > _SMALL_BYTES:
+                self._kept = None
+            yield chunk
+
+    def small(self) -> bytes | None:
+        """Return all of them; None if they were too many."""
+        return None if self._kept is None else b"".join(self._kept)
 
 
 def _compare(contents: Contents, chunks: Iterable[Chunk]) -> Iterator[tuple[int, int, int | None]]:

@@ -15,6 +15,8 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 
+_COMPONENTS = {"RED": 1, "LUMINANCE": 1, "RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}
+
 
 def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
     """Return what of `package` is not what the stages have made with `draft`."""
@@ -50,15 +52,21 @@ def _place(difference: FileDifference, texture: Texture | None) -> str:
         return "is not there"
     listed = f"{difference.count} of {difference.size_bytes} bytes are not what follows from the scan"
     where = f"the first is byte {difference.first}"
-    if texture is not None and texture.mipmap is None and texture.encoder is None:
-        texels = prod(texture.shape_zyx)
+    size = None if texture is None else _bytes_per_texel(texture)
+    if texture is not None and size is not None:
         # Texels are the end of the file, behind the header.
-        size, rest = divmod(difference.size_bytes, texels)
-        start = difference.size_bytes - size * texels
-        if size and rest == start and difference.first >= start:
+        start = difference.size_bytes - size * prod(texture.shape_zyx)
+        if difference.first >= start:
             z, y, x = np.unravel_index((difference.first - start) // size, texture.shape_zyx)
             where = f"the first is in texel [z {z}, y {y}, x {x}]"
     return f"{listed}; {where}"
+
+
+def _bytes_per_texel(texture: Texture) -> int | None:
+    """Return the size of a texel; None where a file holds blocks, indices or several mipmaps."""
+    if texture.mipmap is not None or texture.gl.format is None:
+        return None
+    return _COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
 
 
 def _is_fitted(texture: Texture) -> bool:
