@@ -259,6 +259,35 @@ class EmptySpace(Record):
     """File of the samples of each pixel in the view of the sweep, the ways side by side; null where not counted."""
 
 
+class OtherView(Record):
+    """One standard view of something that is not drawn at the finest level of the package."""
+
+    view: str
+    """Name of the standard view."""
+    passed: bool
+    """Whether the error is within the tolerance, in rmse and in maximum."""
+    total: ErrorNumbers
+    """Rendering against truth."""
+
+
+class OtherDrawing(Record):
+    """A coarse level, or the pieces of level 0, drawn in the standard views and judged like the finest level."""
+
+    item: str
+    """What is drawn."""
+    program: str
+    """Name of the program that draws it."""
+    pixels: Count
+    """Width and height of the pictures: one pixel for a voxel of a level, or as large as those of the report."""
+    views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
+    """Standard views."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all views are within the tolerance."""
+        return all(view.passed for view in self.views)
+
+
 class ProgramResult(Record):
     """What one shader program draws."""
 
@@ -278,6 +307,8 @@ class ProgramResult(Record):
     """What the coarse levels gained by how they were made, finest first."""
     empty_space: EmptySpace | None = None
     """What its skip table and its mesh save; null where it has neither."""
+    others: tuple[OtherDrawing, ...] = ()
+    """Coarse levels, and pieces of level 0, that are drawn with the same transfer function."""
 
 
 class Finding(Record):
@@ -325,6 +356,8 @@ class Verdict(Record):
     """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
     differing: tuple[str, ...] = ()
     """Items that do not follow from scene and scan."""
+    beyond: tuple[str, ...] = ()
+    """Coarse levels, and pieces of level 0, of which a view is beyond the tolerance."""
     unproved: tuple[str, ...] = ()
     """What the package ships and no picture has judged."""
     worst_program: str

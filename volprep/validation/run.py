@@ -19,6 +19,7 @@ from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.exact.derive import derive
 from volprep.validation.folder import ReportFolder
 from volprep.validation.levels import compare_levels
+from volprep.validation.others import judge_others, unproved
 from volprep.validation.preview import preview_findings
 from volprep.validation.records import Cost, Driver, PackageFacts, ProgramResult, Report
 from volprep.validation.scan import find_scan
@@ -78,7 +79,7 @@ def measure_package(
             tolerance=subject.render.tolerance,
             oracle_tolerance=DEFAULT_TOLERANCE,
             difference_gain=gain,
-            verdict=judge(programs, subject.render.tolerance, derivation.items),
+            verdict=judge(programs, subject.render.tolerance, derivation.items, unproved(package.manifest, programs)),
             derivation=derivation,
             programs=programs,
             made=_made(path),
@@ -136,6 +137,7 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
             sweep=measure_sweep(bench, program, views),
             levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
             empty_space=measure_empty_space(bench, program),
+            others=judge_others(bench, program, views),
         )
         for (bench, program), views in zip(programs, viewed, strict=True)
     )

@@ -37,12 +37,14 @@ def judge(
     worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
     failed = sum(not view.passed for _, view in views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
+    beyond = tuple(other.item for each in programs for other in each.others if not other.passed)
     return Verdict(
-        passed=failed == 0 and not changed and not differing and not unproved,
+        passed=not (failed or changed or differing or beyond or unproved),
         views=len(views),
         failed=failed,
         changed=changed,
         differing=tuple(differing),
+        beyond=beyond,
         unproved=tuple(unproved),
         worst_program=worst_program,
         worst_view=worst.view,
