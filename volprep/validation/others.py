@@ -19,8 +19,7 @@ from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.validation.bench import Bench
 from volprep.validation.records import OtherDrawing, OtherView, ProgramResult
-from volprep.validation.subject import Subject, errors
-from volprep.validation.verdict import passes
+from volprep.validation.subject import Subject
 from volprep.validation.views import ViewedProgram
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
@@ -159,9 +158,11 @@ def _front_to_back(
 
 
 def _judged(bench: Bench, view: str, drawn: Picture, truth: Picture) -> OtherView:
-    with bench.clock.part("comparing"):
-        total = errors(drawn, truth)
-    return OtherView(view=view, passed=passes(total, bench.subject.render.tolerance), total=total)
+    tolerance = bench.subject.render.tolerance
+    difference = drawn.astype(np.float64) - truth
+    rmse, maximum = float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
+    passed = rmse <= tolerance.rmse and maximum <= tolerance.maximum
+    return OtherView(view=view, passed=passed, rmse=rmse, maximum=maximum)
 
 
 def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str, ...]:

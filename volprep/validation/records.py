@@ -266,8 +266,10 @@ class OtherView(Record):
     """Name of the standard view."""
     passed: bool
     """Whether the error is within the tolerance, in rmse and in maximum."""
-    total: ErrorNumbers
-    """Rendering against truth."""
+    rmse: NonNegative
+    """Root mean square error over all pixels and channels, premultiplied linear."""
+    maximum: NonNegative
+    """Largest difference of one channel of one pixel, premultiplied linear."""
 
 
 class OtherDrawing(Record):
