@@ -9,7 +9,9 @@ from volprep_cli.console import Json, end_beyond, print_json, print_table, progr
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.validation.records import Derivation, EmptySpace, ProgramResult, Report
+    from collections.abc import Sequence
+
+    from volprep.validation.records import Derivation, EmptySpace, OtherDrawing, ProgramResult, Report
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -38,10 +40,11 @@ def validate(
     quick: Quick = False,
     as_json: Json = False,
 ) -> None:
-    """Prove a package: draw the nine standard views, compare them with the truth, and write a report.
+    """Prove a package: make it again from the scan, draw it, compare both with what it holds, and write a report.
 
-    The truth is the integral of the scan in double precision. Exit status 0: every view is within the scene's
-    tolerance. 1: one is not, or a skip table or proxy mesh changes a picture. 5: the package is not whole.
+    The truth of pictures is the integral of the scan in double precision. Exit status 0: every byte follows from the
+    scan, everything that ships was drawn, and every view is within the scene's tolerance. 1: something is not. 5: the
+    package is not whole.
     """
     if quick:
         _check(package, as_json=as_json)
@@ -76,10 +79,14 @@ def _print(report: "Report", folder: Path) -> None:
         _print_views(program, report.oracle_tolerance)
         print(f"\nerror against run time, view {program.sweep.view}")
         _print_sweep(program)
+        if program.others:
+            _print_others(program.others)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
         print()
     allowed = report.tolerance
+    if report.derivation is not None:
+        print(f"made again from the scan and compared: {report.derivation.files} files")
     print(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
     print(f"report: {folder / 'index.html'}")
 
@@ -119,6 +126,24 @@ def _print_sweep(program: "ProgramResult") -> None:
     print_table(("level", "step", "samples", "ms", "RMSE", "drawing RMSE"), rows)
 
 
+def _print_others(others: "Sequence[OtherDrawing]") -> None:
+    from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
+
+    print("\ncoarse levels, one pixel for a voxel, and pieces: the worst of nine views")
+    rows = [
+        (
+            other.item,
+            other.program,
+            str(other.pixels),
+            number(max(view.rmse for view in other.views)),
+            number(max(view.maximum for view in other.views)),
+            "within" if other.passed else "beyond",
+        )
+        for other in others
+    ]
+    print_table(("drawn", "program", "pixels", "RMSE", "largest", "verdict"), rows)
+
+
 def _print_empty_space(found: "EmptySpace") -> None:
     from volprep.report.text import number  # noqa: PLC0415 - keeps volprep --help fast
 
@@ -152,8 +177,10 @@ def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
         return _not_derived(report.derivation, package)
     if verdict.unproved:
         return VolprepError("VP6032", path=package, listed=", ".join(verdict.unproved))
-    if not verdict.failed:
+    if verdict.changed and not verdict.failed:
         return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
+    if not verdict.failed:
+        return VolprepError("VP6035", path=package, listed=", ".join(verdict.beyond), report=folder)
     fields = {
         "path": package,
         "failed": verdict.failed,

@@ -8,6 +8,7 @@ Pieces are drawn eight at a time, as a device holds them: blocks around points o
 together are the whole level, put together in the order in which rays meet them, and compared with the truth.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
@@ -71,7 +72,7 @@ def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> Othe
 def _shrink(subject: Subject, level: Level) -> int:
     """Return by how much the pictures are made smaller, so that a voxel of the level is at most about a pixel."""
     # Orthographic standard views have the height of the diagonal; in perspective it is a fifth more.
-    pixels = np.linalg.norm(level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
+    pixels = math.hypot(*level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
     size = subject.shape_hw[0]
     divisors = [each for each in range(1, size + 1) if size % each == 0]
     return max(each for each in divisors if each <= max(1.0, size / pixels))
@@ -80,7 +81,8 @@ def _shrink(subject: Subject, level: Level) -> int:
 def _averaged(picture: NDArray[np.floating], shrink: int) -> Picture:
     height, width, channels = picture.shape
     cells = picture.reshape(height // shrink, shrink, width // shrink, shrink, channels)
-    return cells.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+    averaged: Picture = cells.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+    return averaged
 
 
 def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:

@@ -99,4 +99,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: {listed}",
         "Build the package again; the preview is drawn from its finest level.",
     ),
+    "VP6035": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: the finest level is within the tolerance, but these are beyond it where they would be used: {listed}",
+        "See {report}. Leave such levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
+        "or allow more in [tolerance].",
+    ),
 }
