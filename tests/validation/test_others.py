@@ -1,11 +1,10 @@
 """Coarse levels and pieces of level 0: drawn, judged, and named when nothing has drawn them."""
 
-from pathlib import Path
-
 import pytest
 from tamper_scenes import write_kind
 from tampering import built
 
+from volprep.report.page import page
 from volprep.report.validate import validate
 from volprep.validation.others import unproved
 from volprep.validation.records import Report
@@ -30,10 +29,10 @@ def test_each_coarse_level_is_drawn_in_nine_views_by_each_program_that_can(repor
     assert all(len(other.views) == 9 for other in program.others)
 
 
-def test_a_voxel_of_a_level_is_about_a_pixel(report) -> None:
-    """The diagonal is 25 mm, and voxels of level 2 are 3 mm: 32 pixels become 8 of 3.2 mm."""
+def test_a_voxel_of_a_level_is_a_pixel(report) -> None:
+    """The diagonal is 25.2 mm; the shortest edge of a voxel is 1.5 mm at level 1, and 3 mm at level 2."""
     pixels = {other.item: other.pixels for other in report.programs[0].others}
-    assert pixels["level 1 with shell"] == 16
+    assert pixels["level 1 with shell"] == 17
     assert pixels["level 2 with shell"] == 8
 
 
@@ -64,8 +63,7 @@ def test_a_program_that_nothing_has_drawn_is_named(report) -> None:
     assert unproved(report.package.manifest, fewer) == ("program subvolumes-shell",)
 
 
-def test_the_page_lists_them(report, tmp_path_factory) -> None:
-    (page,) = Path(tmp_path_factory.getbasetemp()).glob("house*/report/index.html")
-    text = page.read_text(encoding="utf-8")
+def test_the_page_lists_them(report) -> None:
+    text = page(report)
     assert "level 2 with shell" in text
     assert "pieces around points 1, 3, ... with shell" in text

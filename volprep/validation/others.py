@@ -54,34 +54,36 @@ def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Ite
 
 def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> OtherDrawing:
     subject = bench.subject
-    shrink = _shrink(subject, chosen.level)
+    pixels = _pixels(subject, chosen.level)
     views = []
     with chosen as renderer:
         for name, box_from_clip in subject.views.items():
             with bench.clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
-            views.append(_judged(bench, name, _averaged(drawn, shrink), _averaged(viewed.truths[name], shrink)))
+            views.append(_judged(bench, name, _averaged(drawn, pixels), _averaged(viewed.truths[name], pixels)))
     return OtherDrawing(
         item=f"level {chosen.level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
-        pixels=subject.shape_hw[0] // shrink,
+        pixels=pixels,
         views=tuple(views),
     )
 
 
-def _shrink(subject: Subject, level: Level) -> int:
-    """Return by how much the pictures are made smaller, so that a voxel of the level is at most about a pixel."""
+def _pixels(subject: Subject, level: Level) -> int:
+    """Return the size of pictures in which a voxel of the level is a pixel; no larger than those of the report."""
     # Orthographic standard views have the height of the diagonal; in perspective it is a fifth more.
-    pixels = math.hypot(*level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
-    size = subject.shape_hw[0]
-    divisors = [each for each in range(1, size + 1) if size % each == 0]
-    return max(each for each in divisors if each <= max(1.0, size / pixels))
+    voxels = math.hypot(*level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
+    return min(subject.shape_hw[0], max(1, round(voxels)))
 
 
-def _averaged(picture: NDArray[np.floating], shrink: int) -> Picture:
-    height, width, channels = picture.shape
-    cells = picture.reshape(height // shrink, shrink, width // shrink, shrink, channels)
-    averaged: Picture = cells.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+def _averaged(picture: NDArray[np.floating], pixels: int) -> Picture:
+    """Return the means of a square picture over larger pixels, whose edges may lie within one of its own."""
+    size = len(picture)
+    edges = np.linspace(0.0, size, pixels + 1)
+    own = np.arange(size)
+    overlap = np.minimum(edges[1:, None], own + 1) - np.maximum(edges[:-1, None], own)
+    weights = np.clip(overlap, 0.0, None) * (pixels / size)
+    averaged: Picture = np.einsum("ih,hwc,jw->ijc", weights, picture, weights, optimize=True).astype(np.float32)
     return averaged
 
 
