@@ -45,7 +45,7 @@ def test_pieces_put_together_are_as_near_to_the_unlit_truth_as_the_whole_to_the_
 
 
 def test_a_level_beyond_the_tolerance_is_named_and_fails_the_package(report) -> None:
-    """Five voxels along the longest axis are too few for this scene."""
+    """Five voxels along the longest axis are too few for the tolerance of this scene."""
     assert report.verdict.failed == 0
     assert set(report.verdict.beyond) == {"level 2 with shell"}
     assert not report.verdict.passed
