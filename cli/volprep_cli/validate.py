@@ -9,7 +9,9 @@ from volprep_cli.console import Json, end_beyond, print_json, print_line, print_
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.validation.records import EmptySpace, ProgramResult, Report
+    from collections.abc import Sequence
+
+    from volprep.validation.records import Derivation, EmptySpace, OtherDrawing, ProgramResult, Report
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -43,10 +45,11 @@ def validate(
     quick: Quick = False,
     as_json: Json = False,
 ) -> None:
-    """Prove a package: draw the nine standard views, compare them with the truth, and write a report.
+    """Prove a package: make it again from the scan, draw it, compare both with what it holds, and write a report.
 
-    The truth is the integral of the scan in double precision. Exit status 0: every view is within the scene's
-    tolerance. 1: a view is not, or a skip table or a proxy mesh changes a picture. 5: the package is not sound.
+    The truth of pictures is the integral of the scan in double precision. Exit status 0: every byte follows from the
+    scan, everything that ships was drawn, and every view is within the scene's tolerance. 1: something is not. 5: the
+    package is not whole.
     """
     if quick:
         _check(package, as_json=as_json)
@@ -82,10 +85,14 @@ def _print(report: "Report", folder: Path) -> None:
         print_line("")
         print_line(f"error against run time, view {program.sweep.view}")
         _print_sweep(program)
+        if program.others:
+            _print_others(program.others)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
         print_line("")
     allowed = report.tolerance
+    if report.derivation is not None:
+        print_line(f"made again from the scan and compared: {report.derivation.files} files")
     print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
     print_line(f"report: {folder / 'index.html'}")
 
@@ -125,6 +132,25 @@ def _print_sweep(program: "ProgramResult") -> None:
     print_table(("level", "step", "samples", "ms", "RMSE", "drawing RMSE"), rows)
 
 
+def _print_others(others: "Sequence[OtherDrawing]") -> None:
+    from volprep.report.text import number
+
+    print_line("")
+    print_line("coarse levels, one pixel for a voxel, and pieces: the worst of nine views")
+    rows = [
+        (
+            other.item,
+            other.program,
+            str(other.pixels),
+            number(max(view.rmse for view in other.views)),
+            number(max(view.maximum for view in other.views)),
+            "within" if other.passed else "beyond",
+        )
+        for other in others
+    ]
+    print_table(("drawn", "program", "pixels", "RMSE", "largest", "verdict"), rows)
+
+
 def _print_empty_space(found: "EmptySpace") -> None:
     from volprep.report.text import number
 
@@ -144,10 +170,25 @@ def _print_empty_space(found: "EmptySpace") -> None:
     print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
 
 
+def _not_derived(derivation: "Derivation", package: Path) -> VolprepError:
+    """Return what to say of a package that does not follow from scene and scan: the gravest kind of finding first."""
+    order = ("VP6030", "VP6031", "VP6034", "VP6033")
+    code = min((finding.code for finding in derivation.findings), key=order.index)
+    found = [finding for finding in derivation.findings if finding.code == code]
+    listed = "; ".join(f"{finding.item}: {finding.problem}" for finding in found)
+    return VolprepError(code, path=package, count=len(found), listed=listed, scene="its scene")
+
+
 def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
     verdict, allowed = report.verdict, report.tolerance
-    if not verdict.failed:
+    if report.derivation is not None and report.derivation.findings:
+        return _not_derived(report.derivation, package)
+    if verdict.unproved:
+        return VolprepError("VP6032", path=package, listed=", ".join(verdict.unproved))
+    if verdict.changed and not verdict.failed:
         return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
+    if not verdict.failed:
+        return VolprepError("VP6035", path=package, listed=", ".join(verdict.beyond), report=folder)
     fields = {
         "path": package,
         "failed": verdict.failed,

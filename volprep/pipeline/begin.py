@@ -33,5 +33,5 @@ def begin_draft(request: Request, folder: Path, progress: Progress) -> Draft:
                 remove_package(folder)
         raise
     scene_path = None if request.scene_path is None else path_text(request.scene_path)
-    write_origin(folder, Origin(scene_path=scene_path, scene=imported.scene))
+    write_origin(folder, Origin(scene_path=scene_path, scene=imported.scene, profile=request.profile))
     return imported.draft

@@ -61,8 +61,8 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoice, ...]) -> Origin:
     scene_path = None if prepared.scene_path is None else path_text(prepared.scene_path)
-    levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
-    return Origin(scene_path=scene_path, scene=scene, levels=levels, forms=plan.forms)
+    levels = tuple(choice.without_tables for choice in made)
+    return Origin(scene_path=scene_path, scene=scene, profile=prepared.profile, levels=levels, forms=plan.forms)
 
 
 def plan_build(request: Request, progress: Progress) -> Plan:

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from volprep.parts.levels.chosen import choices_of
 from volprep.pipeline.import_draft import scene_of
+from volprep.pipeline.origin import Origin, read_origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.stages import STAGES, require_inputs, run_stage
 from volprep.scene.scene import Scene
@@ -16,17 +18,25 @@ from volprep_formats.progress import Progress
 def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:
     """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
 
-    Raises VP4001 to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are
-    missing, and what the stage raises.
+    A draft that it seals gets the scene beside it that the verbs have made of the first one. Raises VP4001 to VP4006
+    for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are missing, and what the stage
+    raises.
     """
     draft = Draft.open(folder)
     scene = change(scene_of(draft))
     plan = plan_draft(draft, scene, draft.manifest.profile, progress)
     stage = next(stage for stage in STAGES if stage.name == name)
     require_inputs(draft, stage, plan)
+    # What tried and chose goes with the working data when the draft is sealed.
+    made = tuple(choice.without_tables for channel in plan.channels for choice in choices_of(draft, channel))
     run_stage(draft, stage, plan, scene, progress)
     if draft.manifest.state == "sealed":
         require_sound(folder)
+        older = read_origin(folder)
+        scene_path = None if older is None else older.scene_path
+        profile = draft.manifest.profile
+        origin = Origin(scene_path=scene_path, scene=scene, profile=profile, levels=made, forms=plan.forms)
+        write_origin(folder, origin)
     return draft
 
 

@@ -13,6 +13,7 @@ from volprep.plan.form_trial import FormTrial
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import write_file
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.record import Record, problems
 from volprep_formats.regular_files import read_regular
 
@@ -26,6 +27,8 @@ class Origin(Record):
     """The scene file, absolute; none where the source was imported without a scene."""
     scene: Scene
     """The scene as it was then; the path of its source is absolute."""
+    profile: DeviceProfile | None = None
+    """Class of devices, which the command line may have chosen; none in origins of older versions."""
     levels: tuple[LevelChoice, ...] = ()
     """How each level was made, what else was tried, and how long that took; without the tables."""
     forms: tuple[FormTrial, ...] = ()

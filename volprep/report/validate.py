@@ -1,6 +1,7 @@
 """volprep validate: measure a package and write the report."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from volprep.report.page import page
 from volprep.validation.folder import report_folder
@@ -41,7 +42,10 @@ def validate(
     """
     if report_path.resolve().is_relative_to(path.resolve()):
         raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
-    with report_folder(report_path) as folder:
-        report = measure_package(path, folder, progress, source=source, picture_size=picture_size)
+    with (
+        report_folder(report_path) as folder,
+        TemporaryDirectory(prefix=".volprep-", dir=report_path.parent) as scratch,
+    ):
+        report = measure_package(path, folder, Path(scratch), progress, source=source, picture_size=picture_size)
         folder.write(report, page(report))
     return report

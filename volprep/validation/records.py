@@ -7,7 +7,7 @@ as transfer function), the quadrature's (float target, rays running to their end
 target's (8 bits).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from statistics import fmean
 from typing import Annotated, Literal
 
@@ -259,6 +259,37 @@ class EmptySpace(Record):
     """File of the samples of each pixel in the view of the sweep, the ways side by side; null where not counted."""
 
 
+class OtherView(Record):
+    """One standard view of something that is not drawn at the finest level of the package."""
+
+    view: str
+    """Name of the standard view."""
+    passed: bool
+    """Whether the error is within the tolerance, in rmse and in maximum."""
+    rmse: NonNegative
+    """Root mean square error over all pixels and channels, premultiplied linear."""
+    maximum: NonNegative
+    """Largest difference of one channel of one pixel, premultiplied linear."""
+
+
+class OtherDrawing(Record):
+    """A coarse level, or the pieces of level 0, drawn in the standard views and judged like the finest level."""
+
+    item: str
+    """What is drawn."""
+    program: str
+    """Name of the program that draws it."""
+    pixels: Count
+    """Width and height of the pictures: one pixel for a voxel of a level, or as large as those of the report."""
+    views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
+    """Standard views."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all views are within the tolerance."""
+        return all(view.passed for view in self.views)
+
+
 class ProgramResult(Record):
     """What one shader program draws."""
 
@@ -278,19 +309,59 @@ class ProgramResult(Record):
     """What the coarse levels gained by how they were made, finest first."""
     empty_space: EmptySpace | None = None
     """What its skip table and its mesh save; null where it has neither."""
+    others: tuple[OtherDrawing, ...] = ()
+    """Coarse levels, and pieces of level 0, that are drawn with the same transfer function."""
+
+
+class Finding(Record):
+    """Something in the package that does not follow from scene and scan."""
+
+    code: str
+    """Code of the diagnostic that it is told by."""
+    item: str
+    """What it is found in."""
+    problem: str
+    """What is wrong with it."""
+
+
+class Derivation(Record):
+    """The package made again from scene and scan, and compared byte by byte."""
+
+    files: Count
+    """Number of files that were derived and compared."""
+    size_bytes: ByteCount
+    """Their size."""
+    findings: tuple[Finding, ...] = ()
+    """What differs; nothing in a package that may ship."""
+
+    @property
+    def items(self) -> tuple[str, ...]:
+        """What differs, each item once."""
+        return tuple(dict.fromkeys(finding.item for finding in self.findings))
+
+    def with_findings(self, found: Iterable[Finding]) -> "Derivation":
+        """Return the record with what else was found."""
+        return self.model_copy(update={"findings": (*self.findings, *found)})
 
 
 class Verdict(Record):
     """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
 
     passed: bool
-    """Whether every view of every program is within the tolerance, and no skip table and no mesh changes one."""
+    """Whether every view of every program is within the tolerance, no skip table and no mesh changes one, everything
+    follows from the scan, and everything was judged."""
     views: Count
     """Number of pictures that were judged."""
     failed: Annotated[int, Field(ge=0)]
     """Number of pictures beyond the tolerance."""
     changed: tuple[str, ...] = ()
     """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
+    differing: tuple[str, ...] = ()
+    """Items that do not follow from scene and scan."""
+    beyond: tuple[str, ...] = ()
+    """Coarse levels, and pieces of level 0, of which a view is beyond the tolerance."""
+    unproved: tuple[str, ...] = ()
+    """What the package ships and no picture has judged."""
     worst_program: str
     """Program of the worst view."""
     worst_view: str
@@ -369,6 +440,8 @@ class Report(Record):
     """Factor on the differences in the pictures named `difference`."""
     verdict: Verdict
     """Whether the package may ship."""
+    derivation: Derivation | None = None
+    """What was derived again from the scan and compared."""
     programs: tuple[ProgramResult, ...]
     """What each program draws."""
     made: tuple[LevelChoice, ...] = ()

@@ -16,10 +16,13 @@ from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
 from volprep.validation.empty_space import measure_empty_space
+from volprep.validation.exact.derive import derive
 from volprep.validation.folder import ReportFolder
 from volprep.validation.levels import compare_levels
+from volprep.validation.others import judge_others, unproved
+from volprep.validation.preview import preview_findings
 from volprep.validation.records import Cost, Driver, PackageFacts, ProgramResult, Report
-from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.scan import find_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
@@ -28,7 +31,7 @@ from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_packages
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import MANIFEST
@@ -36,9 +39,18 @@ from volprep_formats.progress import Progress
 
 
 def measure_package(
-    path: Path, folder: ReportFolder, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
+    path: Path,
+    folder: ReportFolder,
+    scratch: Path,
+    progress: Progress,
+    *,
+    source: Path | None = None,
+    picture_size: int | None = None,
 ) -> Report:
-    """Measure the sealed package at `path`; pictures go to `folder`. Raises what `volprep.report.validate` names."""
+    """Measure the sealed package at `path`; pictures go to `folder`, the scan and its codes to the empty `scratch`.
+
+    Raises what `volprep.report.validate` names.
+    """
     clock = Clock()
     with clock.part("all"):
         with clock.part("checking"):
@@ -46,11 +58,15 @@ def measure_package(
             _require_no_lit_labels(package)
         found = find_scan(path, source)
         size = picture_size or found.picture_size
-        with clock.part("reading"):
-            channels = {
-                name: Subject(part, read_scan(part.manifest, found.spec_of(name), progress), size)
-                for name, part in channel_packages(package).items()
-            }
+        with clock.part("deriving"):
+            derived = derive(package, found, scratch, progress)
+            derivation = derived.record.with_findings(preview_findings(package))
+        package = _judged(package, found.scene.tolerance)
+        channels = {
+            name: Subject(part, derived.scans[name], size)
+            for name, part in channel_packages(package).items()
+            if name in derived.scans
+        }
         subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
         programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
@@ -63,7 +79,8 @@ def measure_package(
             tolerance=subject.render.tolerance,
             oracle_tolerance=DEFAULT_TOLERANCE,
             difference_gain=gain,
-            verdict=judge(programs, subject.render.tolerance),
+            verdict=judge(programs, subject.render.tolerance, derivation.items, unproved(package.manifest, programs)),
+            derivation=derivation,
             programs=programs,
             made=_made(path),
             forms=_forms(path, package.manifest),
@@ -75,6 +92,15 @@ def measure_package(
                 source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
+
+
+def _judged(package: Package, tolerance: Tolerance) -> Package:
+    """Return the package with the tolerance of its scene, whatever it says of itself."""
+    manifest = package.manifest
+    if manifest.render is None:
+        return package
+    render = manifest.render.model_copy(update={"tolerance": tolerance})
+    return Package(package.path, manifest.model_copy(update={"render": render}))
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
@@ -111,6 +137,7 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
             sweep=measure_sweep(bench, program, views),
             levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
             empty_space=measure_empty_space(bench, program),
+            others=judge_others(bench, program, views),
         )
         for (bench, program), views in zip(programs, viewed, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Opening the scan that a package was made from, and no other."""
+"""Who judges a package: its scene and its scan, found without asking the package."""
 
 import hashlib
 from dataclasses import dataclass
@@ -6,64 +6,89 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.pipeline.origin import read_origin
+from volprep.pipeline.origin import Origin, origin_path, read_origin
+from volprep.plan.form_trial import FormTrial
 from volprep.scan.repair import open_scan
 from volprep.scan.slabs import bytes_of
 from volprep.scan.statistics import Gauge, source_slabs
-from volprep.scene.channels import SceneChannel, drawn_channels, with_listed_channels
-from volprep.scene.request import at_place
-from volprep.scene.scene import RenderWishes, load_scene
+from volprep.scene.channels import drawn_channels, with_listed_channels
+from volprep.scene.profiles import load_profile, profile_names
+from volprep.scene.request import at_place, load_request
+from volprep.scene.scene import Scene
 from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.path_text import path_text
+from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec
 
 
 @dataclass(frozen=True)
-class FoundScan:
-    """Where the scan is, and what its scene says about validation."""
+class Found:
+    """Who judges a package: the scene, and the scan that it names. Nothing of it comes from the package."""
 
-    channels: tuple[SceneChannel, ...]
-    """The channels that are drawn; paths are absolute."""
-    picture_size: int
-    """Width and height of the pictures, in pixels."""
+    scene: Scene
+    """The scene; paths are absolute, and channels are listed."""
+    scene_path: Path
+    """The file that says so."""
+    profile: DeviceProfile
+    """Class of devices that the package was built for."""
+    levels: tuple[LevelFilter, ...] = ()
+    """Filter of each coarser level, channel by channel, where the origin notes what was chosen."""
+    forms: tuple[FormTrial, ...] = ()
+    """Compressed forms that were tried, where the origin notes them."""
+
+    @property
+    def picture_size(self) -> int:
+        """Width and height of the pictures, in pixels."""
+        return self.scene.render.picture_size
 
     def spec_of(self, channel: str) -> SourceSpec:
-        """Return the source of a channel of the package; "" is its only one. Raises VP1241 if there is none."""
-        if not channel and len(self.channels) == 1:
-            return self.channels[0].spec
-        names = [each.name for each in self.channels]
+        """Return the source of a channel; "" is the only one. Raises VP1241 if there is none."""
+        channels = drawn_channels(self.scene)
+        if not channel and len(channels) == 1:
+            return channels[0].spec
+        names = [each.name for each in channels]
         if channel not in names:
             raise VolprepError(
                 "VP1241", path="the scene", wanted=channel or "for a package of one", found=", ".join(names)
             )
-        return self.channels[names.index(channel)].spec
+        return channels[names.index(channel)].spec
 
 
-def find_scan(package: Path, source: Path | None) -> FoundScan:
-    """Find the scan of the package at `package`: `source`, a scene or a scan, or else the origin beside the package.
+def find_scan(package: Path, source: Path | None) -> Found:
+    """Find what judges the package at `package`: `source`, a scene or a scan, or else the origin beside the package.
 
-    A scan that is named by its path is read as the origin says, where there is one. Raises VP3001 to VP3003 for a
-    scene that cannot be read, VP4043 for an origin that cannot, VP6012 where neither tells, VP1243 for one path in
-    place of several.
+    A scan that is named by its path is read as the origin says. Raises VP3001 to VP3003 and VP3042 for a scene that
+    cannot be read, VP4043 for an origin that cannot, VP6012 where neither tells, VP1243 for one path in place of
+    several, VP4001 to VP4004 for what is no package.
     """
+    origin = read_origin(package.resolve())
     if source is not None and source.suffix == ".toml":
-        scene = load_scene(source)
-        spec = at_place(scene.source, source.resolve().parent, None)
-    else:
-        origin = read_origin(package.resolve())
-        if origin is not None:
-            scene = origin.scene
-            spec = at_place(scene.source, Path("/"), source)
-        elif source is not None:
-            spec = SourceSpec(path=path_text(source.absolute()))
-            return FoundScan((SceneChannel("", spec, ()),), RenderWishes().picture_size)
-        else:
-            raise VolprepError("VP6012", path=package)
-    scene = with_listed_channels(scene.model_copy(update={"source": spec}))
-    return FoundScan(drawn_channels(scene), scene.render.picture_size)
+        request = load_request(source)
+        scene, path = with_listed_channels(request.scene), source
+        return Found(scene, path, _profile(origin, request.profile, read_manifest(package).profile))
+    if origin is None:
+        raise VolprepError("VP6012", path=package)
+    spec = at_place(origin.scene.source, Path("/"), source)
+    return Found(
+        with_listed_channels(origin.scene.model_copy(update={"source": spec})),
+        origin_path(package.resolve()),
+        _profile(origin, None, read_manifest(package).profile),
+        tuple(choice.filter for choice in origin.levels),
+        origin.forms,
+    )
+
+
+def _profile(origin: Origin | None, wanted: DeviceProfile | None, named: DeviceProfile) -> DeviceProfile:
+    """Return the profile that a package was built for: the command line may have replaced that of the scene."""
+    if origin is not None and origin.profile is not None:
+        return origin.profile
+    if wanted is not None and wanted.name == named.name:
+        return wanted
+    return load_profile(named.name, Path.cwd()) if named.name in profile_names() else named
 
 
 def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volume:

@@ -1,4 +1,4 @@
-"""Whether a package may ship: every view of every program within the scene's tolerance."""
+"""Whether a package may ship: it follows from the scan, and every view is within the scene's tolerance."""
 
 from collections.abc import Sequence
 
@@ -23,17 +23,29 @@ def share_of(total: ErrorNumbers | FormTrial, tolerance: Tolerance) -> float:
     )
 
 
-def judge(programs: Sequence[ProgramResult], tolerance: Tolerance) -> Verdict:
-    """Judge all views of `programs` (at least one view) and name the worst. Of equals the first is the worst."""
+def judge(
+    programs: Sequence[ProgramResult],
+    tolerance: Tolerance,
+    differing: Sequence[str] = (),
+    unproved: Sequence[str] = (),
+) -> Verdict:
+    """Judge all views of `programs` (at least one view) and name the worst. Of equals the first is the worst.
+
+    `differing` are items that do not follow from the scan, `unproved` those that nothing has judged.
+    """
     views = [(program.program, view) for program in programs for view in program.views]
     worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
     failed = sum(not view.passed for _, view in views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
+    beyond = tuple(other.item for each in programs for other in each.others if not other.passed)
     return Verdict(
-        passed=failed == 0 and not changed,
+        passed=not (failed or changed or differing or beyond or unproved),
         views=len(views),
         failed=failed,
         changed=changed,
+        differing=tuple(differing),
+        beyond=beyond,
+        unproved=tuple(unproved),
         worst_program=worst_program,
         worst_view=worst.view,
         worst_rmse=worst.total.rmse,

@@ -49,6 +49,8 @@ class ViewedProgram:
     """Truth in the view of the sweep."""
     on_data: OraclePicture
     """Oracle on the package's data in the view of the sweep."""
+    truths: dict[str, NDArray[np.float32]]
+    """Truth in each standard view, premultiplied linear."""
     driver: Driver
     """The OpenGL ES that drew."""
 
@@ -63,6 +65,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     results = []
     differences = {}
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
+    truths: dict[str, NDArray[np.float32]] = {}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
     with renderer_of(subject.package, level=level, transfer=program.transfer) as renderer:
         for name, box_from_clip in subject.views.items():
@@ -82,6 +85,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
                     truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
                     pictures=_names(program, name),
                 )
+            truths[name] = truth.rgba.astype(np.float32)
             if name == kept_view:
                 kept[name] = truth, on_data
             _write_pictures(bench.folder, result.pictures, truth.rgba, drawn)
@@ -89,7 +93,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
             results.append(result)
             bench.progress.advance()
         driver = driver_of(renderer)
-    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], driver)
+    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], truths, driver)
 
 
 def driver_of(renderer: Renderer | SliceRenderer) -> Driver:

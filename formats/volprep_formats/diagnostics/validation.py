@@ -24,8 +24,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: it is not known from which scan the package was made: {path}.origin.json is missing",
-        "Name the scan, or the scene, with --source.",
+        "{path}: the scene that the package was made from is not known: {path}.origin.json is missing",
+        "Name the scene with --source; what the package says of itself cannot judge it.",
     ),
     "VP6013": Diagnostic(
         ExitStatus.SOURCE,
@@ -74,5 +74,36 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.OUTPUT,
         "{path}: cannot write the report: {error}",
         "Free disk space, or name another folder with --report.",
+    ),
+    "VP6030": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: {count} items do not follow from the scan: {listed}",
+        "Something has changed the package after it was built, or an error of the machine has. Build it again.",
+    ),
+    "VP6031": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: the manifest says otherwise than {scene}: {listed}",
+        "Build the package again from this scene, or name the scene that it was built from with --source.",
+    ),
+    "VP6032": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: not proved: the package ships what no picture has judged: {listed}",
+        "Leave these out of the scene, or trust them without proof: their texels and texts follow from the scan.",
+    ),
+    "VP6033": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: not proved: {listed}",
+        "Build the package again with this version, or validate it with the version that built it.",
+    ),
+    "VP6034": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: {listed}",
+        "Build the package again; the preview is drawn from its finest level.",
+    ),
+    "VP6035": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: the finest level is within the tolerance, but these are beyond it where they would be used: {listed}",
+        "See {report}. Leave such levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
+        "or allow more in [tolerance].",
     ),
 }

@@ -41,3 +41,8 @@ class LevelChoice(Record):
     """Lookup tables of its own, for those transfer functions that gain by them."""
     trials: tuple[Trial, ...] = ()
     """Everything that was tried; nothing where there was no choice."""
+
+    @property
+    def without_tables(self) -> "LevelChoice":
+        """The choice without the tables, which stand in the package."""
+        return self.model_copy(update={"tables": ()})

@@ -1,0 +1,91 @@
+"""Packages that are damaged with care: size and digest of each changed file stand in the manifest as they should."""
+
+import hashlib
+import json
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from volprep.pipeline.build import build
+from volprep.pipeline.origin import origin_path
+from volprep.scene.request import load_request
+from volprep.validation.exact.derive import derive
+from volprep.validation.preview import preview_findings
+from volprep.validation.scan import find_scan
+from volprep.validation.whole import open_whole
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+
+
+class Damaged:
+    """A copy of a package, to be changed."""
+
+    def __init__(self, package: Path, folder: Path) -> None:
+        self.path = folder / package.name
+        shutil.copytree(package, self.path)
+        shutil.copy(origin_path(package), folder)
+        self.manifest = json.loads((self.path / "manifest.json").read_bytes())
+
+    def texture(self, role: str, level: int | None = None, transfer: str | None = None) -> dict:
+        wanted = {"role": role, "level": level, "transfer": transfer}
+        named = {key: value for key, value in wanted.items() if value is not None}
+        return next(each for each in self.manifest["textures"] if named.items() <= each.items())
+
+    def data(self, file: str) -> bytearray:
+        return bytearray((self.path / file).read_bytes())
+
+    def put(self, file: str, data: bytes) -> None:
+        (self.path / file).write_bytes(data)
+        record = next(each for each in self.manifest["files"] if each["path"] == file)
+        record |= {"size_bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+
+    def texels(self, texture: dict, change: Callable[[np.ndarray], np.ndarray]) -> str:
+        """Replace the texels [z, y, x, byte] of a file that holds one texture; give its file."""
+        data = self.data(texture["file"])
+        shape = texture["shape_zyx"]
+        components = {"LUMINANCE": 1, "RED": 1, "RG": 2, "RGB": 3, "RGBA": 4}
+        size = components.get(texture["gl"].get("format"), 1) * (2 if texture["gl"].get("type") == "HALF_FLOAT" else 1)
+        body = int(np.prod(shape)) * size
+        texels = np.frombuffer(bytes(data[-body:]), np.uint8).reshape(*shape, size)
+        changed = np.ascontiguousarray(change(texels.copy()))
+        assert changed.shape == texels.shape
+        assert (changed != texels).any(), "nothing was damaged"
+        self.put(texture["file"], bytes(data[:-body]) + changed.tobytes())
+        return texture["file"]
+
+    def text(self, file: str, old: str, new: str) -> str:
+        data = self.data(file).decode()
+        assert old in data, data
+        self.put(file, data.replace(old, new).encode())
+        return file
+
+    def json(self, file: str, change: Callable[[dict], None]) -> str:
+        record = json.loads(self.data(file))
+        change(record)
+        self.put(file, json.dumps(record).encode())
+        return file
+
+    def save(self) -> Path:
+        (self.path / "manifest.json").write_text(json.dumps(self.manifest), encoding="utf-8")
+        return self.path
+
+
+def built(folder: Path, scene: Path) -> Path:
+    """Build the package of a scene in `folder`; give its path."""
+    build(load_request(scene), folder / "tried.volpkg", Silent())
+    return folder / "tried.volpkg"
+
+
+def told(path: Path, *, preview: bool = False) -> str:
+    """Return what validation says of a package before it draws views; nothing if all is as it should be."""
+    try:
+        package = open_whole(path)
+        with tempfile.TemporaryDirectory() as scratch:
+            findings = [*derive(package, find_scan(path, None), Path(scratch), Silent()).record.findings]
+        findings += preview_findings(package) if preview else ()
+    except VolprepError as error:
+        return str(error)
+    return "\n".join(f"{each.code} {each.item}: {each.problem}" for each in findings)

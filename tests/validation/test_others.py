@@ -1,0 +1,69 @@
+"""Coarse levels and pieces of level 0: drawn, judged, and named when nothing has drawn them."""
+
+import pytest
+from tamper_scenes import write_kind
+from tampering import built
+
+from volprep.report.page import page
+from volprep.report.validate import validate
+from volprep.validation.others import unproved
+from volprep.validation.records import Report
+from volprep_formats.progress import Silent
+
+SIZE = 32
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory) -> Report:
+    """A scene of three levels, a mesh for each, light, and pieces of 8 voxels."""
+    folder = tmp_path_factory.mktemp("house")
+    scene = write_kind(folder, "house")
+    return validate(built(folder, scene), folder / "report", Silent(), picture_size=SIZE)
+
+
+def test_each_coarse_level_is_drawn_in_nine_views_by_each_program_that_can(report) -> None:
+    (program,) = report.programs
+    levels = [(other.item, other.program) for other in program.others if other.item.startswith("level")]
+    names = ("proxy-raycast-shell", "raycast-shell")
+    assert levels == [(f"level {index} with shell", name) for index in (1, 2) for name in names]
+    assert all(len(other.views) == 9 for other in program.others)
+
+
+def test_a_voxel_of_a_level_is_a_pixel(report) -> None:
+    """The diagonal is 25.2 mm; the shortest edge of a voxel is 1.5 mm at level 1, and 3 mm at level 2."""
+    pixels = {other.item: other.pixels for other in report.programs[0].others}
+    assert pixels["level 1 with shell"] == 17
+    assert pixels["level 2 with shell"] == 8
+
+
+def test_pieces_put_together_are_as_near_to_the_unlit_truth_as_the_whole_to_the_lit_one(report) -> None:
+    pieces = [other for other in report.programs[0].others if other.program == "subvolumes-shell"]
+    assert len(pieces) == 2
+    for other in pieces:
+        assert max(view.rmse for view in other.views) < 0.002
+        assert max(view.maximum for view in other.views) < 0.02
+
+
+def test_a_level_beyond_the_tolerance_is_named_and_fails_the_package(report) -> None:
+    """Five voxels along the longest axis are too few for the tolerance of this scene."""
+    assert report.verdict.failed == 0
+    assert set(report.verdict.beyond) == {"level 2 with shell"}
+    assert not report.verdict.passed
+
+
+def test_everything_that_ships_was_drawn(report) -> None:
+    assert report.verdict.unproved == ()
+
+
+def test_a_program_that_nothing_has_drawn_is_named(report) -> None:
+    fewer = tuple(
+        program.model_copy(update={"others": tuple(each for each in program.others if "pieces" not in each.item)})
+        for program in report.programs
+    )
+    assert unproved(report.package.manifest, fewer) == ("program subvolumes-shell",)
+
+
+def test_the_page_lists_them(report) -> None:
+    text = page(report)
+    assert "level 2 with shell" in text
+    assert "pieces around points 1, 3, ... with shell" in text

@@ -1,0 +1,139 @@
+"""The package made again from scene and scan, by the stages that build packages, and compared while it is made.
+
+What is derived: codes and their window, every texture, normals, skip tables, meshes, histograms, pieces, shaders, and
+the manifest. A new part is compared as soon as it is a stage.
+
+This finds every byte that is not what this version makes of the scan. It is no second opinion on the stages themselves,
+because they are the same code: that they are right is for the pictures, whose oracle shares no code with them, and for
+the tests, which compare each kernel with a slow twin.
+
+Where a filter of levels, or a compressed form, was chosen by trying several, the choice is taken from the record of
+origin, or else from the manifest; the texels are derived with what was chosen.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.compression.whole import WholeSource
+from volprep.parts.work import source_volume
+from volprep.pipeline.import_draft import Imported, import_draft
+from volprep.pipeline.make_plan import Scanned, make_plan
+from volprep.pipeline.prepare import prepare
+from volprep.pipeline.seal import STAGE as SEAL
+from volprep.pipeline.stages import STAGES, run_stage
+from volprep.plan.records import ChannelPlan, LevelPlan, Plan
+from volprep.scene.request import Request
+from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
+from volprep.validation.exact.draft import ComparingDraft
+from volprep.validation.exact.findings import findings_of
+from volprep.validation.records import Derivation
+from volprep.validation.scan import Found
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channels import channel_views
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Progress
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What follows from scene and scan."""
+
+    record: Derivation
+    """What was compared, and what differs."""
+    manifest: Manifest
+    """The manifest that follows, as that of a draft."""
+    scans: dict[str, Volume]
+    """The scan of each channel at full precision, files that the system maps into memory."""
+
+
+def derive(package: Package, found: Found, folder: Path, progress: Progress) -> Derived:
+    """Make `package` again in the empty folder `folder`, which then holds the scan, and compare.
+
+    Raises what reading the scan and planning raise, VP6013 if it is not the scan that the package names, VP4020 where
+    there is no room for the scan and its codes.
+    """
+    request = Request(found.scene, found.profile, found.scene_path)
+    imported = import_draft(prepare(request), folder, progress)
+    _require_same_scan(package.manifest, imported.draft.manifest, found)
+    draft = ComparingDraft(imported.draft.folder, imported.draft.manifest, package)
+    plan = _plan(draft, imported, package.manifest, found, progress)
+    for stage in STAGES:
+        if stage is not SEAL and stage.name in plan.stages:
+            run_stage(draft, stage, plan, imported.scene, progress)
+    return Derived(
+        record=Derivation(
+            files=len(draft.compared),
+            size_bytes=sum(draft.compared.values()),
+            findings=tuple(findings_of(package, draft)),
+        ),
+        manifest=draft.manifest,
+        scans={name: _scan(draft, view) for name, view in channel_views(draft.manifest).items()},
+    )
+
+
+def _require_same_scan(manifest: Manifest, derived: Manifest, found: Found) -> None:
+    for one, other in zip(manifest.channels, derived.channels, strict=False):
+        if one.source.sha256 != other.source.sha256:
+            digests = {"found": other.source.sha256[:12], "expected": one.source.sha256[:12]}
+            raise VolprepError("VP6013", path=found.spec_of(other.name).path, package=manifest.name, **digests)
+
+
+def _plan(draft: ComparingDraft, imported: Imported, manifest: Manifest, found: Found, progress: Progress) -> Plan:
+    """Make the plan of the scene, with the choices that trying has made."""
+    channels = draft.manifest.channels
+    assert imported.measured is not None  # noqa: S101 - the folder was empty
+    scanned = [
+        Scanned(
+            channel.source.info,
+            measured,
+            WholeSource(
+                source_volume(draft, channel.name),
+                channel.source.info,
+                channel.source.sha256,
+                progress,
+                [*found.forms],
+            ),
+        )
+        for channel, measured in zip(channels, imported.measured, strict=True)
+    ]
+    plan = make_plan(imported.scene, found.profile, scanned)
+    noted = iter(found.levels)
+    return plan.model_copy(update={"channels": tuple(_chosen(each, manifest, noted) for each in plan.channels)})
+
+
+def _chosen(plan: ChannelPlan, manifest: Manifest, noted: Iterator[str]) -> ChannelPlan:
+    """Replace "auto" by the filter that made each level: as noted, in the order of channels and levels, or as named."""
+    named = {
+        level.index: level.filter
+        for channel in manifest.channels
+        if channel.name == plan.channel
+        for level in channel.levels
+    }
+    levels: list[LevelPlan] = []
+    for level in plan.levels:
+        chosen = next(noted, named.get(level.index, "auto")) if level.index else level.filter
+        made_by = level.filter if level.filter != "auto" or chosen == "none" else chosen
+        levels.append(level.model_copy(update={"filter": made_by}))
+    return plan.model_copy(update={"levels": tuple(levels)})
+
+
+def _scan(draft: ComparingDraft, manifest: Manifest) -> Volume:
+    """Return the scan of a channel, which the system maps into memory as it is read."""
+    channel = manifest.channels[0]
+    raw = source_volume(draft, channel.name)
+    stored: NDArray[np.generic] = np.memmap(raw.path, raw.dtype.newbyteorder("<"), "r", shape=raw.shape_zyx)
+    info = channel.source.info
+    # Of several channels the first says where the voxels are, as in the package; all are registered with it.
+    return Volume(
+        stored,
+        draft.manifest.source.info.grid,
+        info.slope,
+        info.intercept,
+        holds_labels(manifest),
+        kernel_of_light(manifest),
+    )

@@ -1,0 +1,135 @@
+"""A draft that compares what stages write with what a package holds, slab by slab, and keeps working data only."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import FileRecord, FileRole, Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.contents import Contents, open_contents
+from volprep_formats.package.storage.draft import Draft
+
+Chunk = bytes | memoryview
+_SMALL_BYTES = 16 * 1024 * 1024
+"""Tables, texts and meshes are smaller; of the textures of levels this is a slab."""
+
+
+@dataclass(frozen=True)
+class FileDifference:
+    """Where a file of the package is not what was derived."""
+
+    size_bytes: int
+    """Size that the derived file has."""
+    first: int | None
+    """Place of the first other byte; None where the package has no such file."""
+    count: int
+    """Number of bytes that differ, those that are missing or too many included."""
+
+
+class ComparingDraft(Draft):
+    """A draft whose stages make a package again. Large files are compared while they are made, and never stored.
+
+    Memory is that of the build, and the disk holds the working data: the scan and its codes.
+    """
+
+    def __init__(self, folder: Path, manifest: Manifest, package: Package) -> None:
+        """Go on with the draft of `folder` to which the source was imported, comparing with `package`."""
+        super().__init__(folder, manifest)
+        self._package = package
+        self._held = {record.path: record for record in package.manifest.files}
+        self._streamed: set[str] = set()
+        self.differences: dict[str, FileDifference] = {}
+        """What was found, by path."""
+        self.compared: dict[str, int] = {}
+        """Size of each file that was compared, by path."""
+
+    def write(self, path: str, role: FileRole, data: bytes | Iterable[Chunk]) -> FileRecord:
+        """Write working data; compare everything else. Small files are kept, because later stages read them."""
+        if role == "work":
+            return super().write(path, role, data)
+        kept = _Kept([data] if isinstance(data, bytes) else data)
+        difference = self._compared(path, kept)
+        small = kept.small()
+        if difference is not None and not self._is_same_json(path, small):
+            self.differences[path] = difference
+        if small is not None:
+            return super().write(path, role, small)
+        self._streamed.add(path)
+        # An empty file stands for what is not stored: a step of the draft moves files.
+        super().write(path, role, b"")
+        record = FileRecord(path=path, role=role, size_bytes=self.compared[path], sha256="0" * 64)
+        self._pending[path] = record
+        return record
+
+    def read_bytes(self, path: str) -> bytes:
+        """Read a file that a stage made; what was not stored comes from the package, with which it was compared."""
+        return self._package.read_bytes(path) if path in self._streamed else super().read_bytes(path)
+
+    def _compared(self, path: str, chunks: Iterable[Chunk]) -> FileDifference | None:
+        held = self._held.get(path)
+        if held is None:
+            self.compared[path] = sum(memoryview(chunk).nbytes for chunk in chunks)
+            return FileDifference(self.compared[path], None, self.compared[path])
+        with open_contents(self._package.path, path) as contents:
+            counted = [*_compare(contents, chunks)]
+        size = sum(octets for octets, _, _ in counted)
+        self.compared[path] = size
+        count = sum(differing for _, differing, _ in counted) + max(0, held.size_bytes - size)
+        if not count:
+            return None
+        places = [first for _, _, first in counted if first is not None]
+        return FileDifference(size, min(places, default=size), count)
+
+    def _is_same_json(self, path: str, data: bytes | None) -> bool:
+        """Return whether two JSON files say the same; the order of keys says nothing."""
+        if data is None or not path.endswith(".json") or path not in self._held:
+            return False
+        try:
+            return bool(json.loads(self._package.read_bytes(path)) == json.loads(data))
+        except (ValueError, VolprepError):
+            return False
+
+
+class _Kept:
+    """Chunks that are remembered as long as they are few."""
+
+    def __init__(self, chunks: Iterable[Chunk]) -> None:
+        self._chunks = chunks
+        self._kept: list[Chunk] | None = []
+        self._size = 0
+
+    def __iter__(self) -> Iterator[Chunk]:
+        for chunk in self._chunks:
+            self._size += memoryview(chunk).nbytes
+            if self._kept is not None:
+                self._kept.append(chunk)
+            if self._size > _SMALL_BYTES:
+                self._kept = None
+            yield chunk
+
+    def small(self) -> bytes | None:
+        """Return all of them; None if they were too many."""
+        return None if self._kept is None else b"".join(self._kept)
+
+
+def _compare(contents: Contents, chunks: Iterable[Chunk]) -> Iterator[tuple[int, int, int | None]]:
+    """Return for each chunk its size, how many bytes of the file differ from it, and where the first does."""
+    contents.file.seek(contents.start_bytes)
+    position = 0
+    for chunk in chunks:
+        wanted = np.frombuffer(chunk, np.uint8)
+        left = max(0, contents.size_bytes - position)
+        found = np.frombuffer(contents.file.read(min(len(wanted), left)), np.uint8)
+        differs = wanted[: len(found)] != found
+        missing = len(wanted) - len(found)
+        first = None
+        if differs.any():
+            first = position + int(differs.argmax())
+        elif missing:
+            first = position + len(found)
+        yield len(wanted), int(np.count_nonzero(differs)) + missing, first
+        position += len(wanted)

@@ -1,0 +1,88 @@
+"""What differs between a package and what was derived, said so that a person finds it: the item and the place."""
+
+from collections.abc import Iterator
+from math import prod
+
+import numpy as np
+
+from volprep.parts.work import generator
+from volprep.validation.exact.draft import ComparingDraft, FileDifference
+from volprep.validation.exact.manifests import manifest_differences
+from volprep.validation.records import Finding
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
+from volprep_formats.textures import ktx2
+
+_COMPONENTS = {"RED": 1, "LUMINANCE": 1, "RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}
+
+
+def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
+    """Return what of `package` is not what the stages have made with `draft`."""
+    manifest, derived = package.manifest, draft.manifest
+    if manifest.generator != generator():
+        problem = f"was made by {manifest.generator}; {generator()} may choose otherwise"
+        yield Finding(code="VP6033", item="the package", problem=problem)
+    for problem in manifest_differences(manifest, derived):
+        yield Finding(code="VP6031", item="manifest.json", problem=problem)
+    for path, difference in draft.differences.items():
+        texture = next((each for each in derived.textures if each.file == path), None)
+        if texture is not None and _is_fitted(texture) and _within_a_step(package, draft, texture):
+            continue
+        yield Finding(code="VP6030", item=item_of(derived, path), problem=_place(difference, texture))
+    made = {*draft.compared, manifest.preview}
+    for record in manifest.files:
+        if record.path not in made:
+            yield Finding(code="VP6030", item=record.path, problem="nothing in the scene asks for it")
+
+
+def item_of(manifest: Manifest, path: str) -> str:
+    """Return what a file is, with its path."""
+    for texture in manifest.textures:
+        if texture.file == path:
+            level = "" if texture.level is None else f" of level {texture.level}"
+            return f"{texture.role} {texture.name}{level} ({path})"
+    roles = {record.path: record.role for record in manifest.files}
+    return f"{roles.get(path, 'file')} {path}"
+
+
+def _place(difference: FileDifference, texture: Texture | None) -> str:
+    if difference.first is None:
+        return "is not there"
+    listed = f"{difference.count} of {difference.size_bytes} bytes are not what follows from the scan"
+    where = f"the first is byte {difference.first}"
+    size = None if texture is None else _bytes_per_texel(texture)
+    if texture is not None and size is not None:
+        # Texels are the end of the file, behind the header.
+        start = difference.size_bytes - size * prod(texture.shape_zyx)
+        if difference.first >= start:
+            z, y, x = np.unravel_index((difference.first - start) // size, texture.shape_zyx)
+            where = f"the first is in texel [z {z}, y {y}, x {x}]"
+    return f"{listed}; {where}"
+
+
+def _bytes_per_texel(texture: Texture) -> int | None:
+    """Return the size of a texel; None where a file holds blocks, indices or several mipmaps."""
+    if texture.mipmap is not None or texture.gl.format is None:
+        return None
+    return _COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
+
+
+def _is_fitted(texture: Texture) -> bool:
+    """Return whether a texture is a table of a level's own: least squares, which two machines may round otherwise."""
+    return texture.role == "transfer" and texture.level is not None
+
+
+def _within_a_step(package: Package, draft: ComparingDraft, texture: Texture) -> bool:
+    """Return whether all entries of two tables are neighbours among the numbers that their format has."""
+    try:
+        images = [ktx2.decode(read(texture.file), texture.file) for read in (package.read_bytes, draft.read_bytes)]
+    except VolprepError:
+        return False
+    if images[0].format != images[1].format or images[0].shape_zyx != images[1].shape_zyx:
+        return False
+    numbers = [
+        (each.data.view(np.uint16) if each.data.dtype == np.float16 else each.data).astype(np.int64) for each in images
+    ]
+    return bool(np.abs(numbers[0] - numbers[1]).max() <= 1)
