@@ -70,10 +70,13 @@ def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> Othe
 
 
 def _pixels(subject: Subject, level: Level) -> int:
-    """Return the size of pictures in which a voxel of the level is a pixel; no larger than those of the report."""
+    """Return the size of pictures in which a voxel of the level is a pixel, or less than one.
+
+    Half of that of the report at most, so that each pixel is the mean of four rays at least.
+    """
     # Orthographic standard views have the height of the diagonal; in perspective it is a fifth more.
     voxels = math.hypot(*level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
-    return min(subject.shape_hw[0], max(1, round(voxels)))
+    return max(1, min(subject.shape_hw[0] // 2, round(voxels)))
 
 
 def _averaged(picture: NDArray[np.floating], pixels: int) -> Picture:
