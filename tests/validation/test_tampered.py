@@ -23,7 +23,7 @@ from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.grid import Grid
 from volprep_formats.meshes import read_glb, write_glb
 from volprep_formats.package.storage.single_file import write_single_file
-from volprep_formats.png import write_png
+from volprep_formats.png import png_bytes
 from volprep_formats.progress import Silent
 
 
@@ -147,7 +147,7 @@ def mesh_shrunk(package: Damaged) -> None:
 def other_preview(package: Damaged) -> None:
     path = package.path / "preview.png"
     picture = OpenImageIO.ImageBuf(str(path)).get_pixels("uint8")
-    write_png(path, np.ascontiguousarray(picture[::-1, ::-1, :3]))
+    path.write_bytes(png_bytes(np.ascontiguousarray(picture[::-1, ::-1, :3])))
     package.put("preview.png", path.read_bytes())
 
 
