@@ -62,7 +62,7 @@ class StackLayout(Record):
     neighbours, all at the same distance."""
 
 
-class MosaicLayout(Record):
+class TileLayout(Record):
     """How the slices of a volume lie in one picture: row by row, from the top left."""
 
     tiles_x: Count
@@ -114,7 +114,7 @@ class SourceSpec(Record):
     """Raw only: shape, type, spacing, byte order and header size."""
     stack: StackLayout | None = None
     """Stack of pictures only: spacing, and whether numbers may be missing."""
-    mosaic: MosaicLayout | None = None
+    mosaic: TileLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
 
     def place(self, base: Path) -> Path:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import Packing
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
-from volprep.compositing import COMPOSITINGS
 from volprep.shading.program import compose_program
 from volprep.shading.rays import depth_shader
 from volprep_formats.package.manifest import Channel

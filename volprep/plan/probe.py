@@ -17,7 +17,7 @@ _NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
-class Codes:
+class Quantizer:
     """How values become texels."""
 
     bits: int
@@ -41,7 +41,7 @@ class Codes:
 
 
 @dataclass(frozen=True)
-class PictureError:
+class PictureDifference:
     """Difference of two pictures, premultiplied linear values from 0 to 1."""
 
     rmse: float
@@ -58,17 +58,17 @@ class PictureError:
         return f"RMSE {self.rmse:.2g}, {self.maximum:.2g} at most"
 
 
-def difference(one: Array, other: Array) -> PictureError:
+def difference(one: Array, other: Array) -> PictureDifference:
     """Compare two pictures."""
     error = one - other
-    return PictureError(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
+    return PictureDifference(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
 
 
-def difference_of_views(one: Sequence[Array], other: Sequence[Array]) -> PictureError:
+def difference_of_views(one: Sequence[Array], other: Sequence[Array]) -> PictureDifference:
     """Compare pictures along several axes: the worst counts, as the worst view does."""
     return worst([difference(*pair) for pair in zip(one, other, strict=True)])
 
 
-def worst(errors: Sequence[PictureError]) -> PictureError:
+def worst(errors: Sequence[PictureDifference]) -> PictureDifference:
     """Return the largest of each number."""
-    return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+    return PictureDifference(max(error.rmse for error in errors), max(error.maximum for error in errors))

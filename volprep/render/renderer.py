@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.block_inputs import block_inputs
-from volprep.render.egl import Context, Driver
+from volprep.render.egl import Context, GlDriver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
@@ -97,7 +97,7 @@ class Renderer:
         self._stack.__exit__(kind, error, trace)
 
     @property
-    def driver(self) -> Driver:
+    def driver(self) -> GlDriver:
         """The driver that draws."""
         return self._gl.driver
 

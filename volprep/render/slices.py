@@ -20,7 +20,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.egl import Context, Driver
+from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
 from volprep_formats.diagnostics import VolprepError
@@ -122,7 +122,7 @@ class SliceRenderer:
         self._stack.__exit__(kind, error, trace)
 
     @property
-    def driver(self) -> Driver:
+    def driver(self) -> GlDriver:
         """The driver that draws."""
         return self._gl.driver
 

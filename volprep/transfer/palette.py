@@ -22,7 +22,7 @@ Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class Palette:
+class IndexedColours:
     """Colours, and which one each code gets."""
 
     colours: Bytes
@@ -40,7 +40,7 @@ def even_palette(function: TransferFunction, window: tuple[float, float], entrie
     return Table.exact(function).at(np.linspace(*window, entries))
 
 
-def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> Palette:
+def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> IndexedColours:
     """Choose the best `entries` colours for the colours of codes.
 
     Codes keep their order: neighbours share a colour, the mean of theirs. Of all ways to cut the codes into so many
@@ -75,7 +75,7 @@ def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> Pal
     found = rank[indices.ravel()].astype(np.uint8)
     error = (colours[order][found].astype(np.float64) - rgba) / 255
     seen = error if weights is None else error[np.asarray(weights) > 0]
-    return Palette(
+    return IndexedColours(
         colours=np.ascontiguousarray(colours[order]),
         indices=found,
         rmse=float(np.sqrt(np.average(np.mean(error**2, axis=1), weights=share))),

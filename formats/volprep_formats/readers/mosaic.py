@@ -23,7 +23,7 @@ from volprep_formats.readers.pictures.file import (
     page_remarks,
     pages_of,
 )
-from volprep_formats.source import MosaicLayout, SourceInfo, SourceSpec
+from volprep_formats.source import SourceInfo, SourceSpec, TileLayout
 
 
 class MosaicSource(DecodedSource):
@@ -91,7 +91,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSourc
         return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), makes_grey=makes_grey)
 
 
-def _info(path: Path, page: Page, layout: MosaicLayout, *, makes_grey: bool) -> SourceInfo:
+def _info(path: Path, page: Page, layout: TileLayout, *, makes_grey: bool) -> SourceInfo:
     height, width = page.rows // layout.tiles_y, page.columns // layout.tiles_x
     if layout.slices > layout.tiles_x * layout.tiles_y or not height or not width:
         raise VolprepError(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
-from volprep.plan.probe import PictureError, difference_of_views
+from volprep.plan.probe import PictureDifference, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
@@ -188,13 +188,13 @@ class _Rays:
 
     def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
         few = [rays[:, :: max(1, rays.shape[1] // _RAYS)] for rays in measured.rays_zyx]
-        self._rays_zyx = [values.codes.decoded(values.codes.texels(rays)) for rays in few]
+        self._rays_zyx = [values.quantizer.decoded(values.quantizer.texels(rays)) for rays in few]
         self._window = values.quantize.window
         self._step = step
 
     def smallest_table(
         self, function: TransferFunction, profile: DeviceProfile, slack_rmse: float
-    ) -> tuple[int, PictureError]:
+    ) -> tuple[int, PictureDifference]:
         """Number of entries, and error against exact segments."""
         sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
         truth = self._truth(function)
@@ -202,7 +202,7 @@ class _Rays:
         found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
         return sizes[found], errors[found]
 
-    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureError) -> str:
+    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureDifference) -> str:
         """Compare the table with samples, as many and four times as many."""
         truth = self._truth(function)
         samples = _samples(Table.exact(function))
@@ -219,7 +219,7 @@ class _Rays:
         error = difference_of_views(self._light(_nearest(function, self._window, entries)), exact)
         return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
 
-    def best_reference(self, function: TransferFunction) -> tuple[float, PictureError]:
+    def best_reference(self, function: TransferFunction) -> tuple[float, PictureDifference]:
         """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""
         truth = self._truth(function)
         lengths = [self._step.segment_mm * 2**power for power in range(_REFERENCES)]
@@ -227,7 +227,7 @@ class _Rays:
         best = min(range(_REFERENCES), key=lambda index: errors[index].rmse)
         return lengths[best], errors[best]
 
-    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureError) -> str:
+    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureDifference) -> str:
         """Compare classified voxels with samples that are classified after the filter."""
         samples = difference_of_views(self._light(_samples(Table.exact(function))), self._truth(function))
         return (

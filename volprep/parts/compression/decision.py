@@ -16,7 +16,7 @@ from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
 from volprep.parts.levels.layout import Layout, lay_out
 from volprep.parts.values.decision import ValueChoice, within_share
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.probe import Codes, PictureError, difference
+from volprep.plan.probe import PictureDifference, Quantizer, difference
 from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
 from volprep.scan.statistics import Measured
@@ -171,7 +171,7 @@ def _why_never(scene: Scene, values: ValueChoice, profile: DeviceProfile, known:
 
 def _item(trial: FormTrial) -> PlanItem:
     limit = "within" if trial.kept else "not within"
-    error = PictureError(trial.rmse, trial.maximum).text
+    error = PictureDifference(trial.rmse, trial.maximum).text
     if trial.basis == "level":
         found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
     else:
@@ -192,9 +192,9 @@ class _Patches:
         self._tolerance = grounds.scene.tolerance
         self._rays = COMPOSITINGS[grounds.scene.render.compositing].rays
         self._spacing_mm = grounds.info.grid.spacing_mm_zyx[0]
-        self._codes = Codes(8, values.quantize.window)
+        self._quantizer = Quantizer(8, values.quantize.window)
         stored = grounds.measured.stored_patches.astype(np.float64)
-        texels = self._codes.texels(stored * grounds.info.slope + grounds.info.intercept)
+        texels = self._quantizer.texels(stored * grounds.info.slope + grounds.info.intercept)
         self._texels = np.rint(texels * 255).astype(np.uint8)
         exact = [Table.exact(each) for each in grounds.functions]
         self._tables = [each.resampled(values.quantize.window, values.entries) for each in exact]
@@ -207,7 +207,7 @@ class _Patches:
             difference(self._picture(decoded, table), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
-        error = PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+        error = PictureDifference(max(error.rmse for error in errors), max(error.maximum for error in errors))
         square = float(np.mean((255 * decoded - self._texels) ** 2))
         return FormTrial(
             channel=layout.levels[0].channel,
@@ -224,7 +224,7 @@ class _Patches:
 
     def _picture(self, texels: NDArray[np.float64], table: Table) -> NDArray[np.float64]:
         # Every column of voxels is a ray: few rays have the largest error.
-        columns = self._codes.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
+        columns = self._quantizer.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
         return self._rays(columns, self._spacing_mm, table, "linear")
 
 

@@ -21,7 +21,7 @@ from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.probe import PictureError, difference
+from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.scene.scene import RenderWishes
@@ -158,18 +158,18 @@ class WholeLevel:
             squares += float(np.sum((texels * np.float32(255) - self._codes(z0, z1)) ** 2, dtype=np.float64))
         return squares / decoded.size
 
-    def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureError, int]:
+    def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureDifference, int]:
         """Largest errors over views and transfer functions, and how many pictures were drawn."""
         low, high = self._data.quantize.window
         views = standard_views(self._grid, self._data.render.projection)
         self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
-        worst = PictureError(0.0, 0.0)
+        worst = PictureDifference(0.0, 0.0)
         drawn = 0
         for name in views:
             for index in range(len(self._data.functions)):
                 picture = self._picture(decoded, self._grid, ((high - low) / _SCALE, low), index, name)
                 found = difference(picture, self._true_picture(index, name))
-                worst = PictureError(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
+                worst = PictureDifference(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
                 drawn += 1
                 self._source.progress.advance()
                 if not within_share(worst, self._data.tolerance):

@@ -22,7 +22,7 @@ from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.fitted import bins_of, fitted_slabs
 from volprep.parts.levels.look import look_through, plain_look
 from volprep.parts.levels.noise import noise_of
-from volprep.parts.levels.rays import Lines, RaySamples, random_lines, sample_level
+from volprep.parts.levels.rays import RaySamples, RaySegments, random_lines, sample_level
 from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.parts.levels.reduce import reduced_slabs
 from volprep.scan.slabs import RawVolume, bytes_of
@@ -182,9 +182,9 @@ def written(slices: Slices, path: Path, shape: tuple[int, int, int], advance: Ca
     return RawVolume(path, shape, dtype)
 
 
-def _joined(lines: Iterable[Lines]) -> Lines:
+def _joined(lines: Iterable[RaySegments]) -> RaySegments:
     parts = list(lines)
-    return Lines(
+    return RaySegments(
         np.concatenate([each.starts_mm_xyz for each in parts]),
         np.concatenate([each.directions_xyz for each in parts]),
         np.concatenate([each.lengths_mm for each in parts]),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request
+from volprep_formats.isolation import WorkerRequest
 from volprep_formats.path_text import unicode_path
 from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.ome.tiff_chain import count_pages
@@ -101,9 +101,9 @@ class Part:
     """Whether colours become luminance; else they are refused."""
 
 
-def header_request(path: Path) -> Request:
+def header_request(path: Path) -> WorkerRequest:
     """Ask for the pages of a picture file in a worker; `pages_of` understands the answer."""
-    return Request(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
+    return WorkerRequest(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
 
 
 def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
@@ -134,12 +134,12 @@ def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:
     return remarks
 
 
-def decode_request(part: Part) -> Request:
+def decode_request(part: Part) -> WorkerRequest:
     """Ask for values [page, y, x] of type `page.stored_type` in a worker."""
     page = part.page
     values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
     decoded = page.rows * page.columns * page.channels
-    return Request(
+    return WorkerRequest(
         _decode,
         part,
         part.path,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import Grid, blocks_along
-from volprep_formats.isolation import Function, Request, Workers, workers
+from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.vdb.tree import (
@@ -64,7 +64,7 @@ class _Worker:
     def run(self, function: Function, argument: object, result_bytes: int) -> NDArray[np.generic]:
         """Call a function of `vdb_tree`; the result is a copy."""
         results: list[NDArray[np.generic]] = []
-        request = Request(
+        request = WorkerRequest(
             function=function,
             argument=argument,
             path=self.path,
