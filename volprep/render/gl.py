@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from volprep.render.bindings import EXT_NORM16, GLES3, GLError
 from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.egl import Context
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.package.texture import Texture
 
@@ -67,7 +68,7 @@ class Bindings:
 
     textures: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
     """Kind and handle of the texture of each sampler, in the order of texture units."""
-    uniforms: dict[str, NDArray[np.float32]]
+    uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""
 
 
@@ -216,7 +217,7 @@ class Gl:
             GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, 3)
 
     @contextmanager
-    def mesh(self, positions_xyz: NDArray[np.float32], triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
+    def mesh(self, positions_xyz: Float32Array, triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
         """Upload vertices [n, 3] and the triangles [m, 3] between them."""
         with (
             self._checked("uploading a mesh"),
@@ -269,7 +270,7 @@ class Gl:
         with self._checked("drawing"):
             GLES3.glFinish()
 
-    def read(self, target: PictureTarget) -> NDArray[np.float32]:
+    def read(self, target: PictureTarget) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
         height, width = target.shape_hw
         eight_bits = target.format == "rgba8"
@@ -401,7 +402,7 @@ def _use(program: LinkedProgram, bindings: Bindings) -> None:
             _set_uniform(program.location(name), value)
 
 
-def _set_uniform(location: int, value: NDArray[np.float32]) -> None:
+def _set_uniform(location: int, value: Float32Array) -> None:
     if value.shape == (4, 4):
         # OpenGL ES 2.0 takes matrices by columns only.
         GLES3.glUniformMatrix4fv(location, 1, GLES3.GL_FALSE, np.ascontiguousarray(value.T))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from volprep.render.bindings import EGL, GLES1, GLError
 from volprep.render.egl import Context
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
@@ -118,9 +119,7 @@ class Gl1:
                     raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=needs)
                 yield handle
 
-    def begin(
-        self, target: int, shape_hw: tuple[int, int], clip_from_box: NDArray[np.float64], brightness: float
-    ) -> None:
+    def begin(self, target: int, shape_hw: tuple[int, int], clip_from_box: Float64Array, brightness: float) -> None:
         """Empty a picture, and set what all polygons have in common: over, premultiplied, back to front.
 
         Colour and opacity of texels are multiplied by `brightness`, 0 to 2, and end at 1.
@@ -162,8 +161,8 @@ class Gl1:
     def draw(
         self,
         texture: int,
-        positions: NDArray[np.float32],
-        coordinates: NDArray[np.float32],
+        positions: Float32Array,
+        coordinates: Float32Array,
         triangles: NDArray[np.uint16],
     ) -> None:
         """Draw triangles, in order, of positions [n, 3] in box millimetres and texture coordinates [n, 2]."""
@@ -179,7 +178,7 @@ class Gl1:
         with self._checked("drawing"):
             GLES1.glFinish()
 
-    def read(self, target: int, shape_hw: tuple[int, int]) -> NDArray[np.float32]:
+    def read(self, target: int, shape_hw: tuple[int, int]) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top, 0 to 1."""
         height, width = shape_hw
         picture = np.empty((height, width, 4), np.uint8)

@@ -19,6 +19,7 @@ from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, Shader
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channels import package_of_transfer
@@ -117,8 +118,8 @@ class Renderer:
         return self._program
 
     def render(
-        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None = None
-    ) -> NDArray[np.float32]:
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> Float32Array:
         """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
 
         `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. `step_mm` is the distance of the
@@ -130,7 +131,7 @@ class Renderer:
 
     def time_ms(
         self,
-        box_from_clip: NDArray[np.float64],
+        box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
@@ -148,9 +149,7 @@ class Renderer:
             times.append((time.perf_counter() - start) * 1000)
         return statistics.median(times[1:])
 
-    def _draw(
-        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None
-    ) -> PictureTarget:
+    def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)
         target = self._target_of(shape_hw)
         values = {

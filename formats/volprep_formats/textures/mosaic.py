@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 
 
@@ -30,9 +31,7 @@ def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
     return tuple(slice_ if slice_ < mosaic.slices else None for slice_ in held)
 
 
-def slice_of_mosaic(
-    part: Callable[[int], NDArray[np.float32]], mosaic: MosaicLayout, slice_: int
-) -> NDArray[np.float32]:
+def slice_of_mosaic(part: Callable[[int], Float32Array], mosaic: MosaicLayout, slice_: int) -> Float32Array:
     """Take one slice [y, x] out of an interleaved mosaic; `part` gives texels [H, W] or [H, W, channels]."""
     tile, channel = divmod(slice_, mosaic.channels)
     index, inside = divmod(tile, mosaic.tiles_x * mosaic.tiles_y)

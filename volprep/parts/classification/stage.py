@@ -13,10 +13,11 @@ from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.joint_histogram import joint_shares
-from volprep.transfer.lookup import Array, lookup_table, lookup_texels
+from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
@@ -72,7 +73,7 @@ def _textures(
 def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
     """Return the tables of levels that have one of their own, and the common one where a level has none."""
     own = own_tables(draft, plan, lookup.transfer)
-    tables: dict[int | None, Array] = dict(own.items())
+    tables: dict[int | None, Float64Array] = dict(own.items())
     if own.keys() != {level.index for level in plan.levels}:
         tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
@@ -22,6 +21,7 @@ from volprep.plan.room import texture_bytes
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Compression, Scene
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -222,13 +222,13 @@ class _Patches:
             maximum=error.maximum,
         )
 
-    def _picture(self, texels: NDArray[np.float64], table: Table) -> NDArray[np.float64]:
+    def _picture(self, texels: Float64Array, table: Table) -> Float64Array:
         # Every column of voxels is a ray: few rays have the largest error.
         columns = self._quantizer.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
         return self._rays(columns, self._spacing_mm, table, "linear")
 
 
-def _through_blocks(texels: NDArray[np.uint8], name: CompressedFormat) -> NDArray[np.float64]:
+def _through_blocks(texels: UInt8Array, name: CompressedFormat) -> Float64Array:
     """Encode and decode patches [patch, z, y, x], each slice of each in blocks of its own; gives values 0 to 1."""
     # Encoders are heavy, and for those who compress.
     from volprep_formats.textures.blocks import decode_blocks, encode_blocks  # noqa: PLC0415

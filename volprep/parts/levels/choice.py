@@ -27,10 +27,10 @@ from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.parts.levels.reduce import reduced_slabs
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 
-Array = NDArray[np.float64]
 Slices = Iterator[tuple[NDArray[Any], int]]
 
 _RAYS = 6000
@@ -50,7 +50,7 @@ class Classified:
     """Codes."""
     grid: Grid
     """Where they are."""
-    tables: dict[str, Array]
+    tables: dict[str, Float64Array]
     """Lookup tables of the transfer functions [entries, linear colour and extinction per millimetre], by name."""
 
 
@@ -200,10 +200,10 @@ def _split(samples: RaySamples, first: int) -> tuple[RaySamples, RaySamples]:
     )
 
 
-def rmse_of(light: Array, truth: Array) -> float:
+def rmse_of(light: Float64Array, truth: Float64Array) -> float:
     """Root mean square over rays and channels of the difference of light."""
     return float(np.sqrt(np.mean((light - truth) ** 2)))
 
 
-def _rows(table: Array) -> tuple[tuple[float, float, float, float], ...]:
+def _rows(table: Float64Array) -> tuple[tuple[float, float, float, float], ...]:
     return tuple((r, g, b, extinction) for r, g, b, extinction in table.tolist())

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
+from volprep_formats.arrays import Texels
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 from volprep_formats.textures.mosaic import slices_of_tile, tiles_of
-
-Texels = NDArray[np.generic]
 
 _MANY_BYTES = 4 * 1024 * 1024
 """Strips of this size are packed by all threads: two are 1.4 to 1.7 times as fast, a tenth slower on a busy machine."""

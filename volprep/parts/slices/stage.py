@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.parts.slices.atlases import atlas_codes, code_colours
 from volprep.parts.stage import Shapes, Stage, Work, required
@@ -12,6 +11,7 @@ from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.palette import best_palette
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -20,7 +20,6 @@ from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.gl_formats import gl_format
 
-Bytes = NDArray[np.uint8]
 _CODES = 256
 
 
@@ -52,14 +51,14 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     return Contribution(textures=tuple(textures))
 
 
-def _histogram(codes: RawVolume) -> NDArray[np.float64]:
+def _histogram(codes: RawVolume) -> Float64Array:
     counts = np.zeros(_CODES)
     for z in range(codes.shape_zyx[0]):
         counts += np.bincount(codes.read_slab(z, z + 1).ravel(), minlength=_CODES)
     return counts
 
 
-def _rgba(colours: Bytes, atlas: Bytes) -> Iterator[bytes | memoryview]:
+def _rgba(colours: UInt8Array, atlas: UInt8Array) -> Iterator[bytes | memoryview]:
     yield ktx2.header("RGBA8", (1, *atlas.shape), 2)
     for row in atlas:
         yield bytes_of(colours[row])

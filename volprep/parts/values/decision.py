@@ -7,12 +7,13 @@ from typing import Literal
 from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.values.labels import LARGEST_LABEL
 from volprep.parts.values.window import Window, is_exact, windows
-from volprep.plan.probe import Array, PictureDifference, Quantizer, difference_of_views, worst
+from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import QuantizeSettings, Scene
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
@@ -75,7 +76,7 @@ class _Bench:
         ]
         return worst(errors)
 
-    def _pictures(self, rays_zyx: Sequence[Array], table: Table) -> list[Array]:
+    def _pictures(self, rays_zyx: Sequence[Float64Array], table: Table) -> list[Float64Array]:
         pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
         return [self._compositing.rays(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.zarr_files import Files, open_files
@@ -113,7 +114,7 @@ def count_request(part: PartRequest) -> WorkerRequest:
     return WorkerRequest(count_files, part, part.array.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, seconds)
 
 
-def count_files(part: PartRequest) -> NDArray[np.uint8]:
+def count_files(part: PartRequest) -> UInt8Array:
     """Count the files of chunks, or of shards, of a box, and those of them that are not there."""
     with _coded_errors(part.array.store.path):
         array, files = _opened(part.array), _files(part.array.store)
@@ -127,7 +128,7 @@ def count_files(part: PartRequest) -> NDArray[np.uint8]:
         return np.frombuffer(json.dumps(said).encode(), np.uint8)
 
 
-def read_group(request: GroupRequest) -> NDArray[np.uint8]:
+def read_group(request: GroupRequest) -> UInt8Array:
     """Return the attributes of a group as JSON; of what is no group, null."""
     with _coded_errors(request.store.path):
         files = _files(request.store)
@@ -141,7 +142,7 @@ def read_group(request: GroupRequest) -> NDArray[np.uint8]:
         return np.frombuffer(json.dumps(attributes).encode(), np.uint8)
 
 
-def read_facts(request: ArrayRequest) -> NDArray[np.uint8]:
+def read_facts(request: ArrayRequest) -> UInt8Array:
     """Return the facts of an array as JSON, when it can be read. Raises VP1220, VP1224, VP1225."""
     with _coded_errors(request.store.path):
         facts = _checked(request)

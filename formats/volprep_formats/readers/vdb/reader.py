@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
@@ -112,7 +113,7 @@ class VdbSource:
 
     def block_ranges(
         self, start_zyx: tuple[int, int, int], shape_zyx: tuple[int, int, int], block: int
-    ) -> NDArray[np.float32]:
+    ) -> Float32Array:
         """Least, then greatest value of each block of `block` cells [2, z, y, x], from the tree alone.
 
         Of the part of `shape_zyx` voxels from `start_zyx` on. A block of B cells holds B + 1 voxels along an axis, the
