@@ -90,9 +90,9 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
     between: SampleFilter = "linear",
 ) -> Iterator[MosaicProbe]:
     """Upload `volume` [z, y, x] or [z, y, x, component] in this layout, and compile `text`, or what samples it."""
-    main = SAMPLE if layout.components == 1 else SAMPLE_ALL
+    main = SAMPLE if layout.components_per_voxel == 1 else SAMPLE_ALL
     fragment = text or fetch_text(layout, spacing_mm_zyx, between) + main
-    pixels = _FORMATS[layout.channels * layout.components]
+    pixels = _FORMATS[layout.slices_per_texel * layout.components_per_voxel]
     record = Texture(
         name="mosaic",
         role="volume",

@@ -117,7 +117,7 @@ def decoded_slices(
 
     @lru_cache(maxsize=1)
     def texels(part: int) -> Float32Array:
-        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.channels)
+        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.slices_per_texel)
 
     def read(z0: int, z1: int) -> Float32Array:
         return np.stack([slice_of_mosaic(texels, layout, slice_) for slice_ in range(z0, z1)])

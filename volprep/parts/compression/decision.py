@@ -81,7 +81,7 @@ class CompressionChoice:
 def bits_per_voxel(texture_format: CompressedFormat) -> float:
     """Bits that a voxel takes, without padding."""
     block = BLOCKS[texture_format]
-    return 8 * block.bytes / block.size**2 / block.channels
+    return 8 * block.bytes / block.size**2 / block.components
 
 
 def choose_compression(grounds: CompressionGrounds, whole: WholeSource | None) -> CompressionChoice:
@@ -235,15 +235,15 @@ def _through_blocks(texels: UInt8Array, name: CompressedFormat) -> Float64Array:
 
     block = BLOCKS[name]
     patches, depth, height, width = texels.shape
-    beyond = [(-depth % block.channels), (-height % block.size), (-width % block.size)]
+    beyond = [(-depth % block.components), (-height % block.size), (-width % block.size)]
     padded = np.pad(texels, [(0, 0), *((0, more) for more in beyond)], mode="edge")
     _, slices, rows, columns = padded.shape
     # Slices that share a texel come last, the others go down the picture.
-    tiles = padded.reshape(patches, slices // block.channels, block.channels, rows, columns)
-    sheet = tiles.transpose(1, 3, 0, 4, 2).reshape(-1, patches * columns, block.channels)
-    sheet = np.ascontiguousarray(sheet[..., 0] if block.channels == 1 else sheet)
+    tiles = padded.reshape(patches, slices // block.components, block.components, rows, columns)
+    sheet = tiles.transpose(1, 3, 0, 4, 2).reshape(-1, patches * columns, block.components)
+    sheet = np.ascontiguousarray(sheet[..., 0] if block.components == 1 else sheet)
     shape_yx = sheet.shape[0], sheet.shape[1]
-    decoded = decode_blocks(encode_blocks(sheet, name), name, shape_yx, block.channels)
-    volume = decoded.reshape(slices // block.channels, rows, patches, columns, block.channels)
+    decoded = decode_blocks(encode_blocks(sheet, name), name, shape_yx, block.components)
+    volume = decoded.reshape(slices // block.components, rows, patches, columns, block.components)
     inside = volume.transpose(2, 0, 4, 1, 3).reshape(padded.shape)[:, :depth, :height, :width]
     return inside.astype(np.float64)

@@ -68,7 +68,7 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
 
     `voxels` are uint8, uint16, or normalised floating point from 0 to 1; or colours [z, y, x, 3].
     """
-    packing = Packing(components=3 if voxels.ndim == 4 else 1)
+    packing = Packing(components_per_voxel=3 if voxels.ndim == 4 else 1)
     thin = -(-max(voxels.shape[1:3]) // largest)
     slices = voxels[:, ::thin, ::thin]
     every = 1

@@ -128,7 +128,7 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
     layout = None
     if group[0].volumes[0].mosaic is not None:
         textures = max(1, min(profile.texture_units - beside.units, MOST_TEXTURES))
-        fit = mosaic_of(level, Packing(gutter=gutter, components=len(names)), textures, profile)
+        fit = mosaic_of(level, Packing(gutter=gutter, components_per_voxel=len(names)), textures, profile)
         if isinstance(fit, Misfit):
             return fit
         layout = fit
