@@ -70,12 +70,12 @@ class Grid(Record):
         """
         shift_xyz = np.array([(f - 1) / 2 * h for f, h in zip(factors_zyx, self.spacing_mm_zyx, strict=True)])[::-1]
         origin = np.array(self.origin_mm_xyz) + np.array(self.direction) @ shift_xyz
-        return self.model_copy(
-            update={
-                "shape_zyx": tuple(-(-n // f) for n, f in zip(self.shape_zyx, factors_zyx, strict=True)),
-                "spacing_mm_zyx": tuple(h * f for h, f in zip(self.spacing_mm_zyx, factors_zyx, strict=True)),
-                "origin_mm_xyz": tuple(origin.tolist()),
-            }
+        return type(self)(
+            shape_zyx=tuple(-(-n // f) for n, f in zip(self.shape_zyx, factors_zyx, strict=True)),
+            spacing_mm_zyx=tuple(h * f for h, f in zip(self.spacing_mm_zyx, factors_zyx, strict=True)),
+            origin_mm_xyz=tuple(origin.tolist()),
+            direction=self.direction,
+            extent_mm_zyx=self.extent_mm_zyx,
         )
 
     def part(self, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]) -> Self:

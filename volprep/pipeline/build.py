@@ -61,7 +61,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
 
 def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoice, ...]) -> Origin:
     scene_path = None if prepared.scene_path is None else path_text(prepared.scene_path)
-    levels = tuple(choice.model_copy(update={"tables": ()}) for choice in made)
+    levels = tuple(LevelChoice(level=each.level, filter=each.filter, trials=each.trials) for each in made)
     return Origin(scene_path=scene_path, scene=scene, levels=levels, forms=plan.forms)
 
 

@@ -103,8 +103,18 @@ def _pieces(grid: SubvolumeGrid, place: list[int]) -> tuple[list[Texture], dict[
             code = piece.minimum if piece is not None else 0
             texels[name] = constant_piece(code, grid.gl, shape)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
-        record = Texture(name=name, role="volume", file=file, shape_zyx=shape, gl=grid.gl, level=0, part=part)
-        textures.append(record.model_copy(update={"filter": grid.filter}))
+        textures.append(
+            Texture(
+                name=name,
+                role="volume",
+                file=file,
+                shape_zyx=shape,
+                gl=grid.gl,
+                level=0,
+                part=part,
+                filter=grid.filter,
+            )
+        )
     return textures, texels
 
 

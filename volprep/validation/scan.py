@@ -62,7 +62,7 @@ def find_scan(package: Path, source: Path | None) -> FoundScan:
             return FoundScan((SceneChannel("", spec, ()),), RenderWishes().picture_size)
         else:
             raise VolprepError("VP6012", path=package)
-    scene = with_listed_channels(scene.model_copy(update={"source": spec}))
+    scene = with_listed_channels(scene.with_source(spec))
     return FoundScan(drawn_channels(scene), scene.render.picture_size)
 
 

@@ -82,7 +82,7 @@ class Chooser:
         advance: Callable[[int], None],
     ) -> tuple[LevelChoice, RawVolume]:
         """Make a level with every candidate; give the choice, and the codes of the chosen one in a scratch file."""
-        best: tuple[float, LevelChoice, RawVolume] | None = None
+        best: tuple[float, RawVolume, LevelFilter, tuple[AdaptedTable, ...]] | None = None
         trials: list[Trial] = []
         for name in candidates:
             began = time.perf_counter()
@@ -93,14 +93,15 @@ class Chooser:
             score = self._score(tried, [trial for trial in trials if trial.filter == candidates[0]])
             if best is None or score < best[0]:
                 if best is not None:
-                    best[2].path.unlink()
-                best = score, LevelChoice(level=level, filter=name, tables=tables), volume
+                    best[1].path.unlink()
+                best = score, volume, name, tables
             else:
                 volume.path.unlink()
         if best is None:
             msg = "no candidates"
             raise ValueError(msg)
-        return best[1].model_copy(update={"trials": tuple(trials)}), best[2]
+        _, volume, name, tables = best
+        return LevelChoice(level=level, filter=name, tables=tables, trials=tuple(trials)), volume
 
     def slices(self, name: LevelFilter, factors: tuple[int, int, int]) -> Slices:
         """Return the slices that a filter makes, with how many slices of level 0 they stand for."""

@@ -47,7 +47,7 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
     planned = [settled.pop((item.channel, item.name), item) for item in items]
     reason = "every level has a table of its own"
     return tuple(
-        item.model_copy(update={"kept": False, "files": (), "reason": reason})
+        PlanItem(name=item.name, channel=item.channel, kept=False, reason=reason, size_bytes=item.size_bytes)
         if (item.channel, item.name) in unused
         else item
         for item in (*planned, *settled.values())

@@ -13,6 +13,7 @@ from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.palette import best_palette
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
@@ -46,7 +47,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             # Where nothing can be seen, any bound will do.
             largest = float(colours[:, 3].max()) / 255 or 1.0
             layout = texture.layout.model_copy(update={"largest_opacity": largest})
-            textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
+            textures.append(_record(plan, slices, stack, texture, part=part, layout=layout))
             progress.advance()
     return Contribution(textures=tuple(textures))
 
@@ -65,7 +66,13 @@ def _rgba(colours: UInt8Array, atlas: UInt8Array) -> Iterator[bytes | memoryview
 
 
 def _record(
-    plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int
+    plan: ChannelPlan,
+    slices: SlicesPlan,
+    stack: SliceStackPlan,
+    texture: SliceTexturePlan,
+    *,
+    part: int,
+    layout: SliceLayout,
 ) -> Texture:
     return Texture(
         name=texture.name,
@@ -78,7 +85,7 @@ def _record(
         transfer=stack.transfer,
         reference_mm=stack.distance_mm,
         filter=plan.quantize.filter,
-        slices=texture.layout,
+        slices=layout,
     )
 
 

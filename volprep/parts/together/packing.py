@@ -163,4 +163,4 @@ def _shared(plan: ChannelPlan, item: PlanItem, volume: VolumePlan) -> PlanItem:
     place = _COMPONENTS[volume.channels.index(plan.channel)]
     shape = by(plan.level(volume.level).shape_zyx)
     reason = f"{shape} voxels in the {place} component of {', '.join(volume.names)}"
-    return item.model_copy(update={"reason": reason, "files": (), "size_bytes": 0})
+    return PlanItem(name=item.name, channel=item.channel, kept=item.kept, reason=reason)
