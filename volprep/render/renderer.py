@@ -4,8 +4,6 @@ What it runs is the text of the package's shaders, so that what is validated is 
 package, whatever the driver at hand allows.
 """
 
-import statistics
-import time
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
@@ -18,6 +16,7 @@ from volprep.render.egl import Context, GlDriver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
+from volprep.render.timing import median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
@@ -140,14 +139,7 @@ class Renderer:
 
         Drawing only: no upload, no reading back.
         """
-        times = []
-        for _ in range(repeats + 1):
-            self._gl.finish()
-            start = time.perf_counter()
-            self._draw(box_from_clip, shape_hw, step_mm)
-            self._gl.finish()
-            times.append((time.perf_counter() - start) * 1000)
-        return statistics.median(times[1:])
+        return median_ms(lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats)
 
     def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)

@@ -10,8 +10,6 @@ multiply: by 1 / cos, which is that for faint texels, at most √3 with three st
 most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
 """
 
-import statistics
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
+from volprep.render.timing import median_ms
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -163,14 +162,7 @@ class SliceRenderer:
 
     def time_ms(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted."""
-        times = []
-        for _ in range(repeats + 1):
-            self._gl.finish()
-            start = time.perf_counter()
-            self._draw(box_from_clip, shape_hw)
-            self._gl.finish()
-            times.append((time.perf_counter() - start) * 1000)
-        return statistics.median(times[1:])
+        return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats)
 
     def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> int:
         axis, _ = self.facing(box_from_clip)
