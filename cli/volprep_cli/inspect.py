@@ -244,10 +244,10 @@ def _holds(texture: "Texture") -> str:
         return level if texture.mipmap is None else f"{level}, mipmap {texture.mipmap} of {texture.file}"
     mosaic = texture.mosaic
     part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
-    order = "" if mosaic.channels == 1 else f" {mosaic.order}"
+    order = "" if mosaic.slices_per_texel == 1 else f" {mosaic.order}"
     gutter = f", gutter {mosaic.gutter}" if mosaic.gutter else ""
-    many = "slice" if mosaic.channels == 1 else "slices"
-    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.channels}{order} {many}"
+    many = "slice" if mosaic.slices_per_texel == 1 else "slices"
+    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.slices_per_texel}{order} {many}"
     return f"{level}{part}: {tiles}{gutter}"
 
 

@@ -7,9 +7,10 @@ centres. World space is DICOM's patient space (LPS: x to the left, y to the back
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.record import Record
 
 LONGEST_AXIS = 2**31 - 1
@@ -69,12 +70,12 @@ class Grid(Record):
         """
         shift_xyz = np.array([(f - 1) / 2 * h for f, h in zip(factors_zyx, self.spacing_mm_zyx, strict=True)])[::-1]
         origin = np.array(self.origin_mm_xyz) + np.array(self.direction) @ shift_xyz
-        return self.model_copy(
-            update={
-                "shape_zyx": tuple(-(-n // f) for n, f in zip(self.shape_zyx, factors_zyx, strict=True)),
-                "spacing_mm_zyx": tuple(h * f for h, f in zip(self.spacing_mm_zyx, factors_zyx, strict=True)),
-                "origin_mm_xyz": tuple(origin.tolist()),
-            }
+        return type(self)(
+            shape_zyx=tuple(-(-n // f) for n, f in zip(self.shape_zyx, factors_zyx, strict=True)),
+            spacing_mm_zyx=tuple(h * f for h, f in zip(self.spacing_mm_zyx, factors_zyx, strict=True)),
+            origin_mm_xyz=tuple(origin.tolist()),
+            direction=self.direction,
+            extent_mm_zyx=self.extent_mm_zyx,
         )
 
     def part(self, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]) -> Self:
@@ -85,14 +86,14 @@ class Grid(Record):
         return self.of((z, y, x), self.spacing_mm_zyx, origin[:3], self.direction)
 
     @property
-    def corner_mm_xyz(self) -> NDArray[np.float64]:
+    def corner_mm_xyz(self) -> Float64Array:
         """World position of the corner of the volume: half a voxel before voxel [0, 0, 0]. Same for all levels."""
         half_xyz = np.array(self.spacing_mm_zyx[::-1]) / 2
-        corner: NDArray[np.float64] = np.array(self.origin_mm_xyz) - np.array(self.direction) @ half_xyz
+        corner: Float64Array = np.array(self.origin_mm_xyz) - np.array(self.direction) @ half_xyz
         return corner
 
     @property
-    def world_from_index(self) -> NDArray[np.float64]:
+    def world_from_index(self) -> Float64Array:
         """4×4 matrix from (x, y, z, 1) in voxels to world millimetres."""
         matrix = np.eye(4)
         matrix[:3, :3] = np.array(self.direction) * np.array(self.spacing_mm_zyx[::-1])
@@ -100,7 +101,7 @@ class Grid(Record):
         return matrix
 
     @property
-    def world_from_box(self) -> NDArray[np.float64]:
+    def world_from_box(self) -> Float64Array:
         """4×4 matrix from box space (millimetres along the index axes, the corner at 0) to world millimetres."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.direction

@@ -43,7 +43,7 @@ _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THR
 
 
 @dataclass(frozen=True)
-class Request:
+class WorkerRequest:
     """A call of a function in a worker, and what it may use."""
 
     function: Function
@@ -66,7 +66,7 @@ class Workers:
         self._workers: list[_Worker] = []
         self._lock = threading.Lock()
 
-    def run(self, requests: Sequence[Request], take: Take) -> None:
+    def run(self, requests: Sequence[WorkerRequest], take: Take) -> None:
         """Carry out all requests, on as many workers as there are cores, and give each result to `take` here.
 
         Results come in any order. The error that is raised is that of the first request that fails: what the function
@@ -88,7 +88,7 @@ class Workers:
                 worker.kill()
             self._workers.clear()
 
-    def _run(self, requests: Sequence[Request], take: Take) -> None:
+    def _run(self, requests: Sequence[WorkerRequest], take: Take) -> None:
         waiting = deque(range(len(requests)))
         failures: dict[int, VolprepError] = {}
         while True:
@@ -135,7 +135,7 @@ class _Worker:
         self.index: int | None = None
         """Of its request; None when it is idle."""
         self.deadline = math.inf
-        self._request: Request | None = None
+        self._request: WorkerRequest | None = None
         self._reply = b""
         self._shared_file = _unnamed_file()
         self._shared = mmap.mmap(-1, 1)
@@ -168,7 +168,7 @@ class _Worker:
             return False
         return True
 
-    def begin(self, index: int, request: Request) -> None:
+    def begin(self, index: int, request: WorkerRequest) -> None:
         """Send a request."""
         size = max(request.result_bytes, 1)
         if len(self._shared) < size:
@@ -221,7 +221,7 @@ class _Worker:
         except OSError:
             return True
 
-    def _understood(self, request: Request, answer: dict[str, Any]) -> NDArray[np.generic]:
+    def _understood(self, request: WorkerRequest, answer: dict[str, Any]) -> NDArray[np.generic]:
         if "code" in answer:
             raise VolprepError(answer["code"], **answer["fields"])
         if "memory" in answer:
@@ -232,7 +232,7 @@ class _Worker:
         return np.frombuffer(self._shared, dtype, math.prod(shape)).reshape(shape)
 
     @staticmethod
-    def _crash(request: Request, how: str) -> VolprepError:
+    def _crash(request: WorkerRequest, how: str) -> VolprepError:
         return VolprepError("VP1270", path=request.path, how=how, limit_mb=request.memory_bytes / 1e6)
 
     def _send(self, message: object) -> None:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from volprep_formats.isolation import Request
+    from volprep_formats.isolation import WorkerRequest
 
 _SECONDS_BEYOND = 60
 
@@ -36,7 +36,7 @@ def main() -> None:
                 parent.sendall(json.dumps(_answer(request, int(sys.argv[2]))).encode() + b"\n")
 
 
-def _answer(request: "Request", result_file: int) -> dict[str, object]:
+def _answer(request: "WorkerRequest", result_file: int) -> dict[str, object]:
     import numpy as np  # noqa: PLC0415 - found by the parent's path
 
     from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415
@@ -58,7 +58,7 @@ def _answer(request: "Request", result_file: int) -> dict[str, object]:
     return {"dtype": result.dtype.str, "shape": result.shape}
 
 
-def _limit(request: "Request") -> None:
+def _limit(request: "WorkerRequest") -> None:
     """Set the limits of this request. What imports have mapped so far is not counted."""
     # Not every system lets the address space be limited; the limit of time remains.
     with contextlib.suppress(OSError, ValueError):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, ValidationError
 from pydantic.alias_generators import to_camel
 
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record, problems
 
@@ -40,7 +41,7 @@ _MOST_TRIANGLES = 8 * MOST_VERTICES
 class Primitive:
     """What is drawn by one call."""
 
-    positions_xyz: NDArray[np.float32]
+    positions_xyz: Float32Array
     """Positions of vertices [n, 3]: whole numbers, in units of the mesh."""
     triangles: NDArray[np.uint16]
     """Vertices of each triangle, [m, 3]."""

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import UInt8Array
+
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
 _PERCEPTUAL = b"\x00"
@@ -18,7 +20,7 @@ _ROWS = 64
 """Rows that are filtered at a time: all at once would take ten times the memory of the picture."""
 
 
-def png_bytes(picture: NDArray[np.uint8]) -> bytes:
+def png_bytes(picture: UInt8Array) -> bytes:
     """Return the PNG file of a picture, row 0 on top: [H, W, 1], [H, W, 3], or [H, W, 4].
 
     Colours are not multiplied by alpha.
@@ -37,7 +39,7 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-def _filtered(rows: NDArray[np.uint8], channels: int) -> Iterator[bytes]:
+def _filtered(rows: UInt8Array, channels: int) -> Iterator[bytes]:
     """Each row with the filter in front that leaves the smallest numbers."""
     height, row_bytes = rows.shape
     # A pixel of zeros to the left, a row of zeros above.

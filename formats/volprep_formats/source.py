@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
-from volprep_formats.path_text import path_of_text
+from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.record import Record
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
@@ -62,7 +62,7 @@ class StackLayout(Record):
     neighbours, all at the same distance."""
 
 
-class MosaicLayout(Record):
+class TileLayout(Record):
     """How the slices of a volume lie in one picture: row by row, from the top left."""
 
     tiles_x: Count
@@ -114,12 +114,16 @@ class SourceSpec(Record):
     """Raw only: shape, type, spacing, byte order and header size."""
     stack: StackLayout | None = None
     """Stack of pictures only: spacing, and whether numbers may be missing."""
-    mosaic: MosaicLayout | None = None
+    mosaic: TileLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
 
     def place(self, base: Path) -> Path:
         """Return the path of the file or folder; a relative one starts at `base`."""
         return base / path_of_text(self.path)
+
+    def at(self, path: Path) -> Self:
+        """Return the same source at another place."""
+        return self.model_copy(update={"path": path_text(path)})
 
     def without_place(self) -> Self:
         """Return the same source without what says where it is, or which of several: names that are not ours."""

@@ -183,14 +183,14 @@ def _drawn(package: Package) -> tuple[NDArray[np.float32], float]:
 def _mixed(part: NDArray[np.uint8], name: CompressedFormat) -> tuple[float, float]:
     """PSNR where tiles abut, and the time to encode."""
     block = BLOCKS[name]
-    layout = fit_mosaic(part.shape, Packing(4 if block.channels == 4 else 1, "interleaved"), Room(4096))
+    layout = fit_mosaic(part.shape, Packing(4 if block.components == 4 else 1, "interleaved"), Room(4096))
     assert layout is not None
     texels = np.concatenate(list(pack_mosaic(lambda z0, z1: part[z0:z1], layout)))
-    picture = texels if block.channels == 4 else texels[..., 0]
+    picture = texels if block.components == 4 else texels[..., 0]
     start = time.perf_counter()
     blocks = encode_blocks(picture, name)
     seconds = time.perf_counter() - start
-    decoded = decode_blocks(blocks, name, layout.texture_shape_yx, block.channels)
+    decoded = decode_blocks(blocks, name, layout.texture_shape_yx, block.components)
     return _psnr(slices_of_mosaic([decoded], layout) * 255.0, part), seconds
 
 

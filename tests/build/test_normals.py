@@ -95,7 +95,7 @@ def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
     for texture, level in zip(held, manifest.levels, strict=True):
         depth, height, width = level.grid.shape_zyx
         assert (texture.mosaic.slices, *texture.mosaic.tile_shape_yx) == (depth, height, width)
-        assert (texture.gl.target, texture.gl.format, texture.mosaic.components) == ("TEXTURE_2D", "RGB", 3)
+        assert (texture.gl.target, texture.gl.format, texture.mosaic.components_per_voxel) == ("TEXTURE_2D", "RGB", 3)
     assert set(item(package, "normals").files) == {texture.file for texture in held}
     assert "as a mosaic of" in item(package, "normals").reason
     for level in manifest.levels:

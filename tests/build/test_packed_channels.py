@@ -177,11 +177,15 @@ class TestWhatItDraws:
         (tmp_path / "narrow.toml").write_text(profile.replace("size = 2048", "size = 64"))
         package = built(tmp_path, "narrow.toml", extra="[mosaic]\ngutter = 1\n")
         texture = volumes(package.manifest)[0]
-        assert (texture.mosaic.textures, texture.mosaic.components, texture.mosaic.channels) == (3, 2, 1)
+        assert (texture.mosaic.textures, texture.mosaic.components_per_voxel, texture.mosaic.slices_per_texel) == (
+            3,
+            2,
+            1,
+        )
         (tmp_path / "apart").mkdir()
         (tmp_path / "apart/narrow.toml").write_text((tmp_path / "narrow.toml").read_text())
         alone = built(tmp_path / "apart", "narrow.toml", wish="apart")
-        assert volumes(alone.manifest)[0].mosaic.channels == 4
+        assert volumes(alone.manifest)[0].mosaic.slices_per_texel == 4
         assert_same_pictures(package, alone)
 
 

@@ -77,7 +77,7 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
         layout = MosaicLayout(
             tile_shape_yx=(height, width),
             slices=slices,
-            channels=1,
+            slices_per_texel=1,
             tiles_x=3,
             tiles_y=2,
             texture_shape_yx=(2 * height, 3 * width),

@@ -52,7 +52,7 @@ def tissue(height: int, width: int, channels: int) -> np.ndarray:
 
 
 def source(texture_format: CompressedFormat, height: int = 46, width: int = 61) -> np.ndarray:
-    return tissue(height, width, BLOCKS[texture_format].channels)
+    return tissue(height, width, BLOCKS[texture_format].components)
 
 
 def drawn(gl: Gl, texture_format: CompressedFormat, blocks: np.ndarray, shape_yx: tuple[int, int]) -> np.ndarray:
@@ -139,7 +139,7 @@ def test_an_independent_decoder_finds_the_same_values(texture_format: Compressed
 @pytest.mark.parametrize("texture_format", BLOCKS)
 def test_the_driver_finds_the_same_values(gl: Gl, texture_format: CompressedFormat) -> None:
     texels = source(texture_format)
-    shape_yx, channels = texels.shape[:2], BLOCKS[texture_format].channels
+    shape_yx, channels = texels.shape[:2], BLOCKS[texture_format].components
     if texture_format.startswith("ASTC") and "GL_KHR_texture_compression_astc_ldr" not in gl.driver.extensions:
         pytest.skip(f"{gl.driver} has no ASTC")
     blocks = encode_blocks(texels, texture_format)
@@ -158,7 +158,7 @@ def test_the_driver_decodes_every_block_of_eac_as_we_do(gl: Gl) -> None:
 
 @pytest.mark.parametrize("texture_format", BLOCKS)
 def test_a_constant_picture_comes_back_as_it_was(texture_format: CompressedFormat) -> None:
-    channels = BLOCKS[texture_format].channels
+    channels = BLOCKS[texture_format].components
     # etcpak gives a constant block one colour of 5 bits, and ETC2 adds a modifier of 2 or more to it.
     limit = 9.0 if texture_format == "ETC2_RGBA8" else 1.0
     shape = (9, 13, channels) if channels > 1 else (9, 13)

@@ -319,8 +319,9 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
     "texture volume-scan-0: its tiles do not fit into textures of (14, 27)": set_to(
         "textures", 1, "mosaic", "tiles_x", to=4
     ),
-    "texture volume-scan-0: its mosaic has several components and several slices in a texel": both(
-        set_to("textures", 1, "mosaic", "channels", to=4), set_to("textures", 1, "mosaic", "components", to=2)
+    "texture volume-scan-0: its mosaic has several components in a voxel and several slices in a texel": both(
+        set_to("textures", 1, "mosaic", "slices_per_texel", to=4),
+        set_to("textures", 1, "mosaic", "components_per_voxel", to=2),
     ),
     "texture volume-scan-0: its mosaic has one slice in a texel, but these are planar": set_to(
         "textures", 1, "mosaic", "order", to="planar"
@@ -332,8 +333,8 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
         "textures", 1, "mosaic", "textures", to=2
     ),
     "program raycast samples volume, transfer instead": set_to("programs", 0, "samplers", 0, "part", to=1),
-    "texture volume-scan-0: its mosaic has 4 channels, its format is LUMINANCE": set_to(
-        "textures", 1, "mosaic", "channels", to=4
+    "texture volume-scan-0: its mosaic has 4 components, its format is LUMINANCE": set_to(
+        "textures", 1, "mosaic", "slices_per_texel", to=4
     ),
     "program raycast draws level 0, but no texture holds it in the form that raycast_texture3d": set_to(
         "programs", 0, "technique", to="raycast_texture3d"

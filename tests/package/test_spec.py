@@ -154,7 +154,7 @@ def test_the_formula_for_mosaics_gives_the_trilinear_field(sealed_mosaic: Path) 
     voxels = np.random.default_rng(0).integers(0, 256, (slices, height, width), np.uint8)
 
     def fetch(k: int, x: float, y: float) -> float:
-        tile = k // layout.channels
+        tile = k // layout.slices_per_texel
         column, row = tile % layout.tiles_x, tile // layout.tiles_x
         return linear_sample(texels, column * width + x, row * height + y)
 

@@ -95,7 +95,7 @@ def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
 def test_mosaic_and_3d_texture_give_the_same_picture(tmp_path, packing, view, tiles):
     """A value that is off by e changes a picture by at most e (colour' + 2 · extinction' · path), here 14 e."""
     one = tiny_package(tmp_path / "3d", CODES, BENT, ES3_BYTES, grid=GRID)
-    room = Room(26 if packing.channels == 1 and tiles == 1 else 13 * tiles, textures=7)
+    room = Room(26 if packing.slices_per_texel == 1 and tiles == 1 else 13 * tiles, textures=7)
     other = tiny_package(tmp_path / "2d", CODES, BENT, ES2, grid=GRID, packing=packing, room=room)
     assert (len(other.manifest.textures) > 2) == (tiles == 1)
     difference = draw(one, GRID, view) - draw(other, GRID, view)

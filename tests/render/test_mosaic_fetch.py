@@ -19,7 +19,7 @@ SPACING = (2.5, 0.7, 1.1)
 lengths = st.sampled_from([1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 17, 23, 31, 37])
 shapes = st.tuples(st.one_of(lengths, st.integers(1, 120)), lengths, lengths)
 packings = st.one_of(
-    st.builds(Packing, st.just(1), gutter=st.integers(0, 2), components=st.integers(1, 4)),
+    st.builds(Packing, st.just(1), gutter=st.integers(0, 2), components_per_voxel=st.integers(1, 4)),
     st.builds(Packing, st.just(4), st.sampled_from(["interleaved", "planar", "overlapping"]), gutter=st.integers(0, 2)),
 )
 rooms = st.builds(
@@ -68,15 +68,15 @@ def test_every_layout_gives_the_trilinear_field_up_to_the_borders_and_the_codes_
     assume(layout is not None)
     gl, target = surface
     rng = np.random.default_rng(seed)
-    volume = rng.integers(0, 256, (*shape_zyx, packing.components), dtype=np.uint8)
-    volume = volume[..., 0] if packing.components == 1 else volume
+    volume = rng.integers(0, 256, (*shape_zyx, packing.components_per_voxel), dtype=np.uint8)
+    volume = volume[..., 0] if packing.components_per_voxel == 1 else volume
     extent_xyz = np.array(shape_zyx[::-1]) * SPACING[::-1]
     limit = tolerance(layout, gl.driver)
     assert limit < 1 / 255
     with mosaic_probe(gl, target, volume, layout, SPACING) as probe:
         for plane in planes(extent_xyz, rng):
             positions, found = probe.plane(*plane)
-            error = np.abs(sampled(found, packing.components) - truth(volume, positions)).max(axis=-1)
+            error = np.abs(sampled(found, packing.components_per_voxel) - truth(volume, positions)).max(axis=-1)
             # Rays stay inside the box; there gutters are wide enough.
             inside = ((positions >= 0) & (positions <= extent_xyz)).all(axis=-1)
             assert error[inside | (layout.gutter == 0)].max(initial=0) <= limit
@@ -85,12 +85,12 @@ def test_every_layout_gives_the_trilinear_field_up_to_the_borders_and_the_codes_
             corner[2], right[0], up[1] = (k + 0.5) * SPACING[0], SIZE * SPACING[2], SIZE * SPACING[1]
             _, found = probe.plane(corner, right, up)
             height, width = (min(n, SIZE) for n in shape_zyx[1:])
-            codes = np.rint(sampled(found, packing.components) * 255)[::-1][:height, :width]
+            codes = np.rint(sampled(found, packing.components_per_voxel) * 255)[::-1][:height, :width]
             np.testing.assert_array_equal(codes.reshape(volume[k, :height, :width].shape), volume[k, :height, :width])
 
 
 @settings(max_examples=50)
-@given(shapes, packings.filter(lambda packing: packing.components == 1), rooms, st.integers(0, 2**32 - 1))
+@given(shapes, packings.filter(lambda packing: packing.components_per_voxel == 1), rooms, st.integers(0, 2**32 - 1))
 def test_every_layout_of_labels_gives_the_voxel_that_a_position_is_in(surface, shape_zyx, packing, room, seed):
     layout = fit_mosaic(shape_zyx, packing, room)
     assume(layout is not None)

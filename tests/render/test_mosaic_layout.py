@@ -11,7 +11,7 @@ from volprep_formats.textures.mosaic import slices_of_mosaic, slices_of_tile
 sizes = st.integers(1, 23)
 shapes = st.tuples(st.integers(1, 60), sizes, sizes)
 packings = st.one_of(
-    st.builds(Packing, st.just(1), gutter=st.integers(0, 3), components=st.integers(1, 4)),
+    st.builds(Packing, st.just(1), gutter=st.integers(0, 3), components_per_voxel=st.integers(1, 4)),
     st.builds(Packing, st.just(4), st.sampled_from(["interleaved", "planar", "overlapping"]), gutter=st.integers(0, 3)),
 )
 rooms = st.builds(Room, size=st.integers(1, 128), textures=st.integers(1, 8), npot=st.booleans(), square=st.booleans())
@@ -23,9 +23,9 @@ def power_of_two(n):
 
 def whole_slices(slices, packing):
     """Tiles that hold so many slices: the fourth channel of overlapping tiles repeats a slice, but for the last."""
-    if packing.channels == 4 and packing.order == "overlapping":
+    if packing.slices_per_texel == 4 and packing.order == "overlapping":
         return next(tiles for tiles in range(1, slices + 1) if 3 * tiles + 1 >= slices)
-    return next(tiles for tiles in range(1, slices + 1) if packing.channels * tiles >= slices)
+    return next(tiles for tiles in range(1, slices + 1) if packing.slices_per_texel * tiles >= slices)
 
 
 def shapes_that_fit(shape_zyx, packing, room):
@@ -127,7 +127,13 @@ def places(layout, part):
                 if 0 <= tile <= last and k - 3 * tile <= 3
             ]
         else:
-            spots = [(k // layout.channels // tiles, k % layout.channels, k // layout.channels % tiles)]
+            spots = [
+                (
+                    k // layout.slices_per_texel // tiles,
+                    k % layout.slices_per_texel,
+                    k // layout.slices_per_texel % tiles,
+                )
+            ]
         for texture, channel, tile in spots:
             if texture == part:
                 row = tile // layout.tiles_x * (height + 2 * layout.gutter)
@@ -141,18 +147,18 @@ def test_every_voxel_lies_where_the_layout_says_its_edge_is_repeated_and_the_res
 ):
     layout = fit_mosaic(shape_zyx, packing, room)
     assume(layout is not None)
-    volume = np.random.default_rng(5).integers(1, 256, (*shape_zyx, packing.components)).astype(dtype)
-    given_volume = volume[..., 0] if packing.components == 1 else volume
+    volume = np.random.default_rng(5).integers(1, 256, (*shape_zyx, packing.components_per_voxel)).astype(dtype)
+    given_volume = volume[..., 0] if packing.components_per_voxel == 1 else volume
     parts = []
     for part in range(layout.textures):
         texels = np.concatenate(list(pack_mosaic(lambda z0, z1: given_volume[z0:z1], layout, part)))
         assert texels.dtype == dtype
-        assert texels.shape == (*layout.texture_shape_yx, layout.channels * layout.components)
+        assert texels.shape == (*layout.texture_shape_yx, layout.slices_per_texel * layout.components_per_voxel)
         parts.append(texels.copy())
         height, width = (n + 2 * layout.gutter for n in layout.tile_shape_yx)
         edges = ((layout.gutter, layout.gutter),) * 2
         for k, row, column, channel in places(layout, part):
-            tile = texels[row : row + height, column : column + width, channel : channel + layout.components]
+            tile = texels[row : row + height, column : column + width, channel : channel + layout.components_per_voxel]
             np.testing.assert_array_equal(tile, np.pad(volume[k], (*edges, (0, 0)), mode="edge"))
             tile[...] = 0
         assert not texels.any()
@@ -163,7 +169,9 @@ def test_every_voxel_lies_where_the_layout_says_its_edge_is_repeated_and_the_res
 def test_packing_reads_each_slice_once_but_for_those_that_tiles_of_two_rows_share(shape_zyx, packing):
     layout = fit_mosaic(shape_zyx, packing, Room(128, 8))
     assume(layout is not None)
-    volume = np.zeros((*shape_zyx, packing.components)[: 3 if packing.components == 1 else 4], np.uint8)
+    volume = np.zeros(
+        (*shape_zyx, packing.components_per_voxel)[: 3 if packing.components_per_voxel == 1 else 4], np.uint8
+    )
     asked = []
 
     def read_slab(z0, z1):

@@ -49,11 +49,11 @@ def surface():
 @given(shapes, rooms, st.sampled_from(CODES), st.integers(0, 2**32 - 1))
 def test_every_layout_gives_the_normals_between_voxels_or_those_of_the_voxel(surface, shape_zyx, room, kind, seed):
     code, magnitude = kind
-    layout = fit_mosaic(shape_zyx, Packing(components=DIRECTION_BYTES[code] + magnitude), room)
+    layout = fit_mosaic(shape_zyx, Packing(components_per_voxel=DIRECTION_BYTES[code] + magnitude), room)
     assume(layout is not None)
     gl, target = surface
     rng = np.random.default_rng(seed)
-    codes = rng.integers(0, 256, (*shape_zyx, layout.components), dtype=np.uint8)
+    codes = rng.integers(0, 256, (*shape_zyx, layout.components_per_voxel), dtype=np.uint8)
     # The code's own zero: codes of two numbers reserve byte 0, which the encoder writes for nothing else.
     if code == "oct8":
         codes[..., :2] = np.maximum(codes[..., :2], 1)
@@ -105,7 +105,7 @@ def test_a_mosaic_holds_the_texels_of_the_3d_texture(tmp_path, shape, size, text
     assert {texture.normals for texture in found} == {flat.normals}
     layout = found[0].mosaic
     np.testing.assert_array_equal(slices_of_mosaic([part[0] for part in parts], layout), twin)
-    assert layout.components == twin.shape[-1]
+    assert layout.components_per_voxel == twin.shape[-1]
 
 
 # A tenth of a step of an 8-bit target. Positions in float32 explain more: 0.2 steps in a mosaic 300 texels wide.

@@ -191,10 +191,10 @@ def test_a_mosaic_holds_the_table_that_a_3d_texture_holds(tmp_path, kind):
 def test_a_mosaic_of_four_channels_skips_by_a_table_of_one(tmp_path):
     codes = blobs(22, (37, 30, 41))
     views = ("anterior-left", "superior")
-    packing = Packing(channels=4)
+    packing = Packing(slices_per_texel=4)
     plain, _ = pictures(tmp_path / "plain", codes, ES2, views, "orthographic", packing=packing)
     skipping, package = pictures(
         tmp_path / "skipping", codes, ES2, views, "orthographic", packing=packing, skip=("distance", 4)
     )
-    assert next(each for each in package.manifest.textures if each.role == "volume").mosaic.channels == 4
+    assert next(each for each in package.manifest.textures if each.role == "volume").mosaic.slices_per_texel == 4
     check_same(skipping, plain)

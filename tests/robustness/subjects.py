@@ -38,7 +38,7 @@ from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.source import MosaicLayout, RawLayout, SourceSpec
+from volprep_formats.source import RawLayout, SourceSpec, TileLayout
 from volprep_formats.textures import ktx2
 
 from .header_subjects import metaimage_file, nrrd_file, vtk_file
@@ -183,7 +183,7 @@ def _read_first_channel(path: Path) -> None:
 
 
 def _read_mosaic(path: Path) -> None:
-    read_volume(path, mosaic=MosaicLayout(tiles_x=2, tiles_y=3, slices=5))
+    read_volume(path, mosaic=TileLayout(tiles_x=2, tiles_y=3, slices=5))
 
 
 _BETWEEN = b"\0|\0"

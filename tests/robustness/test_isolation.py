@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request, workers
+from volprep_formats.isolation import WorkerRequest, workers
 
 SHARED_MEMORY = Path("/dev/shm")  # noqa: S108
 
 
-def request(function, argument=None, *, result_bytes=1000, memory_bytes=2**28, seconds=30.0) -> Request:
-    return Request(function, argument, Path("scan.dcm"), result_bytes, memory_bytes, seconds)
+def request(function, argument=None, *, result_bytes=1000, memory_bytes=2**28, seconds=30.0) -> WorkerRequest:
+    return WorkerRequest(function, argument, Path("scan.dcm"), result_bytes, memory_bytes, seconds)
 
 
-def run(*requests: Request) -> list[np.ndarray]:
+def run(*requests: WorkerRequest) -> list[np.ndarray]:
     results = {}
     with workers() as pool:
         pool.run(requests, lambda index, array: results.update({index: array.copy()}))
     return [results[i] for i in range(len(requests))]
 
 
-def refusal(*requests: Request) -> VolprepError:
+def refusal(*requests: WorkerRequest) -> VolprepError:
     with pytest.raises(VolprepError) as error:
         run(*requests)
     return error.value
@@ -177,10 +177,10 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import decoders
 from pathlib import Path
-from volprep_formats.isolation import Request, workers
+from volprep_formats.isolation import WorkerRequest, workers
 print("once")
 function, argument = getattr(decoders, sys.argv[2]), sys.argv[3]
-request = Request(function, argument, Path("x"), 100, 2**28, 100.0)
+request = WorkerRequest(function, argument, Path("x"), 100, 2**28, 100.0)
 with workers() as pool:
     pool.run([request, request], lambda i, a: print(a.tolist()))
 """

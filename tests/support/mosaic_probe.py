@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.render.egl import Driver
+from volprep.render.egl import GlDriver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.shading import raycast_mosaic
 from volprep.shading.compose import compose
@@ -36,7 +36,7 @@ def declarations(slot: str, feature: Feature, before: str = "") -> str:
     return f"{head}\n{before}{rest}"
 
 
-def tolerance(layout: MosaicLayout, driver: Driver) -> float:
+def tolerance(layout: MosaicLayout, driver: GlDriver) -> float:
     """Largest error of a stored value that float32 positions and the driver's filter explain (test_fetch.py)."""
     rounding = 3 * 8 * max(*layout.texture_shape_yx, layout.slices) * 2.0**-24
     return rounding if "llvmpipe" in driver.renderer else rounding + 2 * 2.0**-9
@@ -90,9 +90,9 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
     between: SampleFilter = "linear",
 ) -> Iterator[MosaicProbe]:
     """Upload `volume` [z, y, x] or [z, y, x, component] in this layout, and compile `text`, or what samples it."""
-    main = SAMPLE if layout.components == 1 else SAMPLE_ALL
+    main = SAMPLE if layout.components_per_voxel == 1 else SAMPLE_ALL
     fragment = text or fetch_text(layout, spacing_mm_zyx, between) + main
-    pixels = _FORMATS[layout.channels * layout.components]
+    pixels = _FORMATS[layout.slices_per_texel * layout.components_per_voxel]
     record = Texture(
         name="mosaic",
         role="volume",

@@ -31,7 +31,7 @@ def normals_probe(
         role="normals",
         file="normals.ktx2",
         shape_zyx=(1, *layout.texture_shape_yx),
-        gl=gl_format(_FORMATS[layout.components], "TEXTURE_2D", "es2.0"),
+        gl=gl_format(_FORMATS[layout.components_per_voxel], "TEXTURE_2D", "es2.0"),
         filter="linear" if code == "biased8" else "nearest",
         level=0,
         mosaic=layout,

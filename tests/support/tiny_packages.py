@@ -53,7 +53,7 @@ from volprep_formats.source import SourceInfo
 KEY = "0" * 64
 CHANNEL = "scan"
 ONE_CHANNEL = Packing()
-FOUR_CHANNELS = Packing(channels=4)
+FOUR_CHANNELS = Packing(slices_per_texel=4)
 ES2 = load_profile("gles2-2048", Path())
 ES3 = load_profile("gles3", Path())
 NORM16 = load_profile("gles3-norm16", Path())
@@ -274,7 +274,7 @@ def _volume(
         level=index,
         names=names,
         files=tuple(f"{each}.ktx2" for each in names),
-        format="LUMINANCE8" if packing.channels == 1 else "RGBA8",
+        format="LUMINANCE8" if packing.slices_per_texel == 1 else "RGBA8",
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,
         channels=(CHANNEL,),

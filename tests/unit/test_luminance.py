@@ -11,7 +11,7 @@ from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.luminance import luminance
-from volprep_formats.source import MosaicLayout, SourceSpec, StackLayout
+from volprep_formats.source import SourceSpec, StackLayout, TileLayout
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
 
@@ -145,7 +145,7 @@ def test_pictures_in_colour_become_grey_on_request(tmp_path) -> None:
 def test_a_mosaic_in_colour_becomes_grey_on_request(tmp_path) -> None:
     tiles = COLOURS.reshape(2, 2, 5, 6, 3).swapaxes(1, 2).reshape(10, 12, 3)
     write_png(tmp_path / "m.png", tiles)
-    layout = MosaicLayout(tiles_x=2, tiles_y=2, slices=4)
+    layout = TileLayout(tiles_x=2, tiles_y=2, slices=4)
     with pytest.raises(VolprepError, match="VP1164"):
         read(tmp_path / "m.png", mosaic=layout)
     voxels, _ = read(tmp_path / "m.png", mosaic=layout, rgb="luminance")

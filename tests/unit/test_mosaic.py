@@ -11,7 +11,7 @@ from volprep_formats.isolation import workers
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.mosaic import tile_start
-from volprep_formats.source import MosaicLayout, SourceSpec, VolumeSource
+from volprep_formats.source import SourceSpec, TileLayout, VolumeSource
 
 SHAPE_ZYX = (7, 4, 5)
 
@@ -33,7 +33,7 @@ def write(file: Path, picture: np.ndarray) -> Path:
 
 
 def open_mosaic(file: Path, **layout) -> VolumeSource:
-    told = MosaicLayout(**{"tiles_x": 3, "tiles_y": 3, "slices": 7, **layout})
+    told = TileLayout(**{"tiles_x": 3, "tiles_y": 3, "slices": 7, **layout})
     return open_source(SourceSpec(path=str(file), mosaic=told), Path(), Silent())
 
 

@@ -261,7 +261,7 @@ class TestLevels:
     def test_the_scene_chooses_order_and_gutter(self) -> None:
         wanted = {"order": "planar", "gutter": 1}
         layout = plan(noise((5, 20, 31)), scene(mosaic=wanted), GLES2).volumes[0].mosaic
-        assert (layout.channels, layout.order, layout.gutter) == (4, "planar", 1)
+        assert (layout.slices_per_texel, layout.order, layout.gutter) == (4, "planar", 1)
 
     def test_textures_of_a_mosaic_are_powers_of_two_and_square_where_the_profile_says_so(self) -> None:
         old = GLES2.model_copy(update={"npot": False, "square": True})

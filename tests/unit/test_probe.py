@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from volprep.compositing.emission_absorption import EMISSION_ABSORPTION
-from volprep.plan.probe import Codes
+from volprep.plan.probe import Quantizer
 from volprep.transfer.table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -31,29 +31,29 @@ def test_a_ramp_is_integrated_between_the_voxels() -> None:
 
 
 def test_codes_of_8_bits_are_off_by_half_a_step_at_most() -> None:
-    codes = Codes(8, (-10.0, 41.0))
+    quantizer = Quantizer(8, (-10.0, 41.0))
     values = np.linspace(-10.0, 41.0, 1001)
-    error = np.abs(codes.decoded(codes.texels(values)) - values)
+    error = np.abs(quantizer.decoded(quantizer.texels(values)) - values)
     assert error.max() <= 0.1 + 1e-12
     assert error.max() > 0.099
 
 
 def test_codes_clamp_at_the_ends_of_the_window() -> None:
-    codes = Codes(16, (0.0, 2.0))
-    assert codes.decoded(codes.texels(np.array([-5.0, 0.0, 2.0, 9.0]))).tolist() == [0.0, 0.0, 2.0, 2.0]
+    quantizer = Quantizer(16, (0.0, 2.0))
+    assert quantizer.decoded(quantizer.texels(np.array([-5.0, 0.0, 2.0, 9.0]))).tolist() == [0.0, 0.0, 2.0, 2.0]
 
 
 def test_half_floats_keep_eleven_bits_of_a_16_bit_code() -> None:
-    codes = Codes(16, (0.0, 1.0), half_floats=True)
+    quantizer = Quantizer(16, (0.0, 1.0), half_floats=True)
     values = np.linspace(0.5, 1.0, 5001)
-    error = np.abs(codes.decoded(codes.texels(values)) - values).max()
+    error = np.abs(quantizer.decoded(quantizer.texels(values)) - values).max()
     assert 2**-12 * 0.9 < error <= 2**-12 + 2**-17
 
 
 def test_other_texels_keep_all_of_a_16_bit_code() -> None:
-    codes = Codes(16, (0.0, 1.0))
+    quantizer = Quantizer(16, (0.0, 1.0))
     values = np.linspace(0.5, 1.0, 5001)
-    error = np.abs(codes.decoded(codes.texels(values)) - values).max()
+    error = np.abs(quantizer.decoded(quantizer.texels(values)) - values).max()
     assert 0.5 / 65535 * 0.9 < error <= 0.5 / 65535 * 1.001
 
 

@@ -16,7 +16,9 @@ def package(built_package) -> Package:
 
 
 def test_slices_come_out_of_a_mosaic_with_more_columns_than_rows() -> None:
-    layout = MosaicLayout(tile_shape_yx=(2, 3), slices=11, channels=4, tiles_x=2, tiles_y=2, texture_shape_yx=(4, 6))
+    layout = MosaicLayout(
+        tile_shape_yx=(2, 3), slices=11, slices_per_texel=4, tiles_x=2, tiles_y=2, texture_shape_yx=(4, 6)
+    )
     atlas = np.full((4, 6, 4), 255, dtype=np.uint8)
     for k in range(11):
         tile, channel = k // 4, k % 4
@@ -27,7 +29,9 @@ def test_slices_come_out_of_a_mosaic_with_more_columns_than_rows() -> None:
 
 
 def test_slices_come_out_of_a_mosaic_of_one_channel() -> None:
-    layout = MosaicLayout(tile_shape_yx=(1, 2), slices=3, channels=1, tiles_x=2, tiles_y=2, texture_shape_yx=(2, 4))
+    layout = MosaicLayout(
+        tile_shape_yx=(1, 2), slices=3, slices_per_texel=1, tiles_x=2, tiles_y=2, texture_shape_yx=(2, 4)
+    )
     atlas = np.array([[1, 2, 3, 4], [5, 6, 0, 0]], dtype=np.uint8)
     np.testing.assert_array_equal(slices_of_mosaic([atlas], layout), [[[1, 2]], [[3, 4]], [[5, 6]]])
 

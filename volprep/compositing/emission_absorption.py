@@ -7,15 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from volprep.compositing.record import Array, Compositing, Normals
+from volprep.compositing.record import Compositing, Normals
 from volprep.transfer.rays import segments
 from volprep.transfer.table import Table
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.texture import SampleFilter
 
 
-def _rays(columns: Array, spacing_mm: float, table: Table, between: SampleFilter) -> Array:
+def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
     result = np.zeros((columns.shape[1], 4))
     transmittance = np.ones(columns.shape[1])
     for samples, step_mm in segments(columns, spacing_mm, between):
@@ -29,14 +30,14 @@ def _rays(columns: Array, spacing_mm: float, table: Table, between: SampleFilter
     return result
 
 
-def _visible(extinction_per_mm: Array) -> Array:
+def _visible(extinction_per_mm: Float64Array) -> Float64Array:
     return extinction_per_mm
 
 
 def _oracle(
     media: Sequence[Medium],
     grid: Grid,
-    box_from_clip: Array,
+    box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
     nearest: bool,

@@ -4,32 +4,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from volprep.transfer.table import Table
 from volprep.truth.oracle import Medium, OraclePicture
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.program import ClassificationName, CompositingName
 from volprep_formats.package.texture import SampleFilter
 
-Array = NDArray[np.float64]
-Normals = GradientKernel | NDArray[np.float32] | None
+Normals = GradientKernel | Float32Array | None
 
 
 class Visible(Protocol):
     """What of a transfer function can be seen, whatever else lies on a ray."""
 
-    def __call__(self, extinction_per_mm: Array) -> Array:
+    def __call__(self, extinction_per_mm: Float64Array) -> Float64Array:
         """Turn extinctions of ascending values into others, 0 for each value up to which nothing changes a picture."""
 
 
 class Rays(Protocol):
     """Pictures of few rays, for decisions of the plan."""
 
-    def __call__(self, columns: Array, spacing_mm: float, table: Table, between: SampleFilter) -> Array:
+    def __call__(self, columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
         """Return colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values, [voxel, ray]."""
 
 
@@ -40,7 +37,7 @@ class Oracle(Protocol):
         self,
         media: Sequence[Medium],
         grid: Grid,
-        box_from_clip: Array,
+        box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         *,
         nearest: bool,

@@ -15,14 +15,13 @@ from volprep.parts.work import classified_name, codes_of_level, codes_of_source
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.preclassified import Voxels
+from volprep_formats.arrays import Float32Array, Texels, UInt8Array
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import gl_format
-
-Texels = NDArray[np.generic]
 
 
 def texels_of(codes: NDArray[np.generic], texel: TextureFormat) -> Texels:
@@ -94,7 +93,7 @@ def encode_strip(strip: Texels, file_format: ktx2.Ktx2Format) -> Texels:
     return strip
 
 
-def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDArray[np.float32]] | None:
+def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], Float32Array] | None:
     """Return a function that reads slices z0 to z1 - 1 of a compressed level as the GPU decodes them, normalised.
 
     None for a level that is not compressed: the GPU has the texels as they are.
@@ -105,7 +104,7 @@ def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], NDAr
         return None
     from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
 
-    def blocks(part: int) -> NDArray[np.uint8]:
+    def blocks(part: int) -> UInt8Array:
         file = volume.files[part]
         return np.asarray(ktx2.decode(draft.read_bytes(file), file).data[0], np.uint8)
 

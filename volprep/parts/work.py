@@ -36,7 +36,7 @@ def scene_bytes(scene: Scene) -> bytes:
         unnamed = source.model_copy(update={"channels": tuple(each.without_place() for each in source.channels)})
     else:
         unnamed = source.without_place()
-    return scene.model_copy(update={"source": unnamed}).model_dump_json().encode()
+    return scene.with_source(unnamed).model_dump_json().encode()
 
 
 def codes_name(level: int, channel: str) -> str:

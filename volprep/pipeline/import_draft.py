@@ -67,7 +67,7 @@ def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:
     """Return the scene of a request; an earlier import gave a scan without a scene its transfer function."""
     if prepared.scene_path is not None:
         return prepared.scene
-    return scene_of(draft).model_copy(update={"source": prepared.scene.source})
+    return scene_of(draft).with_source(prepared.scene.source)
 
 
 def scene_of(draft: Draft) -> Scene:

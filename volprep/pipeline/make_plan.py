@@ -106,7 +106,7 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
 def _channel_scans(scene: Scene, scanned: Sequence[Scanned]) -> list[ChannelScan]:
     scans = []
     for channel, found in zip(drawn_channels(scene), scanned, strict=True):
-        own = scene.model_copy(update={"transfer": channel.transfer, "source": channel.spec})
+        own = scene.with_source(channel.spec).with_transfer(channel.transfer)
         require_distinct_labels(own)
         functions = resolved_functions(own, found.info, found.measured)
         scans.append(ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole))

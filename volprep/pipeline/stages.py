@@ -25,7 +25,7 @@ from volprep.pipeline.seal import settled
 from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Contribution, Heading, Manifest, StageRecord
+from volprep_formats.package.manifest import Contribution, Heading, Manifest, PlanItem, StageRecord
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -73,9 +73,7 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     draft.write(SCENE, "work", scene_bytes(scene))
     if plan.forms:
         draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in plan.forms]).encode())
-    heading = _heading(plan, scene)
-    if stage is SEAL:
-        heading = heading.model_copy(update={"plan": settled(draft, plan)})
+    heading = _heading(plan, scene, settled(draft, plan) if stage is SEAL else plan.items)
     names = [each.name for each in STAGES]
     # Of a draft whose stages ran in another order, or for another scene, nothing may stay that rests on older things.
     stale = {name for name in names if name not in plan.stages or names.index(name) > names.index(stage.name)}
@@ -100,7 +98,7 @@ def _done(work: Work[Planned], draft: Draft, plan: Planned, progress: Progress) 
     return made
 
 
-def _heading(plan: Plan, scene: Scene) -> Heading:
+def _heading(plan: Plan, scene: Scene, items: tuple[PlanItem, ...]) -> Heading:
     wanted = plan.together
     return Heading(
         name=scene.name,
@@ -110,7 +108,7 @@ def _heading(plan: Plan, scene: Scene) -> Heading:
         together=None if wanted is None else Together(name=wanted.name, transfers=wanted.transfers),
         compression=tuple(form.as_record for form in plan.forms),
         render=plan.shared.render,
-        plan=plan.items,
+        plan=items,
     )
 
 

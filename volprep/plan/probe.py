@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from volprep_formats.arrays import Float64Array
 
 _NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
-class Codes:
+class Quantizer:
     """How values become texels."""
 
     bits: int
@@ -27,21 +26,21 @@ class Codes:
     half_floats: bool = False
     """Whether codes of 16 bits become half floats."""
 
-    def texels(self, values: Array) -> Array:
+    def texels(self, values: Float64Array) -> Float64Array:
         """Round physical values to what the texture holds, from 0 to 1."""
         low, high = self.window
         largest = 2**self.bits - 1
-        codes: Array = np.rint((np.clip(values, low, high) - low) / (high - low) * largest) / largest
+        codes: Float64Array = np.rint((np.clip(values, low, high) - low) / (high - low) * largest) / largest
         return codes.astype(np.float16).astype(np.float64) if self.bits == 16 and self.half_floats else codes
 
-    def decoded(self, texels: Array) -> Array:
+    def decoded(self, texels: Float64Array) -> Float64Array:
         """Physical values of texels."""
         low, high = self.window
         return low + texels * (high - low)
 
 
 @dataclass(frozen=True)
-class PictureError:
+class PictureDifference:
     """Difference of two pictures, premultiplied linear values from 0 to 1."""
 
     rmse: float
@@ -58,17 +57,17 @@ class PictureError:
         return f"RMSE {self.rmse:.2g}, {self.maximum:.2g} at most"
 
 
-def difference(one: Array, other: Array) -> PictureError:
+def difference(one: Float64Array, other: Float64Array) -> PictureDifference:
     """Compare two pictures."""
     error = one - other
-    return PictureError(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
+    return PictureDifference(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
 
 
-def difference_of_views(one: Sequence[Array], other: Sequence[Array]) -> PictureError:
+def difference_of_views(one: Sequence[Float64Array], other: Sequence[Float64Array]) -> PictureDifference:
     """Compare pictures along several axes: the worst counts, as the worst view does."""
     return worst([difference(*pair) for pair in zip(one, other, strict=True)])
 
 
-def worst(errors: Sequence[PictureError]) -> PictureError:
+def worst(errors: Sequence[PictureDifference]) -> PictureDifference:
     """Return the largest of each number."""
-    return PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+    return PictureDifference(max(error.rmse for error in errors), max(error.maximum for error in errors))

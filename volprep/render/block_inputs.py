@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.inputs import Inputs, find_textures
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.record import (
@@ -102,11 +103,21 @@ def _pieces(grid: SubvolumeGrid, place: list[int]) -> tuple[list[Texture], dict[
             code = piece.minimum if piece is not None else 0
             texels[name] = constant_piece(code, grid.gl, shape)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
-        record = Texture(name=name, role="volume", file=file, shape_zyx=shape, gl=grid.gl, level=0, part=part)
-        textures.append(record.model_copy(update={"filter": grid.filter}))
+        textures.append(
+            Texture(
+                name=name,
+                role="volume",
+                file=file,
+                shape_zyx=shape,
+                gl=grid.gl,
+                level=0,
+                part=part,
+                filter=grid.filter,
+            )
+        )
     return textures, texels
 
 
-def _per_mm_xyz(spacing_mm_xyz: NDArray[np.float64], shape_zyx: tuple[int, int, int]) -> tuple[float, float, float]:
+def _per_mm_xyz(spacing_mm_xyz: Float64Array, shape_zyx: tuple[int, int, int]) -> tuple[float, float, float]:
     x, y, z = (1 / (n * h) for n, h in zip(shape_zyx[::-1], spacing_mm_xyz.tolist(), strict=True))
     return x, y, z

@@ -26,7 +26,7 @@ _MAX_DEVICES = 16
 
 
 @dataclass(frozen=True)
-class Driver:
+class GlDriver:
     """What a driver says about itself."""
 
     vendor: str
@@ -188,12 +188,12 @@ def _vendor(display: ctypes.c_void_p) -> str:
     return text.decode("utf-8", "replace")
 
 
-def _driver() -> Driver:
+def _driver() -> GlDriver:
     vendor, renderer, version, extensions = (
         ctypes.cast(GLES3.glGetString(name), ctypes.c_char_p).value or b""
         for name in (GLES3.GL_VENDOR, GLES3.GL_RENDERER, GLES3.GL_VERSION, GLES3.GL_EXTENSIONS)
     )
-    return Driver(
+    return GlDriver(
         vendor=vendor.decode("utf-8", "replace"),
         renderer=renderer.decode("utf-8", "replace"),
         version=version.decode("utf-8", "replace"),

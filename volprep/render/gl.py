@@ -1,12 +1,7 @@
-"""The OpenGL ES calls that drawing needs, typed, with errors as diagnostics and every object counted.
-
-Objects live as long as the block that asked for them. A `Gl` that is closed while one is left raises, so that a leak
-is found by whoever makes it. OpenGL ES 2.0 and 3.0 specifications.
-"""
+"""The calls of OpenGL ES 2.0 and 3.0 that drawing needs, typed. OpenGL ES 2.0 and 3.0 specifications."""
 
 import ctypes
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Literal
@@ -14,9 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.bindings import EXT_NORM16, GLES3, GLError
+from volprep.render.bindings import EXT_NORM16, GLES3
 from volprep.render.bindings import KHR_ASTC as _ASTC
-from volprep.render.egl import Context
+from volprep.render.gl_objects import GlObjects
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.package.texture import Texture
 
@@ -67,7 +63,7 @@ class Bindings:
 
     textures: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
     """Kind and handle of the texture of each sampler, in the order of texture units."""
-    uniforms: dict[str, NDArray[np.float32]]
+    uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""
 
 
@@ -89,20 +85,8 @@ class MeshPart:
     count: int
 
 
-class Gl:
+class Gl(GlObjects):
     """OpenGL ES in one context. All methods make it current first."""
-
-    def __init__(self, context: Context) -> None:
-        self._context = context
-        self.driver = context.driver
-        self.live: Counter[str] = Counter()
-        """Number of objects that exist, by kind."""
-
-    def close(self) -> None:
-        """Check that nothing is left. Raises VP9001 if it is."""
-        left = {kind: count for kind, count in self.live.items() if count}
-        if left:
-            raise VolprepError("VP9001", error=f"OpenGL objects were not deleted: {left}")
 
     @contextmanager
     def program(self, name: str, vertex: ShaderText, fragment: ShaderText) -> Iterator[LinkedProgram]:
@@ -216,7 +200,7 @@ class Gl:
             GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, 3)
 
     @contextmanager
-    def mesh(self, positions_xyz: NDArray[np.float32], triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
+    def mesh(self, positions_xyz: Float32Array, triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
         """Upload vertices [n, 3] and the triangles [m, 3] between them."""
         with (
             self._checked("uploading a mesh"),
@@ -269,7 +253,7 @@ class Gl:
         with self._checked("drawing"):
             GLES3.glFinish()
 
-    def read(self, target: PictureTarget) -> NDArray[np.float32]:
+    def read(self, target: PictureTarget) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
         height, width = target.shape_hw
         eight_bits = target.format == "rgba8"
@@ -293,15 +277,6 @@ class Gl:
             yield
 
     @contextmanager
-    def _checked(self, operation: str) -> Iterator[None]:
-        self._context.make_current()
-        try:
-            yield
-        except GLError as error:
-            name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
-            raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
-
-    @contextmanager
     def _shader(self, kind: int, source: ShaderText) -> Iterator[int]:
         with self._object("shader", lambda: GLES3.glCreateShader(kind), GLES3.glDeleteShader) as handle:
             GLES3.glShaderSource(handle, source.text)
@@ -310,17 +285,6 @@ class Gl:
                 log = Lines(_text(GLES3.glGetShaderInfoLog(handle)).splitlines())
                 raise VolprepError("VP5005", path=source.path, driver=self.driver, log=log)
             yield handle
-
-    @contextmanager
-    def _object(self, kind: str, create: Callable[[], int], delete: Callable[[int], object]) -> Iterator[int]:
-        handle = int(create())
-        self.live[kind] += 1
-        try:
-            yield handle
-        finally:
-            self._context.make_current()
-            delete(handle)
-            self.live[kind] -= 1
 
 
 def _constant(word: str) -> int:
@@ -401,7 +365,7 @@ def _use(program: LinkedProgram, bindings: Bindings) -> None:
             _set_uniform(program.location(name), value)
 
 
-def _set_uniform(location: int, value: NDArray[np.float32]) -> None:
+def _set_uniform(location: int, value: Float32Array) -> None:
     if value.shape == (4, 4):
         # OpenGL ES 2.0 takes matrices by columns only.
         GLES3.glUniformMatrix4fv(location, 1, GLES3.GL_FALSE, np.ascontiguousarray(value.T))

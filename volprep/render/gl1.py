@@ -1,19 +1,20 @@
-"""The calls of OpenGL ES 1.1 that drawing slices needs, typed, with errors as diagnostics and every object counted.
+"""The calls of OpenGL ES 1.1 that drawing slices needs, typed.
 
 The fixed-function pipeline: no shaders, one texture at a time, client state. Pictures are drawn into a renderbuffer of
 GL_OES_framebuffer_object. OpenGL ES 1.1.12 specification; GL_OES_compressed_paletted_texture.
 """
 
 import ctypes
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.bindings import EGL, GLES1, GLError
+from volprep.render.bindings import EGL, GLES1
 from volprep.render.egl import Context
+from volprep.render.gl_objects import GlObjects
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
@@ -51,31 +52,22 @@ class _Framebuffers:
         self.store = _extension("glRenderbufferStorageOES", uint, uint, number, number)
 
 
-class Gl1:
+class Gl1(GlObjects):
     """OpenGL ES 1.1 in one context. All methods make it current first."""
 
     def __init__(self, context: Context) -> None:
         """Raise VP5008 where the driver cannot draw into a picture of its own."""
-        self._context = context
-        self.driver = context.driver
-        self.live: Counter[str] = Counter()
-        """Number of objects that exist, by kind."""
+        super().__init__(context)
         if not self.driver.extensions.issuperset(_NEEDED):
             raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=" and ".join(_NEEDED))
         self._framebuffers = _Framebuffers()
-
-    def close(self) -> None:
-        """Check that nothing is left. Raises VP9001 if it is."""
-        left = {kind: count for kind, count in self.live.items() if count}
-        if left:
-            raise VolprepError("VP9001", error=f"OpenGL objects were not deleted: {left}")
 
     @contextmanager
     def texture(self, record: Texture, texels: bytes) -> Iterator[int]:
         """Upload `texels`, of a paletted texture with their palette before them, with its filter and clamped edges."""
         with (
             self._checked(f"uploading texture {record.name}"),
-            self._object("texture", GLES1.glGenTextures, GLES1.glDeleteTextures) as handle,
+            self._object("texture", *_one(GLES1.glGenTextures, GLES1.glDeleteTextures)) as handle,
         ):
             target = GLES1.GL_TEXTURE_2D
             _, height, width = record.shape_zyx
@@ -106,8 +98,8 @@ class Gl1:
                 raise VolprepError("VP5009", width=width, height=height, driver=self.driver, limit=limit)
             each = self._framebuffers
             with (
-                self._object("renderbuffer", each.generate_buffers, each.delete_buffers) as buffer,
-                self._object("framebuffer", each.generate, each.delete) as handle,
+                self._object("renderbuffer", *_one(each.generate_buffers, each.delete_buffers)) as buffer,
+                self._object("framebuffer", *_one(each.generate, each.delete)) as handle,
             ):
                 each.bind_buffer(_RENDERBUFFER, buffer)
                 each.store(_RENDERBUFFER, _RGBA8, width, height)
@@ -118,9 +110,7 @@ class Gl1:
                     raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=needs)
                 yield handle
 
-    def begin(
-        self, target: int, shape_hw: tuple[int, int], clip_from_box: NDArray[np.float64], brightness: float
-    ) -> None:
+    def begin(self, target: int, shape_hw: tuple[int, int], clip_from_box: Float64Array, brightness: float) -> None:
         """Empty a picture, and set what all polygons have in common: over, premultiplied, back to front.
 
         Colour and opacity of texels are multiplied by `brightness`, 0 to 2, and end at 1.
@@ -162,8 +152,8 @@ class Gl1:
     def draw(
         self,
         texture: int,
-        positions: NDArray[np.float32],
-        coordinates: NDArray[np.float32],
+        positions: Float32Array,
+        coordinates: Float32Array,
         triangles: NDArray[np.uint16],
     ) -> None:
         """Draw triangles, in order, of positions [n, 3] in box millimetres and texture coordinates [n, 2]."""
@@ -179,7 +169,7 @@ class Gl1:
         with self._checked("drawing"):
             GLES1.glFinish()
 
-    def read(self, target: int, shape_hw: tuple[int, int]) -> NDArray[np.float32]:
+    def read(self, target: int, shape_hw: tuple[int, int]) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top, 0 to 1."""
         height, width = shape_hw
         picture = np.empty((height, width, 4), np.uint8)
@@ -189,23 +179,14 @@ class Gl1:
             GLES1.glReadPixels(0, 0, width, height, GLES1.GL_RGBA, GLES1.GL_UNSIGNED_BYTE, pointer)
         return picture[::-1].astype(np.float32) / np.float32(255)
 
-    @contextmanager
-    def _checked(self, operation: str) -> Iterator[None]:
-        self._context.make_current()
-        try:
-            yield
-        except GLError as error:
-            name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
-            raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
 
-    @contextmanager
-    def _object(self, kind: str, create: _Allocate, delete: _Allocate) -> Iterator[int]:
-        handle = (ctypes.c_uint * 1)()
-        create(1, handle)
-        self.live[kind] += 1
-        try:
-            yield int(handle[0])
-        finally:
-            self._context.make_current()
-            delete(1, handle)
-            self.live[kind] -= 1
+def _one(create_many: _Allocate, delete_many: _Allocate) -> tuple[Callable[[], int], Callable[[int], object]]:
+    """Return what makes and deletes one object, of functions that do so for an array of them."""
+    handles = ctypes.c_uint * 1
+
+    def create() -> int:
+        made = handles()
+        create_many(1, made)
+        return int(made[0])
+
+    return create, lambda handle: delete_many(1, handles(handle))

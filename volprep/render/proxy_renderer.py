@@ -4,12 +4,12 @@ from contextlib import ExitStack
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.render.gl import Bindings, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import find_textures, level_inputs
 from volprep.render.limits import check_program, check_shader
 from volprep.render.renderer import Renderer, check_uniforms
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import Primitive, read_glb
 from volprep_formats.package.channels import package_of_transfer
@@ -79,9 +79,7 @@ class ProxyRenderer(Renderer):
         """The program that draws."""
         return self._from_mesh
 
-    def _draw(
-        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None
-    ) -> PictureTarget:
+    def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         clip_from_box = clip_from_box_of(box_from_clip)
         if _near_plane_cuts(clip_from_box, self._mesh, self._package.manifest.levels[0].grid.extent_mm_zyx):
             return super()._draw(box_from_clip, shape_hw, step_mm)
@@ -99,14 +97,14 @@ class ProxyRenderer(Renderer):
         return target
 
 
-def clip_from_box_of(box_from_clip: NDArray[np.float64]) -> NDArray[np.float64]:
+def clip_from_box_of(box_from_clip: Float64Array) -> Float64Array:
     """Invert the camera's matrix, with the sign for which w is positive in front of the eye."""
-    inverse: NDArray[np.float64] = np.asarray(np.linalg.inv(box_from_clip), np.float64)
+    inverse: Float64Array = np.asarray(np.linalg.inv(box_from_clip), np.float64)
     return -inverse if box_from_clip[3, 3] < 0 else inverse
 
 
 def _near_plane_cuts(
-    clip_from_box: NDArray[np.float64], mesh: ProxyMeshFile, extent_mm_zyx: tuple[float, float, float]
+    clip_from_box: Float64Array, mesh: ProxyMeshFile, extent_mm_zyx: tuple[float, float, float]
 ) -> bool:
     """Return whether part of the volume, with the margin that the vertex shader adds, is in front of the near plane."""
     margin = _MARGIN * np.array(mesh.box_from_mesh_mm_xyz)

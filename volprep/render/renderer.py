@@ -4,8 +4,6 @@ What it runs is the text of the package's shaders, so that what is validated is 
 package, whatever the driver at hand allows.
 """
 
-import statistics
-import time
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
@@ -14,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.block_inputs import block_inputs
-from volprep.render.egl import Context, Driver
+from volprep.render.egl import Context, GlDriver
 from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.limits import check_program, check_shader
+from volprep.render.timing import median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channels import package_of_transfer
@@ -97,7 +97,7 @@ class Renderer:
         self._stack.__exit__(kind, error, trace)
 
     @property
-    def driver(self) -> Driver:
+    def driver(self) -> GlDriver:
         """The driver that draws."""
         return self._gl.driver
 
@@ -117,8 +117,8 @@ class Renderer:
         return self._program
 
     def render(
-        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None = None
-    ) -> NDArray[np.float32]:
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> Float32Array:
         """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
 
         `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. `step_mm` is the distance of the
@@ -130,7 +130,7 @@ class Renderer:
 
     def time_ms(
         self,
-        box_from_clip: NDArray[np.float64],
+        box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
@@ -139,18 +139,9 @@ class Renderer:
 
         Drawing only: no upload, no reading back.
         """
-        times = []
-        for _ in range(repeats + 1):
-            self._gl.finish()
-            start = time.perf_counter()
-            self._draw(box_from_clip, shape_hw, step_mm)
-            self._gl.finish()
-            times.append((time.perf_counter() - start) * 1000)
-        return statistics.median(times[1:])
+        return median_ms(lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats)
 
-    def _draw(
-        self, box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], step_mm: float | None
-    ) -> PictureTarget:
+    def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)
         target = self._target_of(shape_hw)
         values = {

@@ -10,8 +10,6 @@ multiply: by 1 / cos, which is that for faint texels, at most √3 with three st
 most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
 """
 
-import statistics
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
@@ -20,9 +18,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.egl import Context, Driver
+from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
+from volprep.render.timing import median_ms
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
@@ -31,8 +31,6 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.paletted import INTERNAL_FORMAT
-
-Array = NDArray[np.float64]
 
 _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
@@ -50,11 +48,11 @@ class _Part:
     """One texture of a stack, on the device."""
 
     handle: int
-    centres_mm: Array
+    centres_mm: Float64Array
     """Position of each slice along the axis."""
-    positions: NDArray[np.float32]
+    positions: Float32Array
     """Corners of all patches of all slices, [slice · 16, 3], box millimetres."""
-    coordinates: NDArray[np.float32]
+    coordinates: Float32Array
     """Their texture coordinates, [slice · 16, 2]."""
     largest_opacity: float
     """No texel is more opaque."""
@@ -122,7 +120,7 @@ class SliceRenderer:
         self._stack.__exit__(kind, error, trace)
 
     @property
-    def driver(self) -> Driver:
+    def driver(self) -> GlDriver:
         """The driver that draws."""
         return self._gl.driver
 
@@ -131,7 +129,7 @@ class SliceRenderer:
         """What draws, in words."""
         return f"slices of {self.transfer}"
 
-    def facing(self, box_from_clip: Array) -> tuple[StackAxis, float]:
+    def facing(self, box_from_clip: Float64Array) -> tuple[StackAxis, float]:
         """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view."""
         ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
         near, far = (ends[:3] / ends[3]).T
@@ -139,20 +137,20 @@ class SliceRenderer:
         axis = max(self._parts, key=lambda each: float(along[_XYZ[each]]))
         return axis, float(along[_XYZ[axis]])
 
-    def factor(self, box_from_clip: Array) -> float:
+    def factor(self, box_from_clip: Float64Array) -> float:
         """Return the factor of all texels, 1 or more."""
         axis, cosine = self.facing(box_from_clip)
         most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
         return min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0
 
-    def distance_mm(self, box_from_clip: Array) -> float:
+    def distance_mm(self, box_from_clip: Float64Array) -> float:
         """Distance of the slices that are drawn, along the middle of the view."""
         axis, cosine = self.facing(box_from_clip)
         return self.level.grid.spacing_mm_zyx[::-1][_XYZ[axis]] / max(cosine, 1e-6)
 
     def render(
-        self, box_from_clip: Array, shape_hw: tuple[int, int], step_mm: float | None = None
-    ) -> NDArray[np.float32]:
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> Float32Array:
         """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
 
         `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. Raises VP5009 for an impossible
@@ -162,18 +160,11 @@ class SliceRenderer:
             raise VolprepError("VP5019", step_mm=step_mm, reason="slices are as far apart as voxels are")
         return self._gl.read(self._draw(box_from_clip, shape_hw), shape_hw)
 
-    def time_ms(self, box_from_clip: Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
+    def time_ms(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted."""
-        times = []
-        for _ in range(repeats + 1):
-            self._gl.finish()
-            start = time.perf_counter()
-            self._draw(box_from_clip, shape_hw)
-            self._gl.finish()
-            times.append((time.perf_counter() - start) * 1000)
-        return statistics.median(times[1:])
+        return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats)
 
-    def _draw(self, box_from_clip: Array, shape_hw: tuple[int, int]) -> int:
+    def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> int:
         axis, _ = self.facing(box_from_clip)
         target = self._target_of(shape_hw)
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
@@ -207,7 +198,7 @@ class SliceRenderer:
         return np.ascontiguousarray(image.data).tobytes()
 
 
-def _back_to_front(centres_mm: Array, box_from_clip: Array, axis: int) -> NDArray[np.intp]:
+def _back_to_front(centres_mm: Float64Array, box_from_clip: Float64Array, axis: int) -> NDArray[np.intp]:
     """Order of slices: farthest from the eye first, on both sides of it; no ray meets slices of both."""
     # Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
     eye = box_from_clip @ np.array([0.0, 0.0, -1.0, 0.0])

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.scan.slabs import slab_ranges
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
@@ -101,12 +102,12 @@ class RepairedSource:
             target[...] = values if slab.dtype.kind == "f" else np.rint(values)
         return slab
 
-    def _mover(self, first: int, slices: NDArray[np.generic]) -> Callable[[int], NDArray[np.float64]]:
+    def _mover(self, first: int, slices: NDArray[np.generic]) -> Callable[[int], Float64Array]:
         """Return the function that moves slice z sideways to where it belongs; it remembers two neighbours."""
 
         @lru_cache(maxsize=2)
-        def moved(z: int) -> NDArray[np.float64]:
-            values: NDArray[np.float64] = slices[z - first].astype(np.float64)
+        def moved(z: int) -> Float64Array:
+            values: Float64Array = slices[z - first].astype(np.float64)
             if values.shape == self._info.grid.shape_zyx[1:]:
                 return values
             values -= self._padding
@@ -129,7 +130,7 @@ class RepairedSource:
         self._source.__exit__(*exception)
 
 
-def moved_along(values: NDArray[np.float64], axis: int, shift: float, length: int) -> NDArray[np.float64]:
+def moved_along(values: Float64Array, axis: int, shift: float, length: int) -> Float64Array:
     """Move values along an axis by `shift` ≥ 0 samples into an array of `length`, by linear interpolation.
 
     Beyond the ends of `values` lies 0.
@@ -144,7 +145,7 @@ def moved_along(values: NDArray[np.float64], axis: int, shift: float, length: in
     return np.moveaxis(target, 0, axis)
 
 
-def _even_places(source: UnevenSource) -> tuple[NDArray[np.float64], float, GapRepair | None]:
+def _even_places(source: UnevenSource) -> tuple[Float64Array, float, GapRepair | None]:
     """Where each new slice lies, in numbers of the slices that are there; their distance; what that repairs."""
     along_mm = np.array(source.places.along_mm)
     gaps_mm = np.diff(along_mm)
@@ -165,10 +166,10 @@ def _even_places(source: UnevenSource) -> tuple[NDArray[np.float64], float, GapR
     return between, pitch_mm, repair
 
 
-def _shifts(source: UnevenSource) -> NDArray[np.float64]:
+def _shifts(source: UnevenSource) -> Float64Array:
     """How far each slice lies beside the first along y and x, in pixels."""
     places, spacing_mm_zyx = source.places, source.nominal.grid.spacing_mm_zyx
-    shifts: NDArray[np.float64] = np.array(places.beside_mm_xy)[:, ::-1] / spacing_mm_zyx[1:]
+    shifts: Float64Array = np.array(places.beside_mm_xy)[:, ::-1] / spacing_mm_zyx[1:]
     if "tilt" not in places.repairs:
         return np.zeros_like(shifts)
     shifts[:, np.abs(shifts).max(axis=0) <= _STRAIGHT_PIXELS] = 0.0

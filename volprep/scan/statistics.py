@@ -15,15 +15,16 @@ from volprep import _native
 from volprep.scan import slabs
 from volprep.scan.block_ranges import BlockGauge, BlockRanges
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import SourceRecord, Statistics
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 
-Ranges = NDArray[np.float64]
+Ranges = Float64Array
 """Smallest and largest value of each plane across an axis, [plane, 2]."""
 
-Rays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+Rays = tuple[Float64Array, Float64Array, Float64Array]
 
 MEASURED_BLOCK = 16
 """Cells along an edge of the blocks that are measured: 8 bytes for 4096 voxels."""

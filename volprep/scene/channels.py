@@ -47,7 +47,7 @@ def with_listed_channels(scene: Scene) -> Scene:
             raise VolprepError("VP1241", path=source.path, wanted=transfer.channel, found=", ".join(names))
     shared = source.model_dump(exclude={"channels"})
     listed = tuple(ChannelSpec(**{**shared, "name": name, key: number}) for number, name in enumerate(names, 1))
-    return scene.model_copy(update={"source": SourceSpec(channels=listed)})
+    return scene.with_source(SourceSpec(channels=listed))
 
 
 def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:

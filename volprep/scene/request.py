@@ -42,7 +42,7 @@ class Request:
         if isinstance(self.scene.source.channels, tuple) and self.scene.source.channels:
             raise VolprepError("VP1243", path=self.scene_path)
         source = SourceSpec.model_validate({**self.scene.source.model_dump(), **changes})
-        return replace(self, scene=self.scene.model_copy(update={"source": source}))
+        return replace(self, scene=self.scene.with_source(source))
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:
@@ -55,7 +55,7 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     scene = load_scene(scene_path)
     base = scene_path.absolute().parent
     functions = tuple(_without_file(transfer, base) for transfer in scene.transfer)
-    resolved = scene.model_copy(update={"source": at_place(scene.source, base, source), "transfer": functions})
+    resolved = scene.with_source(at_place(scene.source, base, source)).with_transfer(functions)
     device = load_profile(profile, Path()) if profile is not None else load_profile(scene.profile, base)
     return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
 
@@ -98,10 +98,10 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     if spec.channels and spec.channels != "all":
         if instead is not None:
             raise VolprepError("VP1243", path=instead)
-        listed = tuple(each.model_copy(update={"path": path_text(each.place(base))}) for each in spec.channels)
+        listed = tuple(each.at(each.place(base)) for each in spec.channels)
         return spec.model_copy(update={"channels": listed})
     where = instead.absolute() if instead is not None else spec.place(base)
-    return spec.model_copy(update={"path": path_text(where)})
+    return spec.at(where)
 
 
 def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
@@ -141,4 +141,4 @@ def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:
         ScenePoint(value=statistics.minimum, colour="#000000", extinction_per_mm=0.0),
         ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=dense_per_mm),
     )
-    return scene.model_copy(update={"transfer": (SceneTransfer(name="grey", points=points),)})
+    return scene.with_transfer((SceneTransfer(name="grey", points=points),))

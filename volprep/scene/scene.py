@@ -299,6 +299,14 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
+    def with_source(self, source: SourceSpec) -> Self:
+        """Return the scene for another source."""
+        return self.model_copy(update={"source": source})
+
+    def with_transfer(self, transfer: tuple[SceneTransfer, ...]) -> Self:
+        """Return the scene with other transfer functions."""
+        return self.model_copy(update={"transfer": transfer})
+
     @model_validator(mode="after")
     def _what_is_drawn_together_is_there(self) -> Self:
         if self.together is None:

@@ -23,7 +23,7 @@ def sampling(
     """
     about = "The volume as a mosaic: normalised stored values, 0 to 1, in tiles of one slice and channel each."
     mosaic = Mosaic(about, layout, sampler="u_volume", role="volume", texel="tile_texel")
-    if layout.slices == 1 or layout.channels == 1:
+    if layout.slices == 1 or layout.slices_per_texel == 1:
         reads = [mosaic.voxels("voxel_texel", between)]
         if component is not None:
             reads.append(Instance("sampling/stored_value", {"COMPONENT": component}))
@@ -38,7 +38,7 @@ def _of_four(layout: MosaicLayout, between: SampleFilter) -> Instance:
     words = {"LAST_SLICE": literal(layout.slices - 1)}
     slots: dict[str, Slot] = {}
     if layout.order == "overlapping":
-        words["LAST_TILE"] = literal(tiles_of(layout.slices, layout.channels, "overlapping") - 1)
+        words["LAST_TILE"] = literal(tiles_of(layout.slices, layout.slices_per_texel, "overlapping") - 1)
     elif layout.order == "planar":
         words["TILES"] = literal(layout.tiles_x * layout.tiles_y)
         slots["planar_unit"] = "sampling/mosaic_planar:unit" if layout.textures > 1 else None

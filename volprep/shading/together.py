@@ -3,7 +3,7 @@
 Channels that share texels take one fetch; else each takes one of its own, from a 3D texture of its own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from volprep.shading import raycast_mosaic, raycast_texture3d
@@ -12,7 +12,7 @@ from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.program import ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 
@@ -37,7 +37,7 @@ def drawn_together(manifest: Manifest, program: ProgramDesign) -> tuple[Feature,
     else:
         spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
         sampling = raycast_mosaic.sampling(first.mosaic, spacing_mm_zyx, None)
-    samplers = tuple(each.model_copy(update={"transfer": transfers[0]}) for each in sampling.samplers)
+    samplers = _of_transfer(sampling.samplers, transfers[0])
     letters = {name: component_letter(first.gl.format, held.index(channel_of[name])) for name in transfers}
     values = {name: f"voxel.{letter}" for name, letter in letters.items()}
     return replace(sampling, samplers=samplers), _added(manifest, program, values, packed=True)
@@ -51,10 +51,15 @@ def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
     )
 
 
+def _of_transfer(samplers: Iterable[Sampler], transfer: str) -> tuple[Sampler, ...]:
+    return tuple(Sampler(name=each.name, role=each.role, transfer=transfer, part=each.part) for each in samplers)
+
+
 def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool) -> Feature:
     """Classify the value of each transfer function, and add what they give."""
     classify: list[Instance] = []
-    add, samplers = [], []
+    add: list[Instance] = []
+    samplers: list[Sampler] = []
     for index, (transfer, value) in enumerate(values.items()):
         suffix = f"_{index}"
         own = sample_classification(manifest, program.classification, transfer, suffix)
@@ -62,7 +67,7 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
         assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance
         classify += part
         add.append(Instance("classification/together:channel", {"OF": suffix, "VALUE": value}))
-        samplers += [each.model_copy(update={"transfer": transfer}) for each in own.samplers]
+        samplers += _of_transfer(own.samplers, transfer)
     return Feature(
         slots={
             "classification": "classification/together",

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.scene.points import MOST_OPAQUE
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.editing.record import BINS, WHOLE, Shares
 
-Array = NDArray[np.float64]
 Factors = tuple[int, int, int]
 
 _RAREST = 50
@@ -66,7 +66,7 @@ def shares_of_counts(counts: NDArray[np.uint64]) -> Shares:
     return _rounded(np.where(inside[:, None], _OWN * identity + (1 - _OWN) * between, identity))
 
 
-def level_table(shares: Shares, table: Array, length_mm: float) -> Array:
+def level_table(shares: Shares, table: Float64Array, length_mm: float) -> Float64Array:
     """Return the table of a level for a transfer function.
 
     Parameters
@@ -95,15 +95,15 @@ def level_table(shares: Shares, table: Array, length_mm: float) -> Array:
     return np.column_stack([np.clip(colour, 0.0, 1.0), extinction])
 
 
-def _binned(entries: Array, at: Array) -> Array:
+def _binned(entries: Float64Array, at: Float64Array) -> Float64Array:
     """Means of entries around each bin; `at` says where they are, in bins."""
     reach = max(1.0, float(at[1]))
     weights = np.maximum(1.0 - np.abs(np.arange(BINS)[:, None] - at) / reach, 0.0)
-    means: Array = (weights[:, :, None] * entries).sum(axis=1) / weights.sum(axis=1)[:, None]
+    means: Float64Array = (weights[:, :, None] * entries).sum(axis=1) / weights.sum(axis=1)[:, None]
     return means
 
 
-def _rounded(rows: Array) -> Shares:
+def _rounded(rows: Float64Array) -> Shares:
     """Round each row to integers that sum to 65535: each down, then those up that lost most."""
     exact = rows * WHOLE
     down = np.floor(exact)

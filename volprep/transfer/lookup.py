@@ -6,17 +6,15 @@ the middle of the ramp on the jump.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, medium_texels
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
-Array = NDArray[np.float64]
 
-
-def lookup_table(function: TransferFunction, window: tuple[float, float], entries: int) -> Array:
+def lookup_table(function: TransferFunction, window: tuple[float, float], entries: int) -> Float64Array:
     """Sample `function` at `entries` values from the first to the last physical value of `window`.
 
     Gives [entries, 4]: linear colour, and extinction per millimetre.
@@ -24,6 +22,6 @@ def lookup_table(function: TransferFunction, window: tuple[float, float], entrie
     return np.column_stack(Table.exact(function).at(np.linspace(*window, entries)))
 
 
-def lookup_texels(table: Array, texel_format: LookupFormat, largest_per_mm: float | None = None) -> MediumTexels:
+def lookup_texels(table: Float64Array, texel_format: LookupFormat, largest_per_mm: float | None = None) -> MediumTexels:
     """Turn a table [entries, 4] into texels [1, 1, entries, 4] with extinctions up to `largest_per_mm`."""
     return medium_texels(table[None, None, :, :3], table[None, None, :, 3], texel_format, largest_per_mm)

@@ -12,22 +12,19 @@ change.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.transfer_function import TransferFunction
-
-Array = NDArray[np.float64]
-Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class Palette:
+class IndexedColours:
     """Colours, and which one each code gets."""
 
-    colours: Bytes
+    colours: UInt8Array
     """[entry, 4] RGBA, in the order of the first code that uses them."""
-    indices: Bytes
+    indices: UInt8Array
     """[code]: the entry of each code."""
     rmse: float
     """Root mean square difference of a channel over the codes, weighted, of 0 to 1."""
@@ -35,12 +32,14 @@ class Palette:
     """Largest difference of a channel of a code with weight, of 0 to 1."""
 
 
-def even_palette(function: TransferFunction, window: tuple[float, float], entries: int) -> tuple[Array, Array]:
+def even_palette(
+    function: TransferFunction, window: tuple[float, float], entries: int
+) -> tuple[Float64Array, Float64Array]:
     """Colours [entry, 3] and extinctions per millimetre [entry]; entry j is for values nearest to j / (entries - 1)."""
     return Table.exact(function).at(np.linspace(*window, entries))
 
 
-def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> Palette:
+def best_palette(rgba: UInt8Array, entries: int, weights: Float64Array | None = None) -> IndexedColours:
     """Choose the best `entries` colours for the colours of codes.
 
     Codes keep their order: neighbours share a colour, the mean of theirs. Of all ways to cut the codes into so many
@@ -75,7 +74,7 @@ def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> Pal
     found = rank[indices.ravel()].astype(np.uint8)
     error = (colours[order][found].astype(np.float64) - rgba) / 255
     seen = error if weights is None else error[np.asarray(weights) > 0]
-    return Palette(
+    return IndexedColours(
         colours=np.ascontiguousarray(colours[order]),
         indices=found,
         rmse=float(np.sqrt(np.average(np.mean(error**2, axis=1), weights=share))),
@@ -83,7 +82,7 @@ def best_palette(rgba: Bytes, entries: int, weights: Array | None = None) -> Pal
     )
 
 
-def _runs(rgba: Array, weights: Array, entries: int) -> list[tuple[int, int]]:
+def _runs(rgba: Float64Array, weights: Float64Array, entries: int) -> list[tuple[int, int]]:
     """Cut codes into at most `entries` runs with the least sum of squared distances to their means."""
     count = len(rgba)
     mass = np.concatenate([[0.0], np.cumsum(weights)])

@@ -11,12 +11,10 @@ Classifying before the filter is another picture than classifying after it: a th
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.package.transfer_function import TransferFunction
-
-Array = NDArray[np.float64]
 
 MOST_OPAQUE_TEXEL = 1.0 - 1 / 512
 """A texel of 255 stands for every opacity above 254.5 / 255: this is the middle of what it may be."""
@@ -33,25 +31,25 @@ class Voxels:
     reference_mm: float
     """Length of the path whose opacity they have."""
 
-    def texels(self, codes: int) -> NDArray[np.uint8]:
+    def texels(self, codes: int) -> UInt8Array:
         """Return the voxel [code, RGBA] of each code: premultiplied, 8 bits."""
         return classified_texels(Table.exact(self.function), np.linspace(*self.window, codes), self.reference_mm)
 
-    def straight(self, codes: int) -> NDArray[np.float32]:
+    def straight(self, codes: int) -> Float32Array:
         """Give colour, not premultiplied, and opacity [code, RGBA] of each code, unrounded."""
         colour, extinction = Table.exact(self.function).at(np.linspace(*self.window, codes))
         return np.column_stack([colour, -np.expm1(-extinction * self.reference_mm)]).astype(np.float32)
 
 
-def classified_texels(table: Table, values: Array, reference_mm: float) -> NDArray[np.uint8]:
+def classified_texels(table: Table, values: Float64Array, reference_mm: float) -> UInt8Array:
     """Classify physical values [n] to premultiplied RGBA8 [n, 4] with the opacity of `reference_mm`."""
     colour, extinction = table.at(values)
     opacity = -np.expm1(-extinction * reference_mm)[:, None]
-    texels: NDArray[np.uint8] = np.rint(np.concatenate([colour * opacity, opacity], axis=1) * 255).astype(np.uint8)
+    texels: UInt8Array = np.rint(np.concatenate([colour * opacity, opacity], axis=1) * 255).astype(np.uint8)
     return texels
 
 
-def medium_of_texels(texels: Array, reference_mm: float) -> tuple[Array, Array]:
+def medium_of_texels(texels: Float64Array, reference_mm: float) -> tuple[Float64Array, Float64Array]:
     """Colour [..., 3] and extinction per millimetre [...] of texels [..., 4] from 0 to 1, as a shader takes them."""
     opacity = np.minimum(texels[..., 3], MOST_OPAQUE_TEXEL)
     colour = texels[..., :3] / np.maximum(texels[..., 3:], 1 / 512)

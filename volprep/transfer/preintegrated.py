@@ -13,18 +13,18 @@ for other lengths off by what attenuation inside d' and d shifts the colour.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels, opaque_per_mm
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
-Array = NDArray[np.float64]
 
-
-def segment_light(table: Table, front: Array, back: Array, step_mm: float) -> tuple[Array, Array]:
+def segment_light(
+    table: Table, front: Float64Array, back: Float64Array, step_mm: float
+) -> tuple[Float64Array, Float64Array]:
     """Colour [..., 3] and mean extinction [...] of segments of `step_mm` from physical values `front` to `back`.
 
     Colour is light divided by opacity, extinction is per millimetre.
@@ -64,7 +64,7 @@ class PreintegratedTable:
 
     window: tuple[float, float]
     """Physical values of the first and the last entry."""
-    entries: Array
+    entries: Float64Array
     """[back, front, 4]: colour and mean extinction per millimetre."""
 
     @classmethod
@@ -73,7 +73,7 @@ class PreintegratedTable:
         colour, extinction = decoded_texels(medium)
         return cls(window, np.concatenate([colour, extinction[..., None]], axis=-1)[0])
 
-    def at(self, front: Array, back: Array) -> tuple[Array, Array]:
+    def at(self, front: Float64Array, back: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Colour [..., 3] and mean extinction [...] of segments between physical values."""
         low, high = self.window
         last = len(self.entries) - 1
@@ -86,7 +86,7 @@ class PreintegratedTable:
         return found[..., :3], found[..., 3]
 
 
-def _bled(colour: Array, extinction: Array) -> Array:
+def _bled(colour: Float64Array, extinction: Float64Array) -> Float64Array:
     """Give entries without extinction the mean colour of their neighbours that have some.
 
     The filter mixes colours without regard to extinction: the colour of what is never seen must not show.

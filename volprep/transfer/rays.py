@@ -3,11 +3,9 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.texture import SampleFilter
-
-Array = NDArray[np.float64]
 
 _SAMPLES = (0.25, 0.75)
 """Positions of the samples between two voxels."""
@@ -15,7 +13,7 @@ _CHUNK = 64
 """Slices that are composited at one time."""
 
 
-def segments(columns: Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Array, float]]:
+def segments(columns: Float64Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Float64Array, float]]:
     """Return samples along rays, front to back, [sample, ray], with the length that each stands for.
 
     `columns` are values at voxels, [voxel, ray]; `between` says what is between two voxels: labels are not mixed.

@@ -5,20 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Table:
     """A transfer function as values and what is between them, linearly interpolated."""
 
-    values: Array
+    values: Float64Array
     """Physical values, ascending; two equal ones make a jump."""
-    colour: Array
+    colour: Float64Array
     """Linear RGB, [value, 3]."""
-    extinction_per_mm: Array
+    extinction_per_mm: Float64Array
     """Extinction."""
     reference_mm: float = 1.0
     """Length of the path whose opacity a value has where a picture knows no path."""
@@ -33,7 +32,7 @@ class Table:
             function.reference_mm,
         )
 
-    def at(self, values: Array) -> tuple[Array, Array]:
+    def at(self, values: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Colour [n, 3] and extinction per millimetre [n] at physical values [n]; at a jump the mean of both sides."""
         channels = np.column_stack([self.colour, self.extinction_per_mm])
         # The upper neighbour, as the limit from below and from above sees it; both agree where there is no jump.
@@ -55,10 +54,10 @@ class Table:
         values = np.linspace(*window, entries)
         return Table(values, *self.at(values), self.reference_mm)
 
-    def _between(self, channels: Array, values: Array, upper: NDArray[np.intp]) -> Array:
+    def _between(self, channels: Float64Array, values: Float64Array, upper: NDArray[np.intp]) -> Float64Array:
         last = len(self.values) - 1
         low, high = np.clip(upper - 1, 0, last), np.clip(upper, 0, last)
         distance = self.values[high] - self.values[low]
         weight = np.divide(values - self.values[low], distance, out=np.zeros_like(values), where=distance > 0)
-        result: Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
+        result: Float64Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
         return result

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.scene.points import MOST_OPAQUE
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
-
-Array = NDArray[np.float64]
 
 _LARGEST_HALF = 65504.0
 """Extinction above this is clamped: a micrometre of it has opacity 1 - exp(-65) = 1 in float32 already."""
@@ -34,7 +33,10 @@ def opaque_per_mm(step_mm: float) -> float:
 
 
 def medium_texels(
-    colour: Array, extinction_per_mm: Array, texel_format: LookupFormat, largest_per_mm: float | None = None
+    colour: Float64Array,
+    extinction_per_mm: Float64Array,
+    texel_format: LookupFormat,
+    largest_per_mm: float | None = None,
 ) -> MediumTexels:
     """Turn linear colours [..., 3] and extinctions [...] into texels.
 
@@ -56,7 +58,7 @@ def medium_texels(
     return MediumTexels(byte, maximum)
 
 
-def decoded_texels(medium: MediumTexels) -> tuple[Array, Array]:
+def decoded_texels(medium: MediumTexels) -> tuple[Float64Array, Float64Array]:
     """Return the colours and extinctions that texels stand for."""
     if medium.max_extinction_per_mm is None:
         values = medium.texels.astype(np.float64)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.manifest import Projection
@@ -44,7 +44,7 @@ class Camera:
     projection: Projection = "orthographic"
     """Whether rays are parallel or leave the eye."""
 
-    def world_from_clip(self, aspect: float) -> NDArray[np.float64]:
+    def world_from_clip(self, aspect: float) -> Float64Array:
         """4×4 matrix from homogeneous clip coordinates to the world, for a picture of width / height `aspect`."""
         forward = _unit(np.array(self.forward))
         right = _unit(np.cross(forward, np.array(self.up)))
@@ -70,9 +70,9 @@ class Camera:
         )
         return rotation @ np.linalg.inv(clip_from_eye)
 
-    def box_from_clip(self, grid: Grid, aspect: float) -> NDArray[np.float64]:
+    def box_from_clip(self, grid: Grid, aspect: float) -> Float64Array:
         """4×4 matrix from homogeneous clip coordinates to the box space of `grid`."""
-        matrix: NDArray[np.float64] = np.linalg.inv(grid.world_from_box) @ self.world_from_clip(aspect)
+        matrix: Float64Array = np.linalg.inv(grid.world_from_box) @ self.world_from_clip(aspect)
         return matrix
 
 
@@ -122,11 +122,11 @@ def view_from(grid: Grid, eye_mm_xyz: Vector, projection: Projection = "orthogra
     )
 
 
-def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
+def _unit(vector: Float64Array) -> Float64Array:
+    unit: Float64Array = vector / np.linalg.norm(vector)
     return unit
 
 
-def _vector(array: NDArray[np.float64]) -> Vector:
+def _vector(array: Float64Array) -> Vector:
     x, y, z = array.tolist()
     return x, y, z

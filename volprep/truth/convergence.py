@@ -13,8 +13,8 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Convergence:
-    """How an error falls."""
+class OrderFit:
+    """Fit of the order with which an error falls."""
 
     order: float | None
     """Slope of log error over log step in the settled window; None where no window settles."""
@@ -26,7 +26,7 @@ class Convergence:
 
 def fit_order(
     steps: Sequence[float], errors: Sequence[float], floor: float = 0.0, agreement: float = 0.15, least: int = 3
-) -> Convergence:
+) -> OrderFit:
     """Fit the order to errors of a sequence of ever smaller steps.
 
     Parameters
@@ -44,7 +44,7 @@ def fit_order(
 
     Returns
     -------
-    Convergence
+    OrderFit
         The finest window of agreeing slopes, as long as it can be, and its least-squares slope.
     """
     above = [index for index, error in enumerate(errors) if error <= floor]
@@ -63,5 +63,5 @@ def fit_order(
         while first > 0 and agree(first - 1, last):
             first -= 1
         order = float(np.polyfit(x[first : last + 1], y[first : last + 1], 1)[0])
-        return Convergence(order=order, first=first, last=last)
-    return Convergence(order=None, first=count, last=count)
+        return OrderFit(order=order, first=first, last=last)
+    return OrderFit(order=None, first=count, last=count)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.normal_codes import interpolated
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
@@ -41,7 +42,7 @@ class Volume:
     """physical = slope · stored + intercept."""
     nearest: bool = False
     """Whether the field is constant in each voxel, as labels are."""
-    normals: GradientKernel | NDArray[np.float32] | None = None
+    normals: GradientKernel | Float32Array | None = None
     """Where it is lit: the kernel that measures its gradients, or a vector for each voxel, [z, y, x, (x, y, z)]."""
 
 
@@ -76,7 +77,7 @@ def level_volume(package: Package, level: int) -> Volume:
     )
 
 
-def _level_normals(package: Package, level: int) -> NDArray[np.float32]:
+def _level_normals(package: Package, level: int) -> Float32Array:
     """Decode the normals of `level`, as long as their codes make them."""
     textures = package.manifest.textures
     code = next(each.normals.code for each in textures if each.level == level and each.normals is not None)
@@ -139,9 +140,7 @@ def _palette_function(palette: Palette, window: tuple[float, float], reference_m
     return TransferFunction(name=palette.transfer, reference_mm=reference_mm, points=tuple(points))
 
 
-def _from_roots(
-    entries: NDArray[np.generic], texture: Texture
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _from_roots(entries: NDArray[np.generic], texture: Texture) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Return normalised values, colours and extinctions at the entries, and between them where the roots differ."""
     colours_and_roots = entries.astype(np.float64) / 255.0
     at_entries = np.linspace(0.0, 1.0, len(entries))

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-Picture = NDArray[np.floating]
+from volprep_formats.arrays import FloatArray
 
 
 def broken_laws(
-    picture: Picture, rounding: float, fainter: Picture | None = None, left_out: float = 0.0
+    picture: FloatArray, rounding: float, fainter: FloatArray | None = None, left_out: float = 0.0
 ) -> Iterator[str]:
     """Say in words which laws a premultiplied linear `picture` [..., H, W, 4] breaks by more than `rounding`.
 

@@ -11,7 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from volprep_formats.arrays import Float64Array, FloatArray
+
 _BACKGROUNDS = {"black": 0.0, "white": 1.0}
 
 
@@ -33,16 +34,16 @@ class PictureError:
     """The same over white."""
 
 
-def over(rgba: NDArray[np.floating], background: Literal["black", "white"]) -> Array:
+def over(rgba: FloatArray, background: Literal["black", "white"]) -> Float64Array:
     """Composite a premultiplied linear picture [H, W, 4] and encode it as sRGB [H, W, 3], clipped to 0..1."""
     picture = np.asarray(rgba, dtype=np.float64)
     linear = picture[..., :3] + (1.0 - picture[..., 3:]) * _BACKGROUNDS[background]
     linear = np.clip(linear, 0.0, 1.0)
-    encoded: Array = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    encoded: Float64Array = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return encoded
 
 
-def picture_error(picture: NDArray[np.floating], truth: NDArray[np.floating]) -> PictureError:
+def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     """Compare two pictures [H, W, 4], premultiplied linear RGB and alpha, at least 11 pixels high and wide.
 
     The foreground is where either picture has an alpha above 0. PSNR is 10 log10(1 / mean square) over the foreground's
@@ -75,12 +76,12 @@ def picture_error(picture: NDArray[np.floating], truth: NDArray[np.floating]) ->
     )
 
 
-def _psnr_db(one: Array, other: Array) -> float | None:
+def _psnr_db(one: Float64Array, other: Float64Array) -> float | None:
     mean_square = float(np.mean((one - other) ** 2)) if one.size else 0.0
     return -10.0 * float(np.log10(mean_square)) if mean_square > 0.0 else None
 
 
-def _ssim(one: Array, other: Array, foreground: NDArray[np.bool_]) -> float:
+def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_]) -> float:
     from skimage.metrics import structural_similarity  # noqa: PLC0415 - heavy
 
     _, similarity = structural_similarity(  # type: ignore[no-untyped-call]  # scikit-image is not annotated

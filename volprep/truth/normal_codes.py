@@ -5,15 +5,15 @@ is free for "no gradient", because a number from -1 to 1 goes to 1 to 255.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, NormalCode
 
 LARGEST_LENGTH: dict[NormalCode, int] = {"biased8": 255, "snorm8": 127, "oct8": 255, "oct12": 255}
 """Code of the longest gradient."""
 
 
-def interpolated(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float32]:
+def interpolated(octets: UInt8Array, code: NormalCode) -> Float32Array:
     """Return the vectors [..., 3] of codes [..., bytes] as a filter mixes them, where it may: about 1 long."""
     if code == "biased8":
         return ((octets[..., :3].astype(np.float32) - 128) / np.float32(127)).astype(np.float32)
@@ -22,7 +22,7 @@ def interpolated(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.floa
     return decoded(octets, code).astype(np.float32)
 
 
-def decoded(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float64]:
+def decoded(octets: UInt8Array, code: NormalCode) -> Float64Array:
     """Return the unit vectors [..., 3] of codes [..., bytes]; the zero vector where there is no gradient."""
     numbers = octets.astype(np.int64)
     if code == "biased8":
@@ -37,7 +37,7 @@ def decoded(octets: NDArray[np.uint8], code: NormalCode) -> NDArray[np.float64]:
     return np.where((numbers[..., : DIRECTION_BYTES[code]] == 0).all(axis=-1)[..., None], 0.0, _folded(square))
 
 
-def _folded(square: NDArray[np.float64]) -> NDArray[np.float64]:
+def _folded(square: Float64Array) -> Float64Array:
     u, v = square[..., 0], square[..., 1]
     height = 1 - np.abs(u) - np.abs(v)
     # Outside the inner diamond is the lower half, folded outwards.
@@ -45,7 +45,7 @@ def _folded(square: NDArray[np.float64]) -> NDArray[np.float64]:
     return _unit(np.stack([u - np.copysign(over, u), v - np.copysign(over, v), height], axis=-1))
 
 
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(vectors: Float64Array) -> Float64Array:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: NDArray[np.float64] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    unit: Float64Array = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
     return unit

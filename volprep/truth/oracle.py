@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import GradientKernel
@@ -27,9 +28,9 @@ DEFAULT_TOLERANCE = 1e-6
 class OraclePicture:
     """A picture and how far it may be from the truth."""
 
-    rgba: NDArray[np.float64]
+    rgba: Float64Array
     """[height, width, 4], row 0 on top: premultiplied linear RGB, and 1 - exp(-optical depth)."""
-    bound: NDArray[np.float64]
+    bound: Float64Array
     """[height, width]: no channel of the pixel is further than this from the true integral."""
 
 
@@ -39,12 +40,12 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     slope: float,
     intercept: float,
     transfer_function: TransferFunction,
-    box_from_clip: NDArray[np.float64],
+    box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
     *,
     nearest: bool = False,
-    normals: GradientKernel | NDArray[np.float32] | None = None,
+    normals: GradientKernel | Float32Array | None = None,
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
@@ -123,7 +124,7 @@ class Medium:
 def oracle_of_media(
     media: Sequence[Medium],
     grid: Grid,
-    box_from_clip: NDArray[np.float64],
+    box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> OraclePicture:
@@ -156,7 +157,7 @@ def oracle_of_media(
     return picture
 
 
-def _rows(function: TransferFunction) -> NDArray[np.float64]:
+def _rows(function: TransferFunction) -> Float64Array:
     return np.array([[point.value, *point.colour, point.extinction_per_mm] for point in function.points])
 
 

@@ -8,12 +8,12 @@ the spacing.
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid, Vector
 
-Array = NDArray[np.float64]
-Field = Callable[[Array], Array]
+Field = Callable[[Float64Array], Float64Array]
 
 
 def constant(value: float) -> Field:
@@ -37,23 +37,23 @@ def marschner_lobb(extent_mm_xyz: Vector, frequency: float = 6.0, depth: float =
     """Return the test signal of Marschner and Lobb (Visualization '94), 0 to 1, with its cube [-1, 1]³ as the box."""
     half = np.array(extent_mm_xyz) / 2
 
-    def field(box_mm: Array) -> Array:
+    def field(box_mm: Float64Array) -> Float64Array:
         x, y, z = np.moveaxis(box_mm / half - 1.0, -1, 0)
         rings = np.cos(2 * np.pi * frequency * np.cos(np.pi / 2 * np.hypot(x, y)))
-        value: Array = (1 - np.sin(np.pi / 2 * z) + depth * (1 + rings)) / (2 * (1 + depth))
+        value: Float64Array = (1 - np.sin(np.pi / 2 * z) + depth * (1 + rings)) / (2 * (1 + depth))
         return value
 
     return field
 
 
-def sampled(field: Field, grid: Grid) -> NDArray[np.float32]:
+def sampled(field: Field, grid: Grid) -> Float32Array:
     """Take the field's values at the centres of the grid's voxels, [z, y, x]."""
     axes_zyx = [(np.arange(n) + 0.5) * h for n, h in zip(grid.shape_zyx, grid.spacing_mm_zyx, strict=True)]
     z, y, x = np.meshgrid(*axes_zyx, indexing="ij")
     return field(np.stack([x, y, z], axis=-1)).astype(np.float32)
 
 
-def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], lengths_mm: Sequence[float]) -> Array:
+def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], lengths_mm: Sequence[float]) -> Float64Array:
     """Return the light [4] (premultiplied linear RGB and alpha) of homogeneous layers, the nearest one first.
 
     Layer i absorbs 1 - exp(-extinction · length) of what comes from behind, and sends as much of its colour [n, 3].
@@ -66,7 +66,7 @@ def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], length
 
 def linear_light(
     colour_ends: tuple[Vector, Vector], extinction_ends_per_mm: tuple[float, float], length_mm: float
-) -> Array:
+) -> Float64Array:
     """Return the light [4] of a layer in which colour and extinction change linearly along the ray.
 
     With extinction a + b t the optical depth is a t + b t²/2. By parts, light = c(0) - c(L) exp(-T(L)) + c' J with

@@ -3,14 +3,14 @@
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.truth.metrics import over
+from volprep_formats.arrays import FloatArray, UInt8Array
 
 Background = Literal["black", "white", "transparent"]
 
 
-def encoded(picture: NDArray[np.floating], background: Background) -> NDArray[np.uint8]:
+def encoded(picture: FloatArray, background: Background) -> UInt8Array:
     """Turn a premultiplied linear picture [H, W, 4] into sRGB bytes.
 
     [H, W, 3] over black or white; [H, W, 4] with colours not multiplied by alpha if transparent, as PNG wants it.
@@ -23,6 +23,6 @@ def encoded(picture: NDArray[np.floating], background: Background) -> NDArray[np
     return _bytes(np.concatenate([colour, np.clip(alpha, 0.0, 1.0)], axis=-1))
 
 
-def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
-    rounded: NDArray[np.uint8] = np.rint(values * 255).astype(np.uint8)
+def _bytes(values: FloatArray) -> UInt8Array:
+    rounded: UInt8Array = np.rint(values * 255).astype(np.uint8)
     return rounded

@@ -6,22 +6,20 @@ The same polygons as `volprep.render.slices`, blended back to front, each pixel'
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.slices.record import StackAxis
 
-Array = NDArray[np.float64]
-
 
 def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing that is compared
-    texels: NDArray[np.uint8],
+    texels: UInt8Array,
     axis: StackAxis,
     grid: Grid,
-    box_from_clip: Array,
+    box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     longer: Literal["exact"] | float,
-) -> Array:
+) -> Float64Array:
     """Composite slices [slice, row, column, RGBA] of a level with this grid, as [H, W, 4], premultiplied linear.
 
     `longer` is what a texel counts: the opacity of the path between two slices along its pixel's ray, or a factor for
@@ -46,7 +44,7 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
     return picture.reshape(*shape_hw, 4)
 
 
-def _rays(box_from_clip: Array, shape_hw: tuple[int, int]) -> tuple[Array, Array]:
+def _rays(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> tuple[Float64Array, Float64Array]:
     """Points on the near plane and unit directions [pixel, xyz] in box space."""
     height, width = shape_hw
     y, x = np.meshgrid(1 - (2 * np.arange(height) + 1) / height, (2 * np.arange(width) + 1) / width - 1, indexing="ij")
@@ -59,7 +57,7 @@ def _rays(box_from_clip: Array, shape_hw: tuple[int, int]) -> tuple[Array, Array
     return ends[0], along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-def _bilinear(texels: Array, i: Array, j: Array) -> Array:
+def _bilinear(texels: Float64Array, i: Float64Array, j: Float64Array) -> Float64Array:
     """Filter [row, column, RGBA] at positions in texels, 0 at the first centre; edges are repeated."""
     rows, columns = texels.shape[:2]
     i, j = np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)
@@ -68,13 +66,15 @@ def _bilinear(texels: Array, i: Array, j: Array) -> Array:
     down, across = (i - above)[:, None], (j - left)[:, None]
     upper = texels[above, left] * (1 - across) + texels[above, right] * across
     lower = texels[below, left] * (1 - across) + texels[below, right] * across
-    filtered: Array = upper * (1 - down) + lower * down
+    filtered: Float64Array = upper * (1 - down) + lower * down
     return filtered
 
 
-def _lengthened(source: Array, path: Array) -> Array:
+def _lengthened(source: Float64Array, path: Float64Array) -> Float64Array:
     """Colours [pixel, RGBA] of a path that is so many times longer: 1 - (1 - opacity)^path."""
     opacity = source[:, 3]
     longer = -np.expm1(path * np.log1p(-np.minimum(opacity, 1.0 - 1e-9)))
-    lengthened: Array = source * np.divide(longer, opacity, out=np.ones_like(opacity), where=opacity > 0.0)[:, None]
+    lengthened: Float64Array = (
+        source * np.divide(longer, opacity, out=np.ones_like(opacity), where=opacity > 0.0)[:, None]
+    )
     return lengthened

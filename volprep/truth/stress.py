@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from volprep.scene.points import ScenePoint
 from volprep.truth.phantoms import Field, constant, distance, sampled
+from volprep_formats.arrays import Float32Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import ClassificationName
 
-Voxels = NDArray[np.uint16] | NDArray[np.int16] | NDArray[np.float32]
+Voxels = NDArray[np.uint16] | NDArray[np.int16] | Float32Array
 Limits = Mapping[ClassificationName, Tolerance | None]
 
 CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "preintegrated")
@@ -66,8 +67,8 @@ def _field(
     field_of: Callable[[Grid], Field],
     shape_zyx: tuple[int, int, int] = (_SIZE, _SIZE, _SIZE),
     spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0),
-) -> Callable[[], NDArray[np.float32]]:
-    def voxels() -> NDArray[np.float32]:
+) -> Callable[[], Float32Array]:
+    def voxels() -> Float32Array:
         grid = Grid.of(shape_zyx, spacing_mm_zyx)
         return sampled(field_of(grid), grid)
 
@@ -79,8 +80,8 @@ def _centred(grid: Grid) -> Field:
     return distance((x, y, z))
 
 
-def _with_one(value: float) -> Callable[[], NDArray[np.float32]]:
-    def voxels() -> NDArray[np.float32]:
+def _with_one(value: float) -> Callable[[], Float32Array]:
+    def voxels() -> Float32Array:
         ones = np.ones((_SIZE, _SIZE, _SIZE), np.float32)
         ones.flat[99] = value
         return ones

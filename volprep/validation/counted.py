@@ -4,10 +4,10 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.render.renderer import Renderer
 from volprep.validation.altered import Altered
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
@@ -33,11 +33,11 @@ def samples_per_pixel(
     package: Package,
     program: Program,
     level: int,
-    box_from_clip: NDArray[np.float64],
+    box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
     kind: type[Renderer] = Renderer,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Float64Array, Float64Array]:
     """Samples taken, and entries of the skip table read, for each pixel [H, W]. Raises what `Renderer` raises.
 
     `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a
@@ -51,11 +51,11 @@ def samples_of_views(
     package: Package,
     program: Program,
     level: int,
-    views: Sequence[NDArray[np.float64]],
+    views: Sequence[Float64Array],
     shape_hw: tuple[int, int],
     *,
     kind: type[Renderer],
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+) -> list[tuple[Float64Array, Float64Array]]:
     """As `samples_per_pixel`, of each view."""
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:

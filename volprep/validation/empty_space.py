@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
@@ -24,6 +23,7 @@ from volprep.validation.records import EmptySpace, SavingView, SavingWay, WayNam
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.uncut import unskipped
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.program import Program
@@ -34,7 +34,7 @@ _STEP_OF_TARGET = 1 / 255
 _NOISE = 1e-6
 """Pictures in 8 bits are whole steps apart, but are read as float32."""
 
-Counts = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+Counts = list[tuple[Float64Array, Float64Array]]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class _Way:
 
 @dataclass(frozen=True)
 class _Drawn:
-    pictures: list[NDArray[np.float32]]
+    pictures: list[Float32Array]
     draw_ms: float
     counts: Counts | None
     """Samples and looks of each view, in half the width and height; None without a float target."""
@@ -114,7 +114,7 @@ def _drawn(bench: Bench, way: _Way, level: int) -> _Drawn:
         return _Drawn(pictures, draw_ms, _counts(way, level, cameras, _half(subject)))
 
 
-def _counts(way: _Way, level: int, cameras: list[NDArray[np.float64]], shape_hw: tuple[int, int]) -> Counts | None:
+def _counts(way: _Way, level: int, cameras: list[Float64Array], shape_hw: tuple[int, int]) -> Counts | None:
     try:
         return samples_of_views(way.package, way.program, level, cameras, shape_hw, kind=way.kind)
     except VolprepError as error:
@@ -135,13 +135,11 @@ def _views(subject: Subject, drawn: _Drawn, plain: _Drawn) -> tuple[SavingView, 
     )
 
 
-def _mean(subject: Subject, camera: NDArray[np.float64], counted: NDArray[np.float64]) -> float:
+def _mean(subject: Subject, camera: Float64Array, counted: Float64Array) -> float:
     return float(counted[chords_mm(camera, counted.shape[:2], subject.grid) > 0].mean())
 
 
-def _difference(
-    subject: Subject, camera: NDArray[np.float64], one: NDArray[np.float32], other: NDArray[np.float32]
-) -> float:
+def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other: Float32Array) -> float:
     difference = np.abs(one - other).max(axis=-1)
     if subject.render.projection == "perspective":
         # Rounding may give a ray one sample more, which is neither better nor worse.

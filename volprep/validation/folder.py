@@ -5,9 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors, sync_all
 from volprep_formats.png import png_bytes
@@ -29,7 +27,7 @@ class ReportFolder:
         """Use `report_folder`."""
         self._partial = partial
 
-    def picture(self, name: str, picture: NDArray[np.uint8]) -> None:
+    def picture(self, name: str, picture: UInt8Array) -> None:
         """Write `picture` [H, W, 3] as the PNG file `name`, which begins with the folder of pictures."""
         path = self._partial / name
         with output_errors(path, _FAILED):

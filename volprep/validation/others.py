@@ -46,8 +46,8 @@ def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Ite
     levels = [level for level in subject.package.manifest.levels if level.index in wanted]
     bench.progress.start(f"coarse levels of {program.transfer}", len(levels))
     for level in levels:
-        chosen: type[Renderer] = ray_caster_of(subject.package, level.index, program.transfer)
-        for kind in dict.fromkeys((chosen, Renderer)):
+        kinds: tuple[type[Renderer], ...] = (ray_caster_of(subject.package, level.index, program.transfer), Renderer)
+        for kind in dict.fromkeys(kinds):
             yield _coarse_level(bench, kind(subject.package, level=level.index, transfer=program.transfer), viewed)
         bench.progress.advance()
 

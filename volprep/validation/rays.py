@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
 _ROUNDING = 2.0**-16
 
 
-def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], grid: Grid) -> NDArray[np.float64]:
+def chords_mm(box_from_clip: Float64Array, shape_hw: tuple[int, int], grid: Grid) -> Float64Array:
     """Return the length of each pixel's ray inside the box of `grid` in millimetres, [H, W]; 0 where it misses."""
     height, width = shape_hw
     x = (2 * np.arange(width) + 1) / width - 1
@@ -23,16 +24,16 @@ def chords_mm(box_from_clip: NDArray[np.float64], shape_hw: tuple[int, int], gri
     enter = np.maximum(np.minimum(first, second).max(axis=-1), 0.0)
     leave = np.minimum(np.maximum(first, second).min(axis=-1), 1.0)
     part = np.where(leave > enter, leave - enter, 0.0)
-    lengths: NDArray[np.float64] = part * np.linalg.norm(along, axis=-1)
+    lengths: Float64Array = part * np.linalg.norm(along, axis=-1)
     return lengths
 
 
-def samples(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.int64]:
+def samples(chords: Float64Array, step_mm: float) -> NDArray[np.int64]:
     """Return the number of equal segments, none longer than `step_mm`, that the renderer cuts each ray into."""
     return np.ceil(chords / step_mm).astype(np.int64)
 
 
-def settled(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.bool_]:
+def settled(chords: Float64Array, step_mm: float) -> NDArray[np.bool_]:
     """Say of which rays float32 cannot change the number of segments, however it rounds the ray's ends.
 
     In perspective the ends come from a division by w, of which a far plane 200 times as far as the near one leaves
@@ -43,11 +44,9 @@ def settled(chords: NDArray[np.float64], step_mm: float) -> NDArray[np.bool_]:
     return certain
 
 
-def _unproject(
-    box_from_clip: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], z: float
-) -> NDArray[np.float64]:
+def _unproject(box_from_clip: Float64Array, x: Float64Array, y: Float64Array, z: float) -> Float64Array:
     clip = np.empty((len(y), len(x), 4))
     clip[..., 0], clip[..., 1], clip[..., 2], clip[..., 3] = x, y[:, None], z, 1.0
     points = clip @ box_from_clip.T
-    positions: NDArray[np.float64] = points[..., :3] / points[..., 3:]
+    positions: Float64Array = points[..., :3] / points[..., 3:]
     return positions

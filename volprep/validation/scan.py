@@ -74,7 +74,7 @@ def find_scan(package: Path, source: Path | None) -> Found:
         raise VolprepError("VP6012", path=package)
     spec = at_place(origin.scene.source, Path("/"), source)
     return Found(
-        with_listed_channels(origin.scene.model_copy(update={"source": spec})),
+        with_listed_channels(origin.scene.with_source(spec)),
         origin_path(package.resolve()),
         _profile(origin, None, read_manifest(package).profile),
         tuple(choice.filter for choice in origin.levels),

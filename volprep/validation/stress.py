@@ -14,7 +14,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
@@ -31,10 +30,11 @@ from volprep.validation.precise import most_precise
 from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
 from volprep.validation.stress_records import StressDrawing, StressPoint, StressReport, StressResult
-from volprep.validation.subject import Picture, Subject, errors
+from volprep.validation.subject import Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.verdict import share_of
 from volprep.validation.views import driver_of
+from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
@@ -58,7 +58,7 @@ class _Drawn:
     """One case, drawn in one way."""
 
     drawing: StressDrawing
-    precise: Picture
+    precise: FloatArray
     """All views in the target of the laws, [view, H, W, 4]."""
     target: Target
     """That target."""
@@ -173,18 +173,18 @@ def _renderer(subject: Subject, target: Target) -> Renderer:
     return Renderer(subject.package, level=level, transfer=_TRANSFER, target=target)
 
 
-def _views(subject: Subject, target: Target) -> Picture:
+def _views(subject: Subject, target: Target) -> FloatArray:
     with _renderer(subject, target) as renderer:
         return np.stack([renderer.render(subject.views[view], subject.shape_hw) for view in _VIEWS])
 
 
-def _point(renderer: Renderer, subject: Subject, truth: Picture, ratio: float) -> StressPoint:
+def _point(renderer: Renderer, subject: Subject, truth: FloatArray, ratio: float) -> StressPoint:
     camera, step_mm = subject.views[SWEEP_VIEW], ratio * subject.render.step_mm
     picture = renderer.render(camera, subject.shape_hw, step_mm)
     draw_ms = renderer.time_ms(camera, subject.shape_hw, step_mm, repeats=_DRAWS)
     return StressPoint(step_ratio=ratio, rmse=errors(picture, truth).rmse, draw_ms=draw_ms)
 
 
-def _strip(truth: Picture, picture: Picture) -> NDArray[np.uint8]:
+def _strip(truth: FloatArray, picture: FloatArray) -> UInt8Array:
     difference = coloured(largest_difference(picture, truth), _GAIN)
     return np.concatenate([encoded(truth, "black"), encoded(picture, "black"), difference], axis=1)

@@ -2,22 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume, level_volume, own_table, table_function
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.validation.records import ErrorNumbers
+from volprep_formats.arrays import FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
-Picture = NDArray[np.floating]
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
 """What blending slices comes near to."""
 
@@ -144,7 +141,7 @@ def _render_settings(package: Package) -> RenderSettings:
     return render
 
 
-def errors(picture: Picture, truth: Picture) -> ErrorNumbers:
+def errors(picture: FloatArray, truth: FloatArray) -> ErrorNumbers:
     """Compare two pictures [H, W, 4], premultiplied linear."""
     found = picture_error(picture, truth)
     return ErrorNumbers(

@@ -8,9 +8,6 @@ that its order can be seen.
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
@@ -22,6 +19,7 @@ from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint,
 from volprep.validation.subject import errors
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
@@ -34,17 +32,15 @@ _COARSE_RATIOS = (4.0, 2.0, 1.0)
 """A coarse level is chosen to be cheap: steps below the nominal one are of no use there."""
 _DRAWS = 3
 
-Picture = NDArray[np.float32]
-
 
 @dataclass(frozen=True)
 class _Precise:
     """Pictures of the finest level in a float target."""
 
     target: Target
-    uncut: list[Picture]
+    uncut: list[Float32Array]
     """For each step: rays run to their end."""
-    nominal: Picture
+    nominal: Float32Array
     """The nominal step, as the package draws it."""
 
 
@@ -71,7 +67,7 @@ class _Sweeper:
                 possible = tuple(ratio for ratio in possible if renderer.draws_step(ratio * step_mm))
         return possible[-_FINEST_LEVEL_STEPS:]
 
-    def draw(self, renderer: Renderer, ratio: float) -> Picture:
+    def draw(self, renderer: Renderer, ratio: float) -> Float32Array:
         """Draw with a multiple of the nominal step."""
         with self._clock.part("drawing"):
             return renderer.render(self._box_from_clip, self._subject.shape_hw, ratio * self._subject.render.step_mm)
@@ -98,8 +94,8 @@ class _Sweeper:
         return _Precise(target, pictures, nominal)
 
     def points(
-        self, level: int, on_data: NDArray[np.float64], ratios: tuple[float, ...]
-    ) -> list[tuple[SweepPoint, Picture]]:
+        self, level: int, on_data: Float64Array, ratios: tuple[float, ...]
+    ) -> list[tuple[SweepPoint, Float32Array]]:
         """Draw and time one level with every step."""
         found = []
         with self._renderer(self._subject.package, level, "rgba8") as renderer:
@@ -114,7 +110,7 @@ class _Sweeper:
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer, target=target)
 
     def _point(
-        self, renderer: Renderer, picture: Picture, on_data: NDArray[np.float64], level: int, ratio: float
+        self, renderer: Renderer, picture: Float32Array, on_data: Float64Array, level: int, ratio: float
     ) -> SweepPoint:
         step_mm = ratio * self._subject.render.step_mm
         with self._clock.part("timing"):
@@ -134,7 +130,7 @@ class _Sweeper:
             drawing=drawing,
         )
 
-    def floor(self, level: int, on_data: NDArray[np.float64]) -> LevelFloor:
+    def floor(self, level: int, on_data: Float64Array) -> LevelFloor:
         """Return the smallest error that one level can reach."""
         manifest = self._subject.package.manifest
         sizes = {record.path: record.size_bytes for record in manifest.files}

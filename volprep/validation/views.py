@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.render.choose import renderer_of
 from volprep.render.renderer import Renderer
@@ -15,8 +14,9 @@ from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.pictures import coloured, gain_for, largest_difference
 from volprep.validation.records import Driver, ViewPictures, ViewResult
-from volprep.validation.subject import Picture, errors
+from volprep.validation.subject import errors
 from volprep.validation.verdict import passes
+from volprep_formats.arrays import Float32Array, FloatArray
 
 
 class Drawn(Protocol):
@@ -43,13 +43,13 @@ class ViewedProgram:
     """Finest level of the program, which was drawn."""
     views: tuple[ViewResult, ...]
     """Standard views."""
-    differences: dict[str, NDArray[np.float32]]
+    differences: dict[str, Float32Array]
     """Largest difference of each pixel's channels by file name of the picture, not drawn yet: all share one gain."""
     truth: OraclePicture
     """Truth in the view of the sweep."""
     on_data: OraclePicture
     """Oracle on the package's data in the view of the sweep."""
-    truths: dict[str, NDArray[np.float32]]
+    truths: dict[str, Float32Array]
     """Truth in each standard view, premultiplied linear."""
     driver: Driver
     """The OpenGL ES that drew."""
@@ -65,7 +65,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     results = []
     differences = {}
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
-    truths: dict[str, NDArray[np.float32]] = {}
+    truths: dict[str, Float32Array] = {}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
     with renderer_of(subject.package, level=level, transfer=program.transfer) as renderer:
         for name, box_from_clip in subject.views.items():
@@ -116,7 +116,7 @@ def _names(program: Drawn, view: str) -> ViewPictures:
     return ViewPictures(**{field: f"{stem}-{field.replace('_', '-')}.png" for field in ViewPictures.model_fields})
 
 
-def _write_pictures(folder: ReportFolder, names: ViewPictures, truth: Picture, drawn: Picture) -> None:
+def _write_pictures(folder: ReportFolder, names: ViewPictures, truth: FloatArray, drawn: FloatArray) -> None:
     folder.picture(names.truth_black, encoded(truth, "black"))
     folder.picture(names.drawn_black, encoded(drawn, "black"))
     folder.picture(names.truth_white, encoded(truth, "white"))

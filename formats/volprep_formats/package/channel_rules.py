@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.texture import CHANNELS
+from volprep_formats.package.texture import COMPONENTS
 
 
 def channel_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -27,5 +27,5 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"texture {texture.name} is of channels {listed} and transfer function {texture.transfer}"
         elif len({stored[name] for name in own}) > 1 or (len(own) > 1 and texture.role != "volume"):
             yield f"texture {texture.name} cannot hold channels {listed} together"
-        elif len(own) > 1 and CHANNELS.get(texture.gl.format) != len(own):
+        elif len(own) > 1 and COMPONENTS.get(texture.gl.format) != len(own):
             yield f"texture {texture.name} holds channels {listed} in texels of {texture.gl.format}"

@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.editing.record import Editing
+from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.skip.record import Skipping
 
 if TYPE_CHECKING:
@@ -55,11 +57,11 @@ def _view(manifest: Manifest, channel: Channel) -> Manifest:
     if proxy is not None:
         meshes = tuple(mesh for mesh in proxy.meshes if mesh.transfer not in others)
         programs = tuple(program for program in proxy.programs if program.transfer not in others)
-        proxy = proxy.model_copy(update={"meshes": meshes, "programs": programs})
+        proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes, depth=proxy.depth, programs=programs)
     editing = manifest.editing
     if editing is not None:
         own = tuple(each for each in editing.histograms if each.channel == channel.name)
-        editing = editing.model_copy(update={"histograms": own})
+        editing = Editing(histograms=own)
     return manifest.model_copy(
         update={
             "channels": (channel,),

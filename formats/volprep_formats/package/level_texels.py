@@ -75,4 +75,4 @@ def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.ge
     from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - codecs are for those who need them
 
     blocks = np.asarray(image.data[0], np.uint8)
-    return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, mosaic.channels)[None]
+    return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, mosaic.slices_per_texel)[None]

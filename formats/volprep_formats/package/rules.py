@@ -24,7 +24,7 @@ from volprep_formats.package.parts.skip.rules import skip_contradictions
 from volprep_formats.package.parts.slices.rules import slices_contradictions
 from volprep_formats.package.parts.together.rules import together_contradictions
 from volprep_formats.package.program import Program
-from volprep_formats.package.texture import CHANNELS, MosaicLayout, Texture
+from volprep_formats.package.texture import COMPONENTS, MosaicLayout, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
 
@@ -267,7 +267,8 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
     slices, height, width = level.grid.shape_zyx
     if (mosaic.slices, *mosaic.tile_shape_yx) != (slices, height, width):
         yield f"its mosaic holds {mosaic.slices} slices of {mosaic.tile_shape_yx}, its level {level.grid.shape_zyx}"
-    if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles_of(mosaic.slices, mosaic.channels, mosaic.order):
+    tiles = tiles_of(mosaic.slices, mosaic.slices_per_texel, mosaic.order)
+    if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles:
         yield f"its mosaic has no room for {mosaic.slices} slices"
     rows, columns = mosaic.pitch_yx
     texture_rows, texture_columns = mosaic.texture_shape_yx
@@ -275,15 +276,16 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
         yield f"its tiles do not fit into textures of {mosaic.texture_shape_yx}"
     if texture.shape_zyx != (1, *mosaic.texture_shape_yx):
         yield f"its shape {texture.shape_zyx} is not that of its mosaic"
-    if mosaic.channels > 1 < mosaic.components:
-        yield "its mosaic has several components and several slices in a texel"
-    if mosaic.channels == 1 and mosaic.order != "interleaved":
+    if mosaic.slices_per_texel > 1 < mosaic.components_per_voxel:
+        yield "its mosaic has several components in a voxel and several slices in a texel"
+    if mosaic.slices_per_texel == 1 and mosaic.order != "interleaved":
         yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
     block = next((each for each in BLOCKS.values() if each.gl_name == texture.gl.internal_format), None)
-    held = CHANNELS.get(texture.gl.format) if block is None else block.channels
-    if mosaic.channels * mosaic.components != held:
+    held = COMPONENTS.get(texture.gl.format) if block is None else block.components
+    components = mosaic.slices_per_texel * mosaic.components_per_voxel
+    if components != held:
         pixels = texture.gl.format or texture.gl.internal_format
-        yield f"its mosaic has {mosaic.channels * mosaic.components} channels, its format is {pixels}"
+        yield f"its mosaic has {components} components, its format is {pixels}"
     if any(pitch % (1 if block is None else block.size) for pitch in mosaic.pitch_yx):
         yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
 

@@ -22,10 +22,11 @@ class MosaicLayout(Record):
     """Size of a slice, in texels."""
     slices: Count
     """Number of slices."""
-    components: Annotated[int, Field(ge=1, le=4)] = 1
-    """Data channels of a voxel, each in its own channel of the texel; several only if a texel holds one slice."""
-    channels: Literal[1, 4]
-    """Slices in one texel."""
+    components_per_voxel: Annotated[int, Field(ge=1, le=4)] = 1
+    """Values of a voxel, each in a component of the texel: packed channels, or parts of a normal; several only if a
+    texel holds one slice."""
+    slices_per_texel: Literal[1, 4]
+    """Slices in one texel, each in a component of its own."""
     order: MosaicOrder = "interleaved"
     """Which slices share a texel. "interleaved": four consecutive slices. "planar": four slices that are as many slices
     apart as the texture has tiles. "overlapping": three consecutive slices and the next one, which the next tile
@@ -65,8 +66,8 @@ class GlFormat(Record):
     """Type of the pixels, for example UNSIGNED_BYTE; absent if they are compressed."""
 
 
-CHANNELS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
-"""Channels of a texel by the format of its pixels."""
+COMPONENTS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
+"""Components of a texel by the format of its pixels."""
 SampleFilter = Literal["linear", "nearest"]
 """How a texture is sampled between its texels."""
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
@@ -16,8 +16,8 @@ def grid_from_affine(
     path: Path,
     which: str,
     shape_zyx: tuple[int, int, int],
-    columns_mm: NDArray[np.float64],
-    origin_mm_xyz: NDArray[np.float64],
+    columns_mm: Float64Array,
+    origin_mm_xyz: Float64Array,
 ) -> Grid:
     """Grid whose axes x, y and z step along the columns of the 3×3 matrix `columns_mm`, in LPS millimetres.
 

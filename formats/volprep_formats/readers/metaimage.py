@@ -10,8 +10,8 @@ from math import prod
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
@@ -176,7 +176,7 @@ def _integers(path: Path, fields: Fields, name: str, default: str, limits: tuple
     return numbers
 
 
-def _floats(path: Path, fields: Fields, name: str, default: str, count: int) -> NDArray[np.float64]:
+def _floats(path: Path, fields: Fields, name: str, default: str, count: int) -> Float64Array:
     text = fields.get(name, default)
     numbers = parse_floats(text.split())
     if numbers is None or len(numbers) != count:

@@ -19,11 +19,10 @@ from volprep_formats.readers.pictures.file import (
     Page,
     Part,
     decode_request,
-    header_request,
     page_remarks,
-    pages_of,
+    read_headers,
 )
-from volprep_formats.source import MosaicLayout, SourceInfo, SourceSpec
+from volprep_formats.source import SourceInfo, SourceSpec, TileLayout
 
 
 class MosaicSource(DecodedSource):
@@ -78,20 +77,18 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSourc
     layout = spec.mosaic
     if layout is None:
         raise VolprepError("VP1180", path=path)
-    found: list[tuple[Page, ...]] = []
     with workers() as pool:
         progress.start("reading the header of the mosaic", 1)
-        pool.run([header_request(path)], lambda _index, answer: found.append(pages_of(answer)))
-        progress.advance()
-        if len(found[0]) > 1:
-            raise VolprepError("VP1166", path=path, what=f"{len(found[0])} pages as a mosaic")
-        page = found[0][0]
+        (pages,) = read_headers(pool, [path], progress)
+        if len(pages) > 1:
+            raise VolprepError("VP1166", path=path, what=f"{len(pages)} pages as a mosaic")
+        page = pages[0]
         makes_grey = spec.rgb is not None
         info = _info(path, page, layout, makes_grey=makes_grey)
         return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), makes_grey=makes_grey)
 
 
-def _info(path: Path, page: Page, layout: MosaicLayout, *, makes_grey: bool) -> SourceInfo:
+def _info(path: Path, page: Page, layout: TileLayout, *, makes_grey: bool) -> SourceInfo:
     height, width = page.rows // layout.tiles_y, page.columns // layout.tiles_x
     if layout.slices > layout.tiles_x * layout.tiles_y or not height or not width:
         raise VolprepError(

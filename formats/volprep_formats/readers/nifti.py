@@ -11,8 +11,8 @@ from typing import Any
 
 import nibabel
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
@@ -33,7 +33,7 @@ _EXTENDER_BYTES = 4
 """They follow each header of a .nii file, and say whether extensions do."""
 _MOST_CHANNELS = 2**16
 
-Matrix = NDArray[np.float64]
+Matrix = Float64Array
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:

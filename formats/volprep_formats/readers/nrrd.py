@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
@@ -185,7 +185,7 @@ def _space_dimension(path: Path, fields: Fields) -> int:
     return _integers(path, fields, "space dimension", 1, _MOST_AXES)[0] if "space dimension" in fields else 3
 
 
-def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> NDArray[np.float64]:
+def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> Float64Array:
     """Steps in millimetres along the three axes of a file without directions."""
     if "spacings" not in fields:
         if "axis mins" in fields or "axismins" in fields:
@@ -196,7 +196,7 @@ def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> ND
     return steps * _units(path, fields, "units", axes.spatial)
 
 
-def _units(path: Path, fields: Fields, name: str, places: list[int]) -> NDArray[np.float64]:
+def _units(path: Path, fields: Fields, name: str, places: list[int]) -> Float64Array:
     """Millimetres per unit, for each of three entries of a field of quoted units; millimetres where there is none."""
     if name not in fields:
         return np.ones(3)
@@ -267,11 +267,11 @@ def _integers(path: Path, fields: Fields, name: str, least: int, most: int) -> l
     return numbers
 
 
-def _vector(path: Path, name: str, text: str) -> NDArray[np.float64]:
+def _vector(path: Path, name: str, text: str) -> Float64Array:
     return _numbers(path, name, [word.strip() for word in text.strip("() ").split(",")], 3)
 
 
-def _numbers(path: Path, name: str, words: list[str], count: int) -> NDArray[np.float64]:
+def _numbers(path: Path, name: str, words: list[str], count: int) -> Float64Array:
     numbers = parse_floats(words)
     if numbers is None or len(numbers) != count:
         raise VolprepError("VP1100", path=path, error=f"{name} has {' '.join(words)[:60]!r}, not {count} numbers")

@@ -4,13 +4,14 @@ Source: the polar decomposition; its orthonormal factor is the nearest one in th
 """
 
 import numpy as np
-from numpy.typing import NDArray
+
+from volprep_formats.arrays import Float64Array
 
 ORIENTATION_TOLERANCE = 1e-3
 """Largest entry of AᵀA - 1 that rounding explains: cosines written with three decimals are off by up to this."""
 
 
-def nearest_orthonormal(columns: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def nearest_orthonormal(columns: Float64Array) -> tuple[Float64Array, float]:
     """Nearest matrix with orthonormal columns, and how far the given one is from having them.
 
     `columns` is 3×2 or 3×3 with columns of about unit length; a mirror stays a mirror. The deviation is the
@@ -18,5 +19,5 @@ def nearest_orthonormal(columns: NDArray[np.float64]) -> tuple[NDArray[np.float6
     """
     deviation = float(np.abs(columns.T @ columns - np.eye(columns.shape[1])).max())
     u, _, vt = np.linalg.svd(columns, full_matrices=False)
-    nearest: NDArray[np.float64] = u @ vt
+    nearest: Float64Array = u @ vt
     return nearest, deviation

@@ -26,8 +26,8 @@ class BlockFormat:
     """Colour model of the data format descriptor: 161 is ETC2, 162 is ASTC."""
     samples: tuple[tuple[int, int], ...]
     """Parts of a block: number of the channel and first bit."""
-    channels: int = 1
-    """Channels of a texel that packages use."""
+    components: int = 1
+    """Components of a texel that packages use."""
 
 
 _ASTC = ((0, 0),)
@@ -35,7 +35,7 @@ _ASTC = ((0, 0),)
 BLOCKS: dict[CompressedFormat, BlockFormat] = {
     "EAC_R11": BlockFormat(4, 8, 153, "COMPRESSED_R11_EAC", 161, ((0, 0),)),
     # The first half of a block is its alpha.
-    "ETC2_RGBA8": BlockFormat(4, 16, 151, "COMPRESSED_RGBA8_ETC2_EAC", 161, ((15, 0), (2, 64)), channels=4),
+    "ETC2_RGBA8": BlockFormat(4, 16, 151, "COMPRESSED_RGBA8_ETC2_EAC", 161, ((15, 0), (2, 64)), components=4),
     "ASTC_4X4": BlockFormat(4, 16, 157, "COMPRESSED_RGBA_ASTC_4x4_KHR", 162, _ASTC),
     "ASTC_5X5": BlockFormat(5, 16, 161, "COMPRESSED_RGBA_ASTC_5x5_KHR", 162, _ASTC),
     "ASTC_6X6": BlockFormat(6, 16, 165, "COMPRESSED_RGBA_ASTC_6x6_KHR", 162, _ASTC),

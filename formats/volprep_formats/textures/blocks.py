@@ -18,8 +18,8 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array, UInt8Array
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures import astc_child
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape
@@ -58,7 +58,7 @@ def encoder_of(texture_format: CompressedFormat) -> str:
     return f"etcpak {version('etcpak')}"
 
 
-def encode_blocks(texels: NDArray[np.uint8], texture_format: CompressedFormat) -> NDArray[np.uint8]:
+def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8Array:
     """Compress a picture [y, x] of one channel, or [y, x, 4] for ETC2_RGBA8; gives blocks [row, column, byte].
 
     Edges are repeated where blocks reach beyond them.
@@ -84,8 +84,8 @@ def encode_blocks(texels: NDArray[np.uint8], texture_format: CompressedFormat) -
 
 
 def decode_blocks(
-    blocks: NDArray[np.uint8], texture_format: CompressedFormat, shape_yx: tuple[int, int], channels: int
-) -> NDArray[np.float32]:
+    blocks: UInt8Array, texture_format: CompressedFormat, shape_yx: tuple[int, int], channels: int
+) -> Float32Array:
     """Normalised values, [y, x] or [y, x, 4], of blocks [row, column, byte], as a GPU computes them.
 
     EAC has 11 bits and ETC2 8; ASTC gives half floats here, and GPUs may round them to 8 bits.
@@ -103,29 +103,29 @@ def decode_blocks(
         data = astc_child.decode(blocks.tobytes(), width, height, size)
         texels = np.frombuffer(data, np.float16).reshape(height, width, 4).astype(np.float32)
     inside = texels[: shape_yx[0], : shape_yx[1]]
-    picture: NDArray[np.float32] = np.ascontiguousarray(inside[..., 0] if channels == 1 else inside[..., :channels])
+    picture: Float32Array = np.ascontiguousarray(inside[..., 0] if channels == 1 else inside[..., :channels])
     return picture
 
 
 def decoded_slices(
-    blocks: Callable[[int], NDArray[np.uint8]], layout: MosaicLayout, texture_format: CompressedFormat
-) -> Callable[[int, int], NDArray[np.float32]]:
+    blocks: Callable[[int], UInt8Array], layout: MosaicLayout, texture_format: CompressedFormat
+) -> Callable[[int, int], Float32Array]:
     """Return a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, as `decode_blocks` gives them.
 
     `blocks(part)` gives the blocks of one of its textures; those of the last one asked for are kept decoded.
     """
 
     @lru_cache(maxsize=1)
-    def texels(part: int) -> NDArray[np.float32]:
-        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.channels)
+    def texels(part: int) -> Float32Array:
+        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.slices_per_texel)
 
-    def read(z0: int, z1: int) -> NDArray[np.float32]:
+    def read(z0: int, z1: int) -> Float32Array:
         return np.stack([slice_of_mosaic(texels, layout, slice_) for slice_ in range(z0, z1)])
 
     return read
 
 
-def _decode_eac(blocks: NDArray[np.uint8]) -> NDArray[np.float32]:
+def _decode_eac(blocks: UInt8Array) -> Float32Array:
     """Decode R11, unsigned: base · 8 + 4 + step · multiplier · 8, or step alone where the multiplier is 0."""
     words = np.ascontiguousarray(blocks).view(">u8")[..., 0]
     base, multiplier, table = (
@@ -143,7 +143,7 @@ def _decode_eac(blocks: NDArray[np.uint8]) -> NDArray[np.float32]:
     return np.asarray(picture / 2047, np.float32)
 
 
-def _encode_astc(rgba: NDArray[np.uint8], size: int) -> bytes:
+def _encode_astc(rgba: UInt8Array, size: int) -> bytes:
     height, width = rgba.shape[:2]
     arguments = [str(number) for number in (width, height, size, ASTC_QUALITY)]
     command = [sys.executable, "-m", astc_child.__name__, *arguments]

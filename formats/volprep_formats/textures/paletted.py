@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 
 INTERNAL_FORMAT = "PALETTE8_RGBA8_OES"
@@ -19,10 +19,8 @@ ENTRIES = 256
 PALETTE_BYTES = 4 * ENTRIES
 """Size of the palette, before the texels."""
 
-Bytes = NDArray[np.uint8]
 
-
-def encode(colours: Bytes, indices: Bytes) -> Iterator[bytes | memoryview]:
+def encode(colours: UInt8Array, indices: UInt8Array) -> Iterator[bytes | memoryview]:
     """Return the parts of the file of colours [entry, RGBA] and indices [y, x]."""
     palette = np.zeros((ENTRIES, 4), np.uint8)
     palette[: len(colours)] = colours
@@ -30,7 +28,7 @@ def encode(colours: Bytes, indices: Bytes) -> Iterator[bytes | memoryview]:
     yield np.ascontiguousarray(indices).data.cast("B")
 
 
-def decode(data: bytes, shape_yx: tuple[int, int], name: str) -> tuple[Bytes, Bytes]:
+def decode(data: bytes, shape_yx: tuple[int, int], name: str) -> tuple[UInt8Array, UInt8Array]:
     """Give colours [256, RGBA] and indices [y, x] of a file. Raises VP4031 for one of another size."""
     height, width = shape_yx
     if len(data) != PALETTE_BYTES + height * width:

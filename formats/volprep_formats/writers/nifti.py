@@ -9,8 +9,8 @@ from typing import Any
 
 import nibabel
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.output import new_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
@@ -52,7 +52,7 @@ def _header(info: SourceInfo) -> bytes:
     return block + bytes(4)
 
 
-def _fits_version_1(info: SourceInfo, affine: NDArray[np.float64]) -> bool:
+def _fits_version_1(info: SourceInfo, affine: Float64Array) -> bool:
     sizes = np.array(info.grid.shape_zyx[::-1])
     numbers = np.array([info.slope, info.intercept])
     if sizes.max() > _LONGEST_AXIS_OF_VERSION_1 or not np.array_equal(numbers.astype(np.float32), numbers):

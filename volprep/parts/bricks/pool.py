@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.slabs import RawVolume
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.grid import blocks_along
 from volprep_formats.package.parts.bricks.places import STORED
 from volprep_formats.package.parts.bricks.record import BrickLayout
@@ -53,7 +54,7 @@ def with_reach(ranges: BlockRanges, reach: int) -> BlockRanges:
     return BlockRanges(low, high, ranges.block)
 
 
-def places_of(stored: NDArray[np.bool_], layout: BrickLayout) -> NDArray[np.uint8]:
+def places_of(stored: NDArray[np.bool_], layout: BrickLayout) -> UInt8Array:
     """Entries [n, RGBA] of the stored bricks, in their order: place along x, y and z in the texture."""
     z, y, x = np.unravel_index(np.arange(np.count_nonzero(stored)), layout.pool_zyx)
     return np.stack([x, y, z, np.full_like(x, STORED)], axis=-1).astype(np.uint8)

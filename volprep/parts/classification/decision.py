@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
-from volprep.plan.probe import PictureError, difference_of_views
+from volprep.plan.probe import PictureDifference, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
@@ -21,14 +20,14 @@ from volprep.transfer.palette import even_palette
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
-Array = NDArray[np.float64]
-Classify = Callable[[Array, Array], tuple[Array, Array]]
+Classify = Callable[[Float64Array, Float64Array], tuple[Float64Array, Float64Array]]
 """Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
 
 _ENTRIES = (64, 128, 256)
@@ -188,13 +187,13 @@ class _Rays:
 
     def __init__(self, values: ValueChoice, measured: Measured, step: StepLengths) -> None:
         few = [rays[:, :: max(1, rays.shape[1] // _RAYS)] for rays in measured.rays_zyx]
-        self._rays_zyx = [values.codes.decoded(values.codes.texels(rays)) for rays in few]
+        self._rays_zyx = [values.quantizer.decoded(values.quantizer.texels(rays)) for rays in few]
         self._window = values.quantize.window
         self._step = step
 
     def smallest_table(
         self, function: TransferFunction, profile: DeviceProfile, slack_rmse: float
-    ) -> tuple[int, PictureError]:
+    ) -> tuple[int, PictureDifference]:
         """Number of entries, and error against exact segments."""
         sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
         truth = self._truth(function)
@@ -202,7 +201,7 @@ class _Rays:
         found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
         return sizes[found], errors[found]
 
-    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureError) -> str:
+    def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureDifference) -> str:
         """Compare the table with samples, as many and four times as many."""
         truth = self._truth(function)
         samples = _samples(Table.exact(function))
@@ -219,7 +218,7 @@ class _Rays:
         error = difference_of_views(self._light(_nearest(function, self._window, entries)), exact)
         return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
 
-    def best_reference(self, function: TransferFunction) -> tuple[float, PictureError]:
+    def best_reference(self, function: TransferFunction) -> tuple[float, PictureDifference]:
         """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""
         truth = self._truth(function)
         lengths = [self._step.segment_mm * 2**power for power in range(_REFERENCES)]
@@ -227,7 +226,7 @@ class _Rays:
         best = min(range(_REFERENCES), key=lambda index: errors[index].rmse)
         return lengths[best], errors[best]
 
-    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureError) -> str:
+    def classified_reason(self, function: TransferFunction, reference_mm: float, error: PictureDifference) -> str:
         """Compare classified voxels with samples that are classified after the filter."""
         samples = difference_of_views(self._light(_samples(Table.exact(function))), self._truth(function))
         return (
@@ -235,7 +234,7 @@ class _Rays:
             f"is off by {error.text}; samples of the values would be off by {samples.text}"
         )
 
-    def _classified_light(self, function: TransferFunction, reference_mm: float) -> list[Array]:
+    def _classified_light(self, function: TransferFunction, reference_mm: float) -> list[Float64Array]:
         """Colour and opacity of the rays, where the filter mixes classified voxels."""
         table = Table.exact(function)
         return [
@@ -243,7 +242,7 @@ class _Rays:
             for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
         ]
 
-    def _truth(self, function: TransferFunction) -> list[Array]:
+    def _truth(self, function: TransferFunction) -> list[Float64Array]:
         table = Table.exact(function)
 
         def exactly(length_mm: float) -> Classify:
@@ -258,7 +257,7 @@ class _Rays:
         texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
         return PreintegratedTable.of_texels(texels, self._window).at
 
-    def _light(self, classify: Classify, finer: int = 1) -> list[Array]:
+    def _light(self, classify: Classify, finer: int = 1) -> list[Float64Array]:
         """Colour and opacity of the rays of each axis, with `finer` times the nominal segments."""
         return [
             _light(rays, classify, pieces, length_mm)
@@ -266,7 +265,7 @@ class _Rays:
         ]
 
 
-def _light(rays: Array, classify: Classify, pieces: int, length_mm: float) -> Array:
+def _light(rays: Float64Array, classify: Classify, pieces: int, length_mm: float) -> Float64Array:
     """Colour and opacity of rays [voxel, ray] as [ray, 4], with so many segments between two voxels."""
     light = np.zeros((rays.shape[1], 4))
     depth = np.zeros(rays.shape[1])
@@ -281,12 +280,12 @@ def _light(rays: Array, classify: Classify, pieces: int, length_mm: float) -> Ar
     return light
 
 
-def _classified(table: Table, rays: Array, reference_mm: float) -> tuple[Array, Classify]:
+def _classified(table: Table, rays: Float64Array, reference_mm: float) -> tuple[Float64Array, Classify]:
     """Return the place of each voxel on its ray [voxel, ray], and the filter of classified voxels between them."""
     depth, count = rays.shape
     texels = classified_texels(table, rays.ravel(), reference_mm).reshape(depth, count, 4) / 255
 
-    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+    def classify(front: Float64Array, back: Float64Array) -> tuple[Float64Array, Float64Array]:
         at = (front + back) / 2
         lower = np.clip(at.astype(np.intp), 0, max(depth - 2, 0))
         share = (at - lower)[..., None]
@@ -298,7 +297,7 @@ def _classified(table: Table, rays: Array, reference_mm: float) -> tuple[Array, 
 
 
 def _samples(table: Table) -> Classify:
-    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+    def classify(front: Float64Array, back: Float64Array) -> tuple[Float64Array, Float64Array]:
         colour, extinction = table.at(((front + back) / 2).ravel())
         return colour.reshape(*front.shape, 3), extinction.reshape(front.shape)
 
@@ -309,7 +308,7 @@ def _nearest(function: TransferFunction, window: tuple[float, float], entries: i
     colour, extinction = even_palette(function, window, entries)
     low, high = window
 
-    def classify(front: Array, back: Array) -> tuple[Array, Array]:
+    def classify(front: Float64Array, back: Float64Array) -> tuple[Float64Array, Float64Array]:
         share = ((front + back) / 2 - low) / (high - low)
         entry = np.clip(np.floor(share * (entries - 1) + 0.5), 0, entries - 1).astype(np.intp)
         return colour[entry], extinction[entry]

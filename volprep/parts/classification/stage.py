@@ -13,10 +13,11 @@ from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.joint_histogram import joint_shares
-from volprep.transfer.lookup import Array, lookup_table, lookup_texels
+from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
@@ -64,15 +65,14 @@ def _textures(
         table = preintegrated_texels(
             function, plan.quantize.window, planned.entries, planned.segment_mm, planned.format
         )
-        texture = _texture(draft, plan, planned, table)
-        yield texture.model_copy(update={"role": "preintegrated", "segment_mm": planned.segment_mm})
+        yield _texture(draft, plan, planned, table)
         progress.advance()
 
 
 def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
     """Return the tables of levels that have one of their own, and the common one where a level has none."""
     own = own_tables(draft, plan, lookup.transfer)
-    tables: dict[int | None, Array] = dict(own.items())
+    tables: dict[int | None, Float64Array] = dict(own.items())
     if own.keys() != {level.index for level in plan.levels}:
         tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.
@@ -82,7 +82,7 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else lookup_of_level(lookup, level)
-        yield _texture(draft, plan, named, texels).model_copy(update={"level": level})
+        yield _texture(draft, plan, named, texels, level)
 
 
 def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
@@ -94,19 +94,28 @@ def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
     return Editing(histograms=wanted.histograms)
 
 
-def _texture(draft: Draft, plan: ChannelPlan, planned: LookupPlan | PreintegratedPlan, table: MediumTexels) -> Texture:
+def _texture(
+    draft: Draft,
+    plan: ChannelPlan,
+    planned: LookupPlan | PreintegratedPlan,
+    table: MediumTexels,
+    level: int | None = None,
+) -> Texture:
+    segment_mm = planned.segment_mm if isinstance(planned, PreintegratedPlan) else None
     depth, height, width, _ = table.texels.shape
     shape_zyx = (depth, height, width)
     image = ktx2.Ktx2Image(KTX2_FORMAT[planned.format], shape_zyx, table.texels, 2)
     draft.write(planned.file, "texture", ktx2.encode(image))
     return Texture(
         name=planned.name,
-        role="transfer",
+        role="transfer" if segment_mm is None else "preintegrated",
         file=planned.file,
         shape_zyx=shape_zyx,
         gl=gl_format(planned.format, "TEXTURE_2D", plan.profile.api),
+        level=level,
         transfer=planned.transfer,
         max_extinction_per_mm=table.max_extinction_per_mm,
+        segment_mm=segment_mm,
     )
 
 

@@ -9,19 +9,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
 from volprep.parts.levels.layout import Layout, lay_out
 from volprep.parts.values.decision import ValueChoice, within_share
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.probe import Codes, PictureError, difference
+from volprep.plan.probe import PictureDifference, Quantizer, difference
 from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Compression, Scene
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -81,7 +81,7 @@ class CompressionChoice:
 def bits_per_voxel(texture_format: CompressedFormat) -> float:
     """Bits that a voxel takes, without padding."""
     block = BLOCKS[texture_format]
-    return 8 * block.bytes / block.size**2 / block.channels
+    return 8 * block.bytes / block.size**2 / block.components
 
 
 def choose_compression(grounds: CompressionGrounds, whole: WholeSource | None) -> CompressionChoice:
@@ -171,7 +171,7 @@ def _why_never(scene: Scene, values: ValueChoice, profile: DeviceProfile, known:
 
 def _item(trial: FormTrial) -> PlanItem:
     limit = "within" if trial.kept else "not within"
-    error = PictureError(trial.rmse, trial.maximum).text
+    error = PictureDifference(trial.rmse, trial.maximum).text
     if trial.basis == "level":
         found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
     else:
@@ -192,9 +192,9 @@ class _Patches:
         self._tolerance = grounds.scene.tolerance
         self._rays = COMPOSITINGS[grounds.scene.render.compositing].rays
         self._spacing_mm = grounds.info.grid.spacing_mm_zyx[0]
-        self._codes = Codes(8, values.quantize.window)
+        self._quantizer = Quantizer(8, values.quantize.window)
         stored = grounds.measured.stored_patches.astype(np.float64)
-        texels = self._codes.texels(stored * grounds.info.slope + grounds.info.intercept)
+        texels = self._quantizer.texels(stored * grounds.info.slope + grounds.info.intercept)
         self._texels = np.rint(texels * 255).astype(np.uint8)
         exact = [Table.exact(each) for each in grounds.functions]
         self._tables = [each.resampled(values.quantize.window, values.entries) for each in exact]
@@ -207,7 +207,7 @@ class _Patches:
             difference(self._picture(decoded, table), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
-        error = PictureError(max(error.rmse for error in errors), max(error.maximum for error in errors))
+        error = PictureDifference(max(error.rmse for error in errors), max(error.maximum for error in errors))
         square = float(np.mean((255 * decoded - self._texels) ** 2))
         return FormTrial(
             channel=layout.levels[0].channel,
@@ -222,28 +222,28 @@ class _Patches:
             maximum=error.maximum,
         )
 
-    def _picture(self, texels: NDArray[np.float64], table: Table) -> NDArray[np.float64]:
+    def _picture(self, texels: Float64Array, table: Table) -> Float64Array:
         # Every column of voxels is a ray: few rays have the largest error.
-        columns = self._codes.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
+        columns = self._quantizer.decoded(texels.transpose(1, 0, 2, 3).reshape(texels.shape[1], -1))
         return self._rays(columns, self._spacing_mm, table, "linear")
 
 
-def _through_blocks(texels: NDArray[np.uint8], name: CompressedFormat) -> NDArray[np.float64]:
+def _through_blocks(texels: UInt8Array, name: CompressedFormat) -> Float64Array:
     """Encode and decode patches [patch, z, y, x], each slice of each in blocks of its own; gives values 0 to 1."""
     # Encoders are heavy, and for those who compress.
     from volprep_formats.textures.blocks import decode_blocks, encode_blocks  # noqa: PLC0415
 
     block = BLOCKS[name]
     patches, depth, height, width = texels.shape
-    beyond = [(-depth % block.channels), (-height % block.size), (-width % block.size)]
+    beyond = [(-depth % block.components), (-height % block.size), (-width % block.size)]
     padded = np.pad(texels, [(0, 0), *((0, more) for more in beyond)], mode="edge")
     _, slices, rows, columns = padded.shape
     # Slices that share a texel come last, the others go down the picture.
-    tiles = padded.reshape(patches, slices // block.channels, block.channels, rows, columns)
-    sheet = tiles.transpose(1, 3, 0, 4, 2).reshape(-1, patches * columns, block.channels)
-    sheet = np.ascontiguousarray(sheet[..., 0] if block.channels == 1 else sheet)
+    tiles = padded.reshape(patches, slices // block.components, block.components, rows, columns)
+    sheet = tiles.transpose(1, 3, 0, 4, 2).reshape(-1, patches * columns, block.components)
+    sheet = np.ascontiguousarray(sheet[..., 0] if block.components == 1 else sheet)
     shape_yx = sheet.shape[0], sheet.shape[1]
-    decoded = decode_blocks(encode_blocks(sheet, name), name, shape_yx, block.channels)
-    volume = decoded.reshape(slices // block.channels, rows, patches, columns, block.channels)
+    decoded = decode_blocks(encode_blocks(sheet, name), name, shape_yx, block.components)
+    volume = decoded.reshape(slices // block.components, rows, patches, columns, block.components)
     inside = volume.transpose(2, 0, 4, 1, 3).reshape(padded.shape)[:, :depth, :height, :width]
     return inside.astype(np.float64)

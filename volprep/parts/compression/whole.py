@@ -21,12 +21,13 @@ from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.probe import PictureError, difference
+from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.scene.scene import RenderWishes
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import Medium
+from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
@@ -36,7 +37,6 @@ from volprep_formats.textures.block_formats import CompressedFormat
 
 _SCALE = 65535
 """Decoded values are kept in 16 bits; no format has more than 11."""
-Picture = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class WholeLevel:
         self._data = data
         level = data.level
         self._grid = data.grid if level.index == 0 else data.grid.coarser(level.factors_zyx)
-        self._truth: dict[tuple[int, str], Picture] = {}
+        self._truth: dict[tuple[int, str], Float64Array] = {}
         self._reduced = None if level.index == 0 else self._box_reduced()
 
     def try_form(self, volume: VolumePlan, form: CompressedFormat) -> FormTrial:
@@ -127,7 +127,7 @@ class WholeLevel:
         text = json.dumps([generator(), encoder_of(form), self._source.sha256, *listed], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def _encode(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[NDArray[np.uint8]], float]:
+    def _encode(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[UInt8Array], float]:
         """Blocks of each texture, [row, column, byte], and the seconds that encoding took."""
         from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - for those who compress
 
@@ -143,7 +143,7 @@ class WholeLevel:
         return parts, seconds
 
     def _decode(
-        self, blocks: list[NDArray[np.uint8]], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
+        self, blocks: list[UInt8Array], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
     ) -> float:
         """Decode all slices into `decoded`; give the mean square of what is wrong, in codes."""
         from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
@@ -158,25 +158,25 @@ class WholeLevel:
             squares += float(np.sum((texels * np.float32(255) - self._codes(z0, z1)) ** 2, dtype=np.float64))
         return squares / decoded.size
 
-    def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureError, int]:
+    def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureDifference, int]:
         """Largest errors over views and transfer functions, and how many pictures were drawn."""
         low, high = self._data.quantize.window
         views = standard_views(self._grid, self._data.render.projection)
         self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
-        worst = PictureError(0.0, 0.0)
+        worst = PictureDifference(0.0, 0.0)
         drawn = 0
         for name in views:
             for index in range(len(self._data.functions)):
                 picture = self._picture(decoded, self._grid, ((high - low) / _SCALE, low), index, name)
                 found = difference(picture, self._true_picture(index, name))
-                worst = PictureError(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
+                worst = PictureDifference(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
                 drawn += 1
                 self._source.progress.advance()
                 if not within_share(worst, self._data.tolerance):
                     return worst, drawn
         return worst, drawn
 
-    def _true_picture(self, function: int, view: str) -> Picture:
+    def _true_picture(self, function: int, view: str) -> Float64Array:
         if (function, view) not in self._truth:
             info = self._source.info
             if self._reduced is None:
@@ -190,7 +190,7 @@ class WholeLevel:
 
     def _picture(
         self, stored: NDArray[np.generic], grid: Grid, scale: tuple[float, float], function: int, view: str
-    ) -> Picture:
+    ) -> Float64Array:
         camera = standard_views(self._grid, self._data.render.projection)[view]
         size = self._data.render.picture_size
         transfer = self._data.functions[function]
@@ -199,7 +199,7 @@ class WholeLevel:
         box_from_clip = camera.box_from_clip(grid, aspect=1.0)
         return oracle([medium], grid, box_from_clip, (size, size), nearest=False, normals=None).rgba
 
-    def _codes(self, z0: int, z1: int) -> NDArray[np.uint8]:
+    def _codes(self, z0: int, z1: int) -> UInt8Array:
         info = self._source.info
         if self._reduced is None:
             values, slope, intercept = self._part(z0, z1), info.slope, info.intercept
@@ -214,7 +214,7 @@ class WholeLevel:
         (z, y0, x0), (_, y1, x1) = self._data.crop.start_zyx, self._data.crop.stop_zyx
         return np.ascontiguousarray(self._source.volume.read_slab(z + z0, z + z1)[:, y0:y1, x0:x1])
 
-    def _box_reduced(self) -> NDArray[np.float32]:
+    def _box_reduced(self) -> Float32Array:
         """Means of the values over the cells of a coarser level: the filter that makes it is not chosen yet."""
         info, factors = self._source.info, self._data.level.factors_zyx
         depth = self._data.grid.shape_zyx[0]

@@ -8,7 +8,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import pack_mosaic
@@ -20,6 +19,7 @@ from volprep.scan.block_ranges import BlockRanges
 from volprep.transfer.joint_histogram import level_table
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.texel_forms import opaque_per_mm
+from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.editing.record import decode_histogram
@@ -29,8 +29,6 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
-
-Texels = NDArray[np.generic]
 
 
 def edit_with(function: TransferFunction) -> Edit:
@@ -69,7 +67,7 @@ def _table_texels(package: Package, texture: Texture, level: int, function: Tran
     return lookup_texels(table, "RGBA8", texture.max_extinction_per_mm).texels
 
 
-def _skip_texels(package: Package, texture: Texture, extinction_per_mm: NDArray[np.float64]) -> Texels:
+def _skip_texels(package: Package, texture: Texture, extinction_per_mm: Float64Array) -> Texels:
     skipping, grid = package.manifest.skipping or Skipping(), package.manifest.grid
     record = next(each for each in skipping.tables if each.texture == texture.name)
     found = next((each for each in skipping.ranges if (each.level, each.block) == (record.level, record.block)), None)

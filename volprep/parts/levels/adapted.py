@@ -11,12 +11,10 @@ stays invisible, so that empty space is empty on every level.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.parts.levels.rays import RaySamples
-
-Array = NDArray[np.float64]
+from volprep_formats.arrays import Float64Array
 
 _KNOTS = 64
 _STEPS = 8
@@ -27,7 +25,7 @@ _LEAST_GAIN = 1e-3
 """A step that lowers the cost by less than this part is the last one."""
 
 
-def fitted_table(samples: RaySamples, target: Array, common: Array) -> Array:
+def fitted_table(samples: RaySamples, target: Float64Array, common: Float64Array) -> Float64Array:
     """Fit a lookup table to the light of rays.
 
     Parameters
@@ -63,7 +61,7 @@ def fitted_table(samples: RaySamples, target: Array, common: Array) -> Array:
 class _Fit:
     """One problem: what changes of the knots make of the table, and what they cost."""
 
-    def __init__(self, samples: RaySamples, target: Array, common: Array) -> None:
+    def __init__(self, samples: RaySamples, target: Float64Array, common: Float64Array) -> None:
         self._samples = samples
         self._target = target
         self._common = common
@@ -74,7 +72,7 @@ class _Fit:
         self._unit = float(np.sqrt(common[:, 3].max())) or 1.0
         self._root = np.sqrt(common[:, 3])
 
-    def table(self, change: Array) -> Array:
+    def table(self, change: Float64Array) -> Float64Array:
         """Return the table after a change of the knots."""
         changes = np.column_stack(
             [np.interp(self._positions, self._at_knots, part) for part in change.reshape(4, self.knots)]
@@ -84,12 +82,12 @@ class _Fit:
         root[self._root == 0.0] = 0.0
         return np.ascontiguousarray(np.column_stack([colour, root**2]))
 
-    def cost(self, change: Array) -> float:
+    def cost(self, change: Float64Array) -> float:
         """Mean squared error of the light, and the roughness of the change."""
         error = self._samples.light(self.table(change)) - self._target
         return float((error**2).sum()) / len(error) + float((change * _roughness(change, self.knots)).sum())
 
-    def equations(self, change: Array) -> tuple[Array, Array]:
+    def equations(self, change: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Gauss-Newton's matrix and gradient."""
         samples = self._samples
         n = 4 * self.knots
@@ -104,8 +102,8 @@ class _Fit:
         return matrix + _roughness(np.eye(n), self.knots), gradient * units + _roughness(change, self.knots)
 
     def step(
-        self, change: Array, cost: float, matrix: Array, gradient: Array, damping: float
-    ) -> tuple[tuple[Array, float] | None, float]:
+        self, change: Float64Array, cost: float, matrix: Float64Array, gradient: Float64Array, damping: float
+    ) -> tuple[tuple[Float64Array, float] | None, float]:
         """Return a change that costs less, its cost, and the damping of the next step; none where none is found."""
         size = float(np.diagonal(matrix).mean())
         while damping < 1e3:
@@ -119,7 +117,7 @@ class _Fit:
         return None, damping
 
 
-def _roughness(change: Array, knots: int) -> Array:
+def _roughness(change: Float64Array, knots: int) -> Float64Array:
     """Half the gradient of the sum of squared differences of neighbouring knots, times its cost; of each column."""
     parts = change.reshape(4, knots, -1)
     differences = np.diff(parts, axis=1)

@@ -22,15 +22,15 @@ from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.fitted import bins_of, fitted_slabs
 from volprep.parts.levels.look import look_through, plain_look
 from volprep.parts.levels.noise import noise_of
-from volprep.parts.levels.rays import Lines, RaySamples, random_lines, sample_level
+from volprep.parts.levels.rays import RaySamples, RaySegments, random_lines, sample_level
 from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.parts.levels.reduce import reduced_slabs
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 
-Array = NDArray[np.float64]
 Slices = Iterator[tuple[NDArray[Any], int]]
 
 _RAYS = 6000
@@ -50,7 +50,7 @@ class Classified:
     """Codes."""
     grid: Grid
     """Where they are."""
-    tables: dict[str, Array]
+    tables: dict[str, Float64Array]
     """Lookup tables of the transfer functions [entries, linear colour and extinction per millimetre], by name."""
 
 
@@ -82,7 +82,7 @@ class Chooser:
         advance: Callable[[int], None],
     ) -> tuple[LevelChoice, RawVolume]:
         """Make a level with every candidate; give the choice, and the codes of the chosen one in a scratch file."""
-        best: tuple[float, LevelChoice, RawVolume] | None = None
+        best: tuple[float, RawVolume, LevelFilter, tuple[AdaptedTable, ...]] | None = None
         trials: list[Trial] = []
         for name in candidates:
             began = time.perf_counter()
@@ -93,14 +93,15 @@ class Chooser:
             score = self._score(tried, [trial for trial in trials if trial.filter == candidates[0]])
             if best is None or score < best[0]:
                 if best is not None:
-                    best[2].path.unlink()
-                best = score, LevelChoice(level=level, filter=name, tables=tables), volume
+                    best[1].path.unlink()
+                best = score, volume, name, tables
             else:
                 volume.path.unlink()
         if best is None:
             msg = "no candidates"
             raise ValueError(msg)
-        return best[1].model_copy(update={"trials": tuple(trials)}), best[2]
+        _, volume, name, tables = best
+        return LevelChoice(level=level, filter=name, tables=tables, trials=tuple(trials)), volume
 
     def slices(self, name: LevelFilter, factors: tuple[int, int, int]) -> Slices:
         """Return the slices that a filter makes, with how many slices of level 0 they stand for."""
@@ -182,9 +183,9 @@ def written(slices: Slices, path: Path, shape: tuple[int, int, int], advance: Ca
     return RawVolume(path, shape, dtype)
 
 
-def _joined(lines: Iterable[Lines]) -> Lines:
+def _joined(lines: Iterable[RaySegments]) -> RaySegments:
     parts = list(lines)
-    return Lines(
+    return RaySegments(
         np.concatenate([each.starts_mm_xyz for each in parts]),
         np.concatenate([each.directions_xyz for each in parts]),
         np.concatenate([each.lengths_mm for each in parts]),
@@ -200,10 +201,10 @@ def _split(samples: RaySamples, first: int) -> tuple[RaySamples, RaySamples]:
     )
 
 
-def rmse_of(light: Array, truth: Array) -> float:
+def rmse_of(light: Float64Array, truth: Float64Array) -> float:
     """Root mean square over rays and channels of the difference of light."""
     return float(np.sqrt(np.mean((light - truth) ** 2)))
 
 
-def _rows(table: Array) -> tuple[tuple[float, float, float, float], ...]:
+def _rows(table: Float64Array) -> tuple[tuple[float, float, float, float], ...]:
     return tuple((r, g, b, extinction) for r, g, b, extinction in table.tolist())

@@ -3,15 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.parts.work import choice_name
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
-
-Array = NDArray[np.float64]
 
 
 def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
@@ -21,7 +19,7 @@ def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
     return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
 
 
-def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Array]:
+def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Float64Array]:
     """Return the tables of levels that have one of their own for a transfer function, by level."""
     return {
         choice.level: np.array(table.entries)
@@ -49,7 +47,7 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
     planned = [settled.pop((item.channel, item.name), item) for item in items]
     reason = "every level has a table of its own"
     return tuple(
-        item.model_copy(update={"kept": False, "files": (), "reason": reason})
+        PlanItem(name=item.name, channel=item.channel, kept=False, reason=reason, size_bytes=item.size_bytes)
         if (item.channel, item.name) in unused
         else item
         for item in (*planned, *settled.values())

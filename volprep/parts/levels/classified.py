@@ -27,9 +27,9 @@ from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import Voxels, medium_of_texels
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.channel import LevelFilter
 
-Array = NDArray[np.float64]
 Factors = tuple[int, int, int]
 
 CLASSIFIED_CANDIDATES: tuple[LevelFilter, ...] = ("box", "transmittance", "least-squares")
@@ -42,11 +42,11 @@ _CODES = 256
 class _Channel(RawVolume):
     """One channel of what codes become."""
 
-    by_code: NDArray[np.uint8]
+    by_code: UInt8Array
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         codes: NDArray[Any] = super().read_slab(z0, z1)
-        channel: NDArray[np.uint8] = self.by_code[codes]
+        channel: UInt8Array = self.by_code[codes]
         return channel
 
 
@@ -99,7 +99,7 @@ class ClassifiedChooser:
             texels.path.unlink()
         return LevelChoice(level=level, filter=trials[best].filter, trials=tuple(trials)), made[best]
 
-    def _light(self, path: Path, shape_zyx: tuple[int, int, int], factors: Factors) -> Array:
+    def _light(self, path: Path, shape_zyx: tuple[int, int, int], factors: Factors) -> Float64Array:
         """Light of the level as a shader draws it: the channels are sampled, and then become a medium."""
         z, y, x = (f * h for f, h in zip(factors, self._scan.grid.spacing_mm_zyx, strict=True))
         channels = [_ChannelOfTexels(path, shape_zyx, np.dtype(np.uint8), channel) for channel in range(4)]
@@ -118,7 +118,7 @@ class ClassifiedChooser:
 
 def classified_slices(
     scan: Classified, voxels: Voxels, name: LevelFilter, factors: Factors
-) -> Iterator[tuple[NDArray[np.uint8], int]]:
+) -> Iterator[tuple[UInt8Array, int]]:
     """Return the slices of a level [z, y, 4 x], with how many slices of level 0 they stand for."""
     if name == "transmittance":
         made = _transmitted(scan, voxels, factors)
@@ -130,7 +130,7 @@ def classified_slices(
     return ((each.reshape(*each.shape[:2], -1), read) for each, read in made)
 
 
-def _transmitted(scan: Classified, voxels: Voxels, factors: Factors) -> Iterator[tuple[NDArray[np.uint8], int]]:
+def _transmitted(scan: Classified, voxels: Voxels, factors: Factors) -> Iterator[tuple[UInt8Array, int]]:
     volume = scan.volume
     by_code = voxels.straight(256**volume.dtype.itemsize)
     bytes_per_code = by_code[0].nbytes // volume.dtype.itemsize
@@ -142,7 +142,7 @@ def _transmitted(scan: Classified, voxels: Voxels, factors: Factors) -> Iterator
         yield np.rint(level * 255).astype(np.uint8), z1 - z0
 
 
-def _fitted(volume: RawVolume, voxels: Voxels, factors: Factors) -> Iterator[tuple[NDArray[np.uint8], int]]:
+def _fitted(volume: RawVolume, voxels: Voxels, factors: Factors) -> Iterator[tuple[UInt8Array, int]]:
     texels = voxels.texels(256**volume.dtype.itemsize)
     look = plain_look(_CODES, volume.shape_zyx)
     channels = [

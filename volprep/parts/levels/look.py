@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep_formats.arrays import Float32Array, Float64Array
 
-Array = NDArray[np.float64]
 Factors = tuple[int, int, int]
 
 _LONGEST_AXIS = 128
@@ -33,13 +32,13 @@ class Look:
     """Values are counted in bins 0 to bins - 1."""
     linear: float
     """Weight of the difference of values."""
-    own: NDArray[np.float32]
+    own: Float32Array
     """[function, bin]."""
-    slope: NDArray[np.float32]
+    slope: Float32Array
     """[function, bin]."""
-    product: NDArray[np.float32]
+    product: Float32Array
     """[function, bin, bin]."""
-    weights: NDArray[np.float32]
+    weights: Float32Array
     """[function, z, y, x] for blocks of level 0."""
     block_zyx: Factors
     """Voxels of level 0 along the edges of a block."""
@@ -64,7 +63,11 @@ def plain_look(bins: int, shape_zyx: tuple[int, int, int]) -> Look:
 
 
 def look_through(
-    tables: Sequence[Array], bins: int, volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], factors: Factors
+    tables: Sequence[Float64Array],
+    bins: int,
+    volume: RawVolume,
+    spacing_mm_zyx: tuple[float, float, float],
+    factors: Factors,
 ) -> Look:
     """Look through lookup tables [entries, linear colour and extinction per millimetre] over all codes.
 
@@ -79,14 +82,14 @@ def look_through(
     return Look(bins, _LINEAR**2 / (bins - 1) ** 2, own, slope, product, weights, block)
 
 
-def _features(table: Array, bins: int, thickness_mm: float) -> Array:
+def _features(table: Float64Array, bins: int, thickness_mm: float) -> Float64Array:
     entries = np.linspace(0.0, 1.0, len(table))
     at_bins = np.column_stack([np.interp(np.linspace(0.0, 1.0, bins), entries, channel) for channel in table.T])
     opacity = -np.expm1(-at_bins[:, 3] * thickness_mm)
     return np.column_stack([opacity, opacity[:, None] * at_bins[:, :3]])
 
 
-def _products(features: Array) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+def _products(features: Float64Array) -> tuple[Float32Array, Float32Array, Float32Array]:
     slopes = np.diff(features, axis=0, append=features[-1:])
     # Sums of four products in one order on every machine, which a matrix product would not promise.
     own, slope = ((left * slopes).sum(axis=1) for left in (features, slopes))
@@ -102,11 +105,11 @@ def _block(shape_zyx: tuple[int, int, int], factors: Factors) -> Factors:
 
 
 def _weights(
-    tables: Sequence[Array], volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], block: Factors
-) -> NDArray[np.float32]:
+    tables: Sequence[Float64Array], volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], block: Factors
+) -> Float32Array:
     codes = largest_code(volume.dtype) + 1
     at_codes = [_extinctions(table, codes) for table in tables]
-    blocks: list[list[NDArray[np.float32]]] = [[] for _ in tables]
+    blocks: list[list[Float32Array]] = [[] for _ in tables]
     for z0, z1 in slab_ranges(volume.shape_zyx[0], 4 * volume.slice_bytes, multiple=block[0]):
         slab = volume.read_slab(z0, z1)
         for extinction, found in zip(at_codes, blocks, strict=True):
@@ -117,11 +120,11 @@ def _weights(
     return np.stack([_visibility(np.concatenate(found), lengths_mm) for found in blocks])
 
 
-def _extinctions(table: Array, codes: int) -> NDArray[np.float32]:
+def _extinctions(table: Float64Array, codes: int) -> Float32Array:
     return np.interp(np.linspace(0.0, 1.0, codes), np.linspace(0.0, 1.0, len(table)), table[:, 3]).astype(np.float32)
 
 
-def _visibility(extinction_per_mm: NDArray[np.float32], lengths_mm: Sequence[float]) -> NDArray[np.float32]:
+def _visibility(extinction_per_mm: Float32Array, lengths_mm: Sequence[float]) -> Float32Array:
     total = np.zeros_like(extinction_per_mm)
     for axis, length_mm in enumerate(lengths_mm):
         depth = extinction_per_mm * np.float32(length_mm)

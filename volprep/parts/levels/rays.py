@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from volprep import _native
 from volprep.parts.levels.look import largest_code
 from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
-
-Array = NDArray[np.float64]
 
 _MOST_SAMPLES = 8_000_000
 """Along all rays together, in level 0: 32 MB."""
@@ -24,14 +23,14 @@ _FEWEST_RAYS = 500
 
 
 @dataclass(frozen=True)
-class Lines:
-    """Rays in box space."""
+class RaySegments:
+    """The parts of rays inside a box, in box space."""
 
-    starts_mm_xyz: Array
+    starts_mm_xyz: Float64Array
     """[n, 3]: where each ray enters the box."""
-    directions_xyz: Array
+    directions_xyz: Float64Array
     """[n, 3], of length 1."""
-    lengths_mm: Array
+    lengths_mm: Float64Array
     """[n]: length inside the box."""
 
 
@@ -39,30 +38,30 @@ class Lines:
 class RaySamples:
     """Codes along rays, in the middles of equal segments."""
 
-    values: NDArray[np.float32]
+    values: Float32Array
     """Codes, trilinear between voxels."""
     offsets: NDArray[np.int64]
     """[n + 1]: the samples of ray r are offsets[r] to offsets[r + 1] - 1."""
-    lengths_mm: Array
+    lengths_mm: Float64Array
     """[n]."""
     scale: float
     """A code times this is the normalised stored value."""
 
-    def light(self, table: Array) -> Array:
+    def light(self, table: Float64Array) -> Float64Array:
         """Premultiplied linear colour and opacity [n, 4] for a lookup table [entries, RGB and extinction per mm]."""
         result = np.empty((len(self.lengths_mm), 4))
         _native.ray_light(self.values, self.offsets, self.lengths_mm, self.scale, table, result)
         return result
 
 
-def random_lines(grid: Grid, wanted: int, seed: int) -> Lines:
+def random_lines(grid: Grid, wanted: int, seed: int) -> RaySegments:
     """Give rays that cross the box of `grid`; fewer than `wanted` where they would be long in voxels."""
     extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
     radius_mm = float(np.linalg.norm(extent_mm_xyz)) / 2
     samples = 2 * radius_mm / min(grid.spacing_mm_zyx)
     count = int(np.clip(_MOST_SAMPLES / samples, min(_FEWEST_RAYS, wanted), wanted))
     generator = np.random.default_rng(seed)
-    parts: list[Lines] = []
+    parts: list[RaySegments] = []
     found = 0
     while found < count:
         normals = generator.normal(size=(2, count, 3))
@@ -74,10 +73,10 @@ def random_lines(grid: Grid, wanted: int, seed: int) -> Lines:
         parts.append(lines)
         found += len(lines.lengths_mm)
     joined = [np.concatenate(each)[:count] for each in zip(*map(_arrays, parts), strict=True)]
-    return Lines(*joined)
+    return RaySegments(*joined)
 
 
-def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: Lines) -> RaySamples:
+def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: RaySegments) -> RaySamples:
     """Sample the codes of a level twice a voxel along rays through its box; one pass over the file."""
     spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
     counts = np.maximum(1, np.ceil(2 * lines.lengths_mm / spacing_mm_xyz.min())).astype(np.int64)
@@ -94,7 +93,9 @@ def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], 
     return RaySamples(values, offsets, np.ascontiguousarray(lines.lengths_mm), scale)
 
 
-def _inside(points_mm: Array, directions: Array, extent_mm_xyz: Array, shortest_mm: float) -> Lines:
+def _inside(
+    points_mm: Float64Array, directions: Float64Array, extent_mm_xyz: Float64Array, shortest_mm: float
+) -> RaySegments:
     """Cut lines through points to the box from 0 to `extent_mm_xyz`; those that hardly touch it are dropped."""
     # A direction along an axis has no crossing with the planes across it: far away on both sides.
     safe = np.where(np.abs(directions) < 1e-12, 1e-12, directions)
@@ -103,13 +104,13 @@ def _inside(points_mm: Array, directions: Array, extent_mm_xyz: Array, shortest_
     leave = crossings.max(axis=0).min(axis=1)
     kept = leave - enter > shortest_mm
     starts = points_mm[kept] + enter[kept, None] * directions[kept]
-    return Lines(starts, directions[kept], (leave - enter)[kept])
+    return RaySegments(starts, directions[kept], (leave - enter)[kept])
 
 
-def _arrays(lines: Lines) -> tuple[Array, Array, Array]:
+def _arrays(lines: RaySegments) -> tuple[Float64Array, Float64Array, Float64Array]:
     return lines.starts_mm_xyz, lines.directions_xyz, lines.lengths_mm
 
 
-def _unit(vectors: Array) -> Array:
-    result: Array = vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
+def _unit(vectors: Float64Array) -> Float64Array:
+    result: Float64Array = vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
     return result

@@ -8,7 +8,7 @@ classified, levels are classified, too (classified.py).
 from collections.abc import Iterator
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.choice import Array, Chooser, Classified, level_slices
+from volprep.parts.levels.choice import Chooser, Classified, level_slices
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.parts.levels.records import LevelChoice
 from volprep.parts.stage import Stage, Work, present
@@ -17,6 +17,7 @@ from volprep.parts.work import choice_name, classified_name, coarser_levels, cod
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.lookup import lookup_table
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
@@ -75,7 +76,7 @@ def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
     return CANDIDATES if plan.editing is None else FREE_CANDIDATES
 
 
-def _tables(plan: ChannelPlan) -> dict[str, Array]:
+def _tables(plan: ChannelPlan) -> dict[str, Float64Array]:
     """Return the lookup table of each transfer function over all codes."""
     entries = {lookup.transfer: lookup.entries for lookup in plan.lookups}
     return {

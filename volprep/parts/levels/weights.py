@@ -21,6 +21,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
+
 LinearFilter = Literal["bilinear", "binomial", "gaussian", "lanczos3"]
 Weights = NDArray[np.int32]
 
@@ -73,12 +75,12 @@ def _sum_for(factor: int) -> int:
     return 128 if factor == 2 else _LARGEST_SUM
 
 
-def _distances(count: int) -> NDArray[np.float64]:
+def _distances(count: int) -> Float64Array:
     """Distances of the voxels from the centre of the cell."""
     return np.arange(count, dtype=np.float64) - (count - 1) / 2
 
 
-def _rounded(values: NDArray[np.float64], total: int) -> Weights:
+def _rounded(values: Float64Array, total: int) -> Weights:
     """Scale to the sum `total` and round; the two weights in the middle, the largest, take what is missing."""
     half = values[: len(values) // 2]
     rounded = np.rint(half / half.sum() * (total // 2)).astype(np.int32)

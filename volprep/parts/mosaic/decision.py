@@ -50,7 +50,7 @@ def as_compressed_mosaic(
     """Lay a level out as a compressed mosaic, whose tiles begin with blocks of their own, or say why it cannot be."""
     block = BLOCKS[texel]
     textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
-    packing = Packing(4 if block.channels == 4 else 1, "interleaved", gutter, block.size)
+    packing = Packing(4 if block.components == 4 else 1, "interleaved", gutter, block.size)
     layout = mosaic_of(level, packing, textures, profile)
     if isinstance(layout, Misfit):
         return layout
@@ -68,7 +68,9 @@ def fetches(volume: VolumePlan) -> float:
     layout = volume.mosaic
     if layout is None:
         return 1.0
-    each = 2.0 if layout.channels == 1 else {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}[layout.order]
+    each = (
+        2.0 if layout.slices_per_texel == 1 else {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}[layout.order]
+    )
     if volume.filter == "nearest":
         each = 1.0
     return each * layout.textures
@@ -83,7 +85,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     textures: int,
     between: SampleFilter,
 ) -> VolumePlan | Misfit:
-    texel = one_channel(bits, profile) if packing.channels == 1 else first_of(FOUR_CHANNELS[bits], profile)
+    texel = one_channel(bits, profile) if packing.slices_per_texel == 1 else first_of(FOUR_CHANNELS[bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
     layout = mosaic_of(level, packing, textures, profile)
@@ -108,7 +110,7 @@ def describe_mosaic(
     tile = layout.tile_shape_yx
     single = most_slices(tile, Packing(gutter=layout.gutter), room)
     reason = f"one channel has room for {single} slices, and there are {layout.slices}"
-    four = layout.channels == 4
+    four = layout.slices_per_texel == 4
     if four and wanted.order != "auto":
         reason = f"the scene asks for {layout.order} slices"
     yield PlanItem(name="four channels", kept=four, reason=reason)
@@ -148,7 +150,7 @@ def _no_room(level: LevelPlan, packing: Packing, room: Room, profile: DeviceProf
     beside = f"; {units} of {profile.texture_units} texture units {'is' if units == 1 else 'are'} for other textures"
     return Misfit(
         f"{depth} slices of {width}×{height} voxels, but {where} of {room.size}×{room.size} texels and "
-        f"{'one channel' if packing.channels == 1 else 'four channels'} has room for {most}"
+        f"{'one channel' if packing.slices_per_texel == 1 else 'four channels'} has room for {most}"
         f"{beside if 1 < room.textures < MOST_TEXTURES else ''}"
     )
 

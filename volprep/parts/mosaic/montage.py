@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.truth.normal_codes import decoded
 from volprep.truth.picture import encoded
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import require_place, write_file
 from volprep_formats.package.level_texels import level_texels
@@ -27,7 +28,7 @@ LARGEST = 4096
 class Montage:
     """A picture of slices."""
 
-    pixels: NDArray[np.uint8]
+    pixels: UInt8Array
     """[H, W, 1], row 0 on top: the largest stored value is white. [H, W, 3] for normals, -1 is 0 and 1 is 255; and for
     colours, sRGB over black."""
     level: int
@@ -67,7 +68,7 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
 
     `voxels` are uint8, uint16, or normalised floating point from 0 to 1; or colours [z, y, x, 3].
     """
-    packing = Packing(components=3 if voxels.ndim == 4 else 1)
+    packing = Packing(components_per_voxel=3 if voxels.ndim == 4 else 1)
     thin = -(-max(voxels.shape[1:3]) // largest)
     slices = voxels[:, ::thin, ::thin]
     every = 1
@@ -90,14 +91,14 @@ def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) 
     return texels if texture.normals is None else _colours(texels, texture.normals.code)
 
 
-def _of_slices(package: Package, textures: list[Texture]) -> NDArray[np.uint8]:
+def _of_slices(package: Package, textures: list[Texture]) -> UInt8Array:
     """Return the stack of the first transfer function across z, or another axis where z has none."""
     first = textures[0].transfer
     axes = {each.slices.axis for each in textures if each.slices is not None and each.transfer == first}
     return _over_black(slice_texels(package, first or "", max(axes)))
 
 
-def _over_black(rgba: NDArray[np.generic]) -> NDArray[np.uint8]:
+def _over_black(rgba: NDArray[np.generic]) -> UInt8Array:
     """Classified voxels [z, y, x, RGBA] as sRGB."""
     return np.stack([encoded(np.asarray(each, np.float64) / 255, "black") for each in rgba])
 
@@ -107,7 +108,7 @@ def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:
     return z, y, x
 
 
-def _colours(texels: NDArray[np.generic], code: NormalCode) -> NDArray[np.uint8]:
+def _colours(texels: NDArray[np.generic], code: NormalCode) -> UInt8Array:
     """Red, green and blue for x, y and z; middle grey if there is no normal."""
     vectors = decoded(np.ascontiguousarray(texels).view(np.uint8), code)
     return np.rint((vectors + 1) * 127.5).astype(np.uint8)

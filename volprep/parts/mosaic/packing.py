@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
+from volprep_formats.arrays import Texels
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 from volprep_formats.textures.mosaic import slices_of_tile, tiles_of
-
-Texels = NDArray[np.generic]
 
 _MANY_BYTES = 4 * 1024 * 1024
 """Strips of this size are packed by all threads: two are 1.4 to 1.7 times as fast, a tenth slower on a busy machine."""
@@ -29,16 +27,16 @@ _MANY_BYTES = 4 * 1024 * 1024
 class Packing:
     """How voxels are put into texels."""
 
-    channels: Literal[1, 4] = 1
-    """Slices in a texel."""
+    slices_per_texel: Literal[1, 4] = 1
+    """Slices in a texel, each in a component of its own."""
     order: MosaicOrder = "interleaved"
     """Which slices share a texel, where there are four."""
     gutter: int = 0
     """Texels around each tile that repeat its edge; 0 where the shader clamps positions to the tile."""
     block: int = 1
     """Width and height of a compressed block: tiles begin at multiples of it. 1 where nothing is compressed."""
-    components: int = 1
-    """Data channels of a voxel, 1 to 4; more than one only with one slice in a texel."""
+    components_per_voxel: int = 1
+    """Values of a voxel, 1 to 4: packed channels, or parts of a normal; several only with one slice in a texel."""
 
     def pitch(self, length: int) -> int:
         """Texels from a tile of so many texels to the next one."""
@@ -72,7 +70,7 @@ def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) ->
     """
     slices, height, width = shape_zyx
     rows, columns = packing.pitch(height), packing.pitch(width)
-    tiles = tiles_of(slices, packing.channels, packing.order)
+    tiles = tiles_of(slices, packing.slices_per_texel, packing.order)
     for textures in range(1, min(room.textures, tiles) + 1):
         each = -(-tiles // textures)
         fitting = [
@@ -85,9 +83,9 @@ def fit_mosaic(shape_zyx: tuple[int, int, int], packing: Packing, room: Room) ->
             return MosaicLayout(
                 tile_shape_yx=(height, width),
                 slices=slices,
-                components=packing.components,
-                channels=packing.channels,
-                order=packing.order if packing.channels > 1 else "interleaved",
+                components_per_voxel=packing.components_per_voxel,
+                slices_per_texel=packing.slices_per_texel,
+                order=packing.order if packing.slices_per_texel > 1 else "interleaved",
                 gutter=packing.gutter,
                 padding_yx=(rows - height - 2 * packing.gutter, columns - width - 2 * packing.gutter),
                 tiles_x=tiles_x,
@@ -103,13 +101,13 @@ def most_slices(tile_shape_yx: tuple[int, int], packing: Packing, room: Room) ->
     height, width = (packing.pitch(n) for n in tile_shape_yx)
     side = room.size if room.npot else 1 << (room.size.bit_length() - 1)
     tiles = (side // height) * (side // width) * room.textures
-    if packing.channels == 4 and packing.order == "overlapping":
+    if packing.slices_per_texel == 4 and packing.order == "overlapping":
         return 3 * tiles + 1 if tiles else 0
-    return packing.channels * tiles
+    return packing.slices_per_texel * tiles
 
 
 def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, part: int = 0) -> Iterator[Texels]:
-    """Return the texels of one texture of a mosaic, a strip of rows after the other, each [y, x, channel].
+    """Return the texels of one texture of a mosaic, a strip of rows after the other, each [y, x, component].
 
     `read_slab(z0, z1)` gives the texels of slices z0 to z1 - 1 as [z, y, x], or as [z, y, x, component] where a voxel
     has several; uint8, uint16 or float16. Texels that no slice fills are 0.
@@ -117,16 +115,16 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
     # Padding repeats the edge as a gutter does: slices are padded first.
     height, width = (n + more for n, more in zip(layout.tile_shape_yx, layout.padding_yx, strict=True))
     rows, columns = layout.pitch_yx[0], layout.texture_shape_yx[1]
-    channels = layout.channels * layout.components
-    step = {"interleaved": layout.channels, "overlapping": 3, "planar": 1}[layout.order]
+    components = layout.slices_per_texel * layout.components_per_voxel
+    step = {"interleaved": layout.slices_per_texel, "overlapping": 3, "planar": 1}[layout.order]
     strip: Texels | None = None
     for row in range(layout.tiles_y):
         first_tile = (part * layout.tiles_y + row) * layout.tiles_x
         planes = list(_planes(read_slab, layout, first_tile))
         dtype = next((plane.dtype for plane in planes if plane is not None), strip.dtype if strip is not None else None)
         assert dtype is not None  # noqa: S101 - the first tile of each texture has a slice
-        strip = np.empty((rows, columns, channels), dtype)
-        row_bytes = width * layout.components * dtype.itemsize
+        strip = np.empty((rows, columns, components), dtype)
+        row_bytes = width * layout.components_per_voxel * dtype.itemsize
         octets = [
             np.empty((0, height, row_bytes), np.uint8)
             if plane is None
@@ -138,18 +136,18 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
         yield strip
     below = layout.texture_shape_yx[0] - layout.tiles_y * rows
     if below and strip is not None:
-        yield np.zeros((below, columns, channels), strip.dtype)
+        yield np.zeros((below, columns, components), strip.dtype)
 
 
 def _planes(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, first_tile: int) -> Iterator[Texels | None]:
-    """Read, for each channel, the slices of a row of tiles; None where there are none.
+    """Read, for each slice of a texel, the slices of a row of tiles; None where there are none.
 
     The slices of a channel begin with that of the row's first tile and end with that of its last.
     """
     tiles = range(first_tile, first_tile + layout.tiles_x)
     held = [
         [slice_ for tile in tiles if (slice_ := slices_of_tile(layout, tile)[channel]) is not None]
-        for channel in range(layout.channels)
+        for channel in range(layout.slices_per_texel)
     ]
     if layout.order == "planar":
         yield from (read_slab(own[0], own[-1] + 1) if own else None for own in held)

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 
-from volprep.parts.mosaic.packing import Texels, pack_mosaic
+from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work
 from volprep.parts.texels import encode_strip, volume_reader, volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of
+from volprep_formats.arrays import Texels
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress

@@ -79,7 +79,7 @@ def _fitted(
     units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
     if units < 1:
         return Misfit(f"the volume and its table take all {profile.texture_units} texture units")
-    packing = Packing(components=DIRECTION_BYTES[settings.code] + settings.magnitude)
+    packing = Packing(components_per_voxel=DIRECTION_BYTES[settings.code] + settings.magnitude)
     layout = mosaic_of(level, packing, units, profile)
     if isinstance(layout, Misfit):
         return layout

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalSpace
 
@@ -39,7 +40,7 @@ def length_scale(grid: Grid, kernel: GradientKernel, physical_per_code: float = 
 
 def gradients(
     codes: NDArray[np.generic], grid: Grid, kernel: GradientKernel, physical_per_code: float = 1.0
-) -> NDArray[np.float32]:
+) -> Float32Array:
     """Return the gradient at each voxel as [z, y, x, (x, y, z)], along the volume's axes, in physical units per mm.
 
     `codes` are uint8, uint16 or float32, the whole volume of `grid`.
@@ -50,16 +51,16 @@ def gradients(
     return vectors
 
 
-def _relative(grid: Grid) -> NDArray[np.float64]:
+def _relative(grid: Grid) -> Float64Array:
     spacing = np.array(grid.spacing_mm_zyx[::-1])
-    relative: NDArray[np.float64] = np.maximum(spacing.min() / spacing, 1 / _LARGEST_RATIO)
+    relative: Float64Array = np.maximum(spacing.min() / spacing, 1 / _LARGEST_RATIO)
     return relative
 
 
-def _axes(grid: Grid, space: NormalSpace) -> NDArray[np.float64]:
+def _axes(grid: Grid, space: NormalSpace) -> Float64Array:
     return np.eye(3) if space == "box" else np.array(grid.direction)
 
 
-def _rows(matrix: NDArray[np.float64]) -> Matrix:
+def _rows(matrix: Float64Array) -> Matrix:
     a, b, c, d, e, f, g, h, i = matrix.ravel().tolist()
     return a, b, c, d, e, f, g, h, i

@@ -19,6 +19,7 @@ from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.truth.normal_codes import LARGEST_LENGTH
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normals
 from volprep_formats.package.storage.draft import Draft
@@ -96,7 +97,7 @@ class _Encoder:
         for strip in pack_mosaic(partial(self._codes, level), texture.mosaic, part):
             yield bytes_of(strip)
 
-    def _codes(self, level: LevelPlan, z0: int, z1: int) -> NDArray[np.uint8]:
+    def _codes(self, level: LevelPlan, z0: int, z1: int) -> UInt8Array:
         """Encode slices z0 to z1 - 1 of a level as [z, y, x, byte]."""
         _, height, width = level.shape_zyx
         channels = DIRECTION_BYTES[self._normals.code] + self._normals.magnitude
@@ -113,7 +114,7 @@ class _Encoder:
         slab: NDArray[Any],
         halo: tuple[bool, bool],
         factors: tuple[int, int, int],
-        codes: NDArray[np.uint8],
+        codes: UInt8Array,
     ) -> None:
         normals = self._normals
         # A volume of one value has no length to scale by, and every code of a length is 0.

@@ -14,6 +14,7 @@ from volprep import _native
 from volprep.parts.texels import texels_of
 from volprep.plan.records import CropPlan, QuantizePlan
 from volprep.scan.block_ranges import BlockRanges
+from volprep_formats.arrays import Float32Array
 from volprep_formats.package.profile import TextureFormat
 from volprep_formats.readers.vdb.reader import VdbSource
 
@@ -31,7 +32,7 @@ def ranges_of_tree(
     return BlockRanges(low, high, block)
 
 
-def _texels(values: NDArray[np.float32], quantize: QuantizePlan, texel: TextureFormat) -> NDArray[np.generic]:
+def _texels(values: Float32Array, quantize: QuantizePlan, texel: TextureFormat) -> NDArray[np.generic]:
     codes = np.empty(values.shape, np.uint8 if quantize.bits == 8 else np.uint16)
     histogram = np.zeros(2**quantize.bits, np.uint64)
     _native.quantize(np.ascontiguousarray(values), 1.0, 0.0, *quantize.window, codes, histogram)

@@ -53,20 +53,22 @@ def _mesh(
     for problem in problems_of(mesh, occupied, planes, proxy.form):
         raise VolprepError("VP9001", error=f"proxy geometry of {wanted.transfer}, level {level.index}: {problem}")
     z, y, x = (spacing / UNITS for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
-    record = ProxyMeshFile(
+    draco = False
+    if len(mesh.triangles):
+        data, draco = mesh_file(mesh, (x, y, z), may_compress=proxy.draco == "auto")
+        draft.write(wanted.file, "mesh", data)
+    return ProxyMeshFile(
         transfer=wanted.transfer,
         level=level.index,
         form=proxy.form,
         block=proxy.block,
+        file=wanted.file if len(mesh.triangles) else None,
+        vertices=len(mesh.positions_xyz),
+        triangles=len(mesh.triangles),
+        draco=draco,
         box_from_mesh_mm_xyz=(x, y, z),
         occupied_share=float(occupied.mean()),
     )
-    if not len(mesh.triangles):
-        return record
-    data, draco = mesh_file(mesh, (x, y, z), may_compress=proxy.draco == "auto")
-    draft.write(wanted.file, "mesh", data)
-    counts = {"vertices": len(mesh.positions_xyz), "triangles": len(mesh.triangles)}
-    return record.model_copy(update={"file": wanted.file, "draco": draco, **counts})
 
 
 STAGE = Stage(name="proxy", reads=("quantize", "pyramid", "transfer", "mosaic"), channel=Work(_settings, _run))

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from volprep.scan.block_ranges import BlockRanges
 from volprep.transfer.preclassified import medium_of_texels
+from volprep_formats.arrays import Float64Array
 
 Occupied = NDArray[np.bool_]
 
 
-def occupied_blocks(
-    ranges: BlockRanges, extinction_per_mm: NDArray[np.float64], threshold_per_mm: float = 0.0
-) -> Occupied:
+def occupied_blocks(ranges: BlockRanges, extinction_per_mm: Float64Array, threshold_per_mm: float = 0.0) -> Occupied:
     """Say of each block, [z, y, x], whether a sample inside may have an extinction above `threshold_per_mm`.
 
     Parameters
@@ -74,15 +73,15 @@ def with_neighbours(occupied: Occupied) -> Occupied:
     return result
 
 
-def _normalised(texels: NDArray[np.generic]) -> NDArray[np.float64]:
+def _normalised(texels: NDArray[np.generic]) -> Float64Array:
     return texels.astype(np.float64) / (65535 if texels.dtype == np.uint16 else 1)
 
 
-def _first(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
+def _first(position: Float64Array, entries: int) -> NDArray[np.intp]:
     index: NDArray[np.intp] = np.clip(np.floor(position) - 1, 0, entries - 1).astype(np.intp)
     return index
 
 
-def _last(position: NDArray[np.float64], entries: int) -> NDArray[np.intp]:
+def _last(position: Float64Array, entries: int) -> NDArray[np.intp]:
     index: NDArray[np.intp] = np.clip(np.ceil(position) + 1, 0, entries - 1).astype(np.intp)
     return index

@@ -128,9 +128,7 @@ def _table(
     draft: Draft, plan: ChannelPlan, level: LevelPlan, wanted: SkipTablePlan, occupied: Occupied
 ) -> tuple[Texture, SkipTable]:
     entries = skip_table(occupied, wanted.kind)
-    texture = _write(draft, plan, wanted, entries).model_copy(
-        update={"role": "skip", "transfer": wanted.transfer, "channels": ()}
-    )
+    texture = _write(draft, plan, wanted, entries)
     z, y, x = (1 / (wanted.block * spacing) for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     return texture, SkipTable(
         texture=wanted.name,
@@ -169,15 +167,17 @@ def _write(
             yield bytes_of(rows)
 
     draft.write(wanted.file, "texture", file())
+    transfer = wanted.transfer if isinstance(wanted, SkipTablePlan) else None
     return Texture(
         name=wanted.name,
-        role="ranges",
+        role="ranges" if transfer is None else "skip",
         file=wanted.file,
         shape_zyx=wanted.shape_zyx,
         gl=gl_format(wanted.format, "TEXTURE_2D" if wanted.mosaic else "TEXTURE_3D", plan.profile.api),
         level=wanted.level,
-        channels=(plan.channel,),
+        channels=(plan.channel,) if transfer is None else (),
         mosaic=wanted.mosaic,
+        transfer=transfer,
     )
 
 

@@ -15,13 +15,13 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.parts.skip.occupancy import Occupied, with_neighbours
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.parts.skip.record import SkipKind
 
-Entries = NDArray[np.uint8]
+Entries = UInt8Array
 
 LARGEST_ENTRY = 255
 
@@ -62,7 +62,7 @@ def _largest_empty_cells(occupied: Occupied) -> Entries:
     return entries
 
 
-def _empty_spheres(cells: NDArray[np.uint8]) -> Entries:
+def _empty_spheres(cells: UInt8Array) -> Entries:
     squares = np.empty(cells.shape, np.uint16)
     _native.euclidean_distance(cells, squares)
     # The distance of two blocks' corners: points in them may be a diagonal nearer.

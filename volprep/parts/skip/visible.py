@@ -5,12 +5,13 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import ChannelPlan
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 
-Extinctions = NDArray[np.float64]
+Extinctions = Float64Array
 
 
 def visible_extinction(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> Extinctions:

@@ -13,15 +13,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import classified_texels
 from volprep.transfer.table import Table
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.parts.slices.record import AXES, SliceLayout, StackAxis
 from volprep_formats.package.transfer_function import TransferFunction
 
-Bytes = NDArray[np.uint8]
 Shape3 = tuple[int, int, int]
 
 _MORE_TEXTURES = 3
@@ -129,7 +128,7 @@ def layouts(atlases: tuple[Atlas, ...], axis: StackAxis, shape_zyx: Shape3) -> I
         first += count
 
 
-def atlas_codes(volume: RawVolume, layout: SliceLayout, shape_yx: tuple[int, int]) -> Bytes:
+def atlas_codes(volume: RawVolume, layout: SliceLayout, shape_yx: tuple[int, int]) -> UInt8Array:
     """Read the codes of a texture [y, x]; what lies beyond the tiles is 0. Reads the level once, slab by slab."""
     atlas = np.zeros(shape_yx, np.uint8)
     rows, columns = layout.slice_shape_yx
@@ -149,6 +148,6 @@ def atlas_codes(volume: RawVolume, layout: SliceLayout, shape_yx: tuple[int, int
     return atlas
 
 
-def code_colours(function: TransferFunction, window: tuple[float, float], distance_mm: float) -> Bytes:
+def code_colours(function: TransferFunction, window: tuple[float, float], distance_mm: float) -> UInt8Array:
     """Colour of each of the 256 codes, premultiplied, with the opacity of a path of `distance_mm`: [256, RGBA]."""
     return classified_texels(Table.exact(function), np.linspace(*window, 256), distance_mm)

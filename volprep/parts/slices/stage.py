@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.parts.slices.atlases import atlas_codes, code_colours
 from volprep.parts.stage import Shapes, Stage, Work, required
@@ -12,7 +11,9 @@ from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.palette import best_palette
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
@@ -20,7 +21,6 @@ from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.gl_formats import gl_format
 
-Bytes = NDArray[np.uint8]
 _CODES = 256
 
 
@@ -47,26 +47,32 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             # Where nothing can be seen, any bound will do.
             largest = float(colours[:, 3].max()) / 255 or 1.0
             layout = texture.layout.model_copy(update={"largest_opacity": largest})
-            textures.append(_record(plan, slices, stack, texture, part).model_copy(update={"slices": layout}))
+            textures.append(_record(plan, slices, stack, texture, part=part, layout=layout))
             progress.advance()
     return Contribution(textures=tuple(textures))
 
 
-def _histogram(codes: RawVolume) -> NDArray[np.float64]:
+def _histogram(codes: RawVolume) -> Float64Array:
     counts = np.zeros(_CODES)
     for z in range(codes.shape_zyx[0]):
         counts += np.bincount(codes.read_slab(z, z + 1).ravel(), minlength=_CODES)
     return counts
 
 
-def _rgba(colours: Bytes, atlas: Bytes) -> Iterator[bytes | memoryview]:
+def _rgba(colours: UInt8Array, atlas: UInt8Array) -> Iterator[bytes | memoryview]:
     yield ktx2.header("RGBA8", (1, *atlas.shape), 2)
     for row in atlas:
         yield bytes_of(colours[row])
 
 
 def _record(
-    plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, texture: SliceTexturePlan, part: int
+    plan: ChannelPlan,
+    slices: SlicesPlan,
+    stack: SliceStackPlan,
+    texture: SliceTexturePlan,
+    *,
+    part: int,
+    layout: SliceLayout,
 ) -> Texture:
     return Texture(
         name=texture.name,
@@ -79,7 +85,7 @@ def _record(
         transfer=stack.transfer,
         reference_mm=stack.distance_mm,
         filter=plan.quantize.filter,
-        slices=texture.layout,
+        slices=layout,
     )
 
 

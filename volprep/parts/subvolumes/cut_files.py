@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.parts.subvolumes.cut import Cut, CutRecord, cut
 from volprep.truth.decoded import level_volume
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors, require_place, write_file
 from volprep_formats.package.reader import Package
@@ -58,7 +58,7 @@ def write_cut(
     return found.record
 
 
-def marked_sections(package: Package, found: Cut) -> NDArray[np.uint8]:
+def marked_sections(package: Package, found: Cut) -> UInt8Array:
     """Sections through the middle of the box, in the coarsest level, with the box drawn in: across z, y and x."""
     coarsest = max(package.manifest.levels, key=lambda level: level.index)
     mark = next(mark for mark in found.record.marks if mark.level == coarsest.index)
@@ -79,9 +79,7 @@ def marked_sections(package: Package, found: Cut) -> NDArray[np.uint8]:
     return np.concatenate(padded, axis=1)[:, :-_GAP]
 
 
-def _framed(
-    section: NDArray[np.uint8], spacing_mm: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
-) -> NDArray[np.uint8]:
+def _framed(section: UInt8Array, spacing_mm: Float64Array, low: Float64Array, high: Float64Array) -> UInt8Array:
     """Draw a section with square pixels, and the frame from `low` to `high`, in voxels."""
     size_mm = np.array(section.shape) * spacing_mm
     pixels_per_voxel = np.maximum(np.rint(spacing_mm * (_LONGEST / size_mm.max())), 1).astype(int)

@@ -128,7 +128,7 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
     layout = None
     if group[0].volumes[0].mosaic is not None:
         textures = max(1, min(profile.texture_units - beside.units, MOST_TEXTURES))
-        fit = mosaic_of(level, Packing(gutter=gutter, components=len(names)), textures, profile)
+        fit = mosaic_of(level, Packing(gutter=gutter, components_per_voxel=len(names)), textures, profile)
         if isinstance(fit, Misfit):
             return fit
         layout = fit
@@ -163,4 +163,4 @@ def _shared(plan: ChannelPlan, item: PlanItem, volume: VolumePlan) -> PlanItem:
     place = _COMPONENTS[volume.channels.index(plan.channel)]
     shape = by(plan.level(volume.level).shape_zyx)
     reason = f"{shape} voxels in the {place} component of {', '.join(volume.names)}"
-    return item.model_copy(update={"reason": reason, "files": (), "size_bytes": 0})
+    return PlanItem(name=item.name, channel=item.channel, kept=item.kept, reason=reason)

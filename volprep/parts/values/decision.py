@@ -7,12 +7,13 @@ from typing import Literal
 from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.values.labels import LARGEST_LABEL
 from volprep.parts.values.window import Window, is_exact, windows
-from volprep.plan.probe import Array, Codes, PictureError, difference_of_views, worst
+from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import QuantizeSettings, Scene
 from volprep.transfer.table import Table
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
@@ -32,17 +33,17 @@ _EDITABLE_ENTRIES = {8: 256, 16: 2048}
 
 @dataclass(frozen=True)
 class ValueChoice:
-    """Codes and tables, and what they cost."""
+    """A quantizer and tables, and what they cost."""
 
     quantize: QuantizePlan
     """Bits and window."""
-    codes: Codes
+    quantizer: Quantizer
     """The same, with what texels make of them."""
     entries: int
     """Length of each lookup table."""
-    error: PictureError
+    error: PictureDifference
     """What codes and tables together change in the sample of rays, at worst over the transfer functions."""
-    narrow_error: PictureError | None
+    narrow_error: PictureDifference | None
     """What 8 bits would have changed, where 16 were chosen because of it."""
     exact: bool
     """Whether every stored value of the source has a code of its own."""
@@ -66,16 +67,16 @@ class _Bench:
         self._tables = [Table.exact(function) for function in functions]
         self._truth = [self._pictures(self._rays_zyx, table) for table in self._tables]
 
-    def error(self, codes: Codes, entries: int) -> PictureError:
+    def error(self, quantizer: Quantizer, entries: int) -> PictureDifference:
         """Largest errors over the transfer functions."""
-        values = [codes.decoded(codes.texels(rays)) for rays in self._rays_zyx]
+        values = [quantizer.decoded(quantizer.texels(rays)) for rays in self._rays_zyx]
         errors = [
-            difference_of_views(self._pictures(values, table.resampled(codes.window, entries)), truth)
+            difference_of_views(self._pictures(values, table.resampled(quantizer.window, entries)), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
         return worst(errors)
 
-    def _pictures(self, rays_zyx: Sequence[Array], table: Table) -> list[Array]:
+    def _pictures(self, rays_zyx: Sequence[Float64Array], table: Table) -> list[Float64Array]:
         pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
         return [self._compositing.rays(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
 
@@ -105,35 +106,36 @@ def choose_values(
     # An edited function may show any value.
     shown = () if scene.editable else functions
 
-    def best_window(bits: Literal[8, 16]) -> tuple[PictureError, Codes]:
-        tried = [Codes(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]
+    def best_window(bits: Literal[8, 16]) -> tuple[PictureDifference, Quantizer]:
+        tried = [Quantizer(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]
         # min keeps the first of equal ones: the widest.
-        return min(((bench.error(codes, lengths[-1]), codes) for codes in tried), key=lambda pair: pair[0].rmse)
+        pairs = ((bench.error(quantizer, lengths[-1]), quantizer) for quantizer in tried)
+        return min(pairs, key=lambda pair: pair[0].rmse)
 
-    def enough(error: PictureError, codes: Codes) -> bool:
+    def enough(error: PictureDifference, quantizer: Quantizer) -> bool:
         if scene.editable:
-            return is_exact(codes.bits, codes.window, info, measured.statistics)
+            return is_exact(quantizer.bits, quantizer.window, info, measured.statistics)
         return within_share(error, scene.tolerance)
 
-    trials: list[tuple[PictureError, Codes]] = []
+    trials: list[tuple[PictureDifference, Quantizer]] = []
     for bits in _possible_bits(settings, profile):
         trials.append(best_window(bits))
         if enough(*trials[-1]):
             break
-    error, codes = trials[-1]
-    narrow_error = trials[0][0] if codes is not trials[0][1] else None
+    error, quantizer = trials[-1]
+    narrow_error = trials[0][0] if quantizer is not trials[0][1] else None
     if scene.editable:
-        entries = min(_EDITABLE_ENTRIES[codes.bits], lengths[-1])
-        error = bench.error(codes, entries)
+        entries = min(_EDITABLE_ENTRIES[quantizer.bits], lengths[-1])
+        error = bench.error(quantizer, entries)
     else:
-        entries, error = _shortest_table(bench, codes, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
+        entries, error = _shortest_table(bench, quantizer, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
-        quantize=QuantizePlan(bits=codes.bits, window=codes.window, labels=scene.source.labels),
-        codes=codes,
+        quantize=QuantizePlan(bits=quantizer.bits, window=quantizer.window, labels=scene.source.labels),
+        quantizer=quantizer,
         entries=entries,
         error=error,
         narrow_error=narrow_error,
-        exact=scene.source.labels or is_exact(codes.bits, codes.window, info, measured.statistics),
+        exact=scene.source.labels or is_exact(quantizer.bits, quantizer.window, info, measured.statistics),
     )
 
 
@@ -180,14 +182,16 @@ def _windows(
     return [settings.window]
 
 
-def within_share(error: PictureError, tolerance: Tolerance) -> bool:
+def within_share(error: PictureDifference, tolerance: Tolerance) -> bool:
     """Return whether an error is within the part of the tolerance that one decision may take."""
     return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
 
 
-def _shortest_table(bench: _Bench, codes: Codes, lengths: list[int], largest_rmse: float) -> tuple[int, PictureError]:
+def _shortest_table(
+    bench: _Bench, quantizer: Quantizer, lengths: list[int], largest_rmse: float
+) -> tuple[int, PictureDifference]:
     for entries in lengths[:-1]:
-        error = bench.error(codes, entries)
+        error = bench.error(quantizer, entries)
         if error.rmse <= largest_rmse:
             return entries, error
-    return lengths[-1], bench.error(codes, lengths[-1])
+    return lengths[-1], bench.error(quantizer, lengths[-1])

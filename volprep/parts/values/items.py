@@ -59,12 +59,6 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     change = f"they change the sample of rays by {values.error.text}"
     limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
     exact = "every stored value of the source has its own code; " if values.exact else ""
-    wide = PlanItem(
-        name="16-bit values",
-        kept=plan.quantize.bits == 16,
-        reason=_why_not_wide(plan, scene),
-        size_bytes=voxels,
-    )
     if plan.quantize.labels:
         yield PlanItem(
             name="labels",
@@ -73,10 +67,10 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
         )
     if plan.quantize.bits == 8:
         yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
-        yield wide
-        return
-    reason = f"window {low:g} to {high:g}; {_why_wide(scene, values)}; {_wide_texels(plan)}; {change}; {limit}"
-    yield wide.model_copy(update={"reason": reason})
+        reason = _why_not_wide(plan, scene)
+    else:
+        reason = f"window {low:g} to {high:g}; {_why_wide(scene, values)}; {_wide_texels(plan)}; {change}; {limit}"
+    yield PlanItem(name="16-bit values", kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels)
 
 
 def _wide_texels(plan: ChannelPlan) -> str:

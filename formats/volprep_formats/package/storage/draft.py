@@ -216,7 +216,8 @@ def _after(
     files = {record.path: record for record in before.files if record.path in owned} | pending
     if seal:
         files = {path: record for path, record in files.items() if record.role != "work"}
-    stages = (*kept, stage.model_copy(update={"files": tuple(sorted(pending))}))
+    done = StageRecord(name=stage.name, key=stage.key, files=tuple(sorted(pending)), made=stage.made)
+    stages = (*kept, done)
     return assembled(heading, stages, files.values(), "sealed" if seal else "draft")
 
 

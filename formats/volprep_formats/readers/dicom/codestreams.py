@@ -40,7 +40,7 @@ class Declared:
 
 
 @dataclass(frozen=True)
-class Scan:
+class JpegScan:
     """Where the coded pixels of a JPEG picture begin."""
 
     start: int
@@ -65,14 +65,14 @@ def declared(data: bytes) -> Declared | None:
     return Declared("JPEG 2000", bottom - top, right - left, components, (depth & 0x7F) + 1, bool(depth & 0x80), tiles)
 
 
-def scan_of(data: bytes) -> Scan | None:
+def scan_of(data: bytes) -> JpegScan | None:
     """Where the first scan of JPEG data begins; None if there is none."""
     interval = 0
     for marker, at, length in _segments(data):
         if marker == _INTERVAL and length == 4:
             (interval,) = struct.unpack_from(">H", data, at + 4)
         elif marker == _ENTROPY_CODED:
-            return Scan(at + 2 + length, interval)
+            return JpegScan(at + 2 + length, interval)
     return None
 
 

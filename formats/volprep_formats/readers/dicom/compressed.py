@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request
+from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.dicom.codecs import (
     DECODERS,
     JPEG,
@@ -44,10 +44,10 @@ _PRECISIONS: dict[Coding, Container[int]] = {
 _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 
 
-def decode_request(pixels: EncodedPixels) -> Request:
+def decode_request(pixels: EncodedPixels) -> WorkerRequest:
     """Ask for `decode_compressed` in a worker process."""
     count = pixels.rows * pixels.columns
-    return Request(
+    return WorkerRequest(
         function=decode_compressed,
         argument=pixels,
         path=pixels.path,

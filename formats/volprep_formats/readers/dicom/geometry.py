@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.dicom.fields import VARIANTS
@@ -22,7 +23,7 @@ from volprep_formats.readers.dicom.volumes import choose_volume
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 from volprep_formats.source import RepairKind, SlicePlaces
 
-Points = NDArray[np.float64]
+Points = Float64Array
 
 SAME_TOLERANCE = 1e-4
 """How much cosines (absolute) and pixel spacings (relative) may differ between slices of one volume."""

@@ -64,7 +64,7 @@ class _Image(_Said):
 
 
 @dataclass(frozen=True)
-class Level:
+class ResolutionLevel:
     """One resolution of an image."""
 
     path: str
@@ -79,7 +79,7 @@ class Level:
 class Picture:
     """What the metadata say of an image."""
 
-    levels: tuple[Level, ...]
+    levels: tuple[ResolutionLevel, ...]
     """Finest first."""
     axes: tuple[str, ...]
     """For each axis of the arrays: "t", "c", or "z", "y", "x" of space."""
@@ -137,7 +137,7 @@ def _axes(path: Path, axes: tuple[_Axis, ...]) -> tuple[str, ...]:
     return tuple(kinds)
 
 
-def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], rank: int) -> Level:
+def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], rank: int) -> ResolutionLevel:
     scale, translation = (1.0,) * rank, (0.0,) * rank
     for step in (*dataset.transformations, *common):
         by = step.scale if step.type == "scale" else step.translation if step.type == "translation" else (1.0,) * rank
@@ -150,4 +150,4 @@ def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], r
             translation = tuple(t + b for t, b in zip(translation, by, strict=True))
     if not all(map(math.isfinite, (*scale, *translation))):
         raise VolprepError("VP1220", path=path, error="its scales multiply to infinity")
-    return Level(dataset.path, scale, translation)
+    return ResolutionLevel(dataset.path, scale, translation)

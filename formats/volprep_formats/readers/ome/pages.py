@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request
+from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
 from volprep_formats.readers.pictures.file import (
     MAX_PAGES,
@@ -74,9 +74,9 @@ def description_in(path: Path) -> bytes:
     return text
 
 
-def pages_request(path: Path) -> Request:
+def pages_request(path: Path) -> WorkerRequest:
     """Ask for what the pages of a file are; `pages_of` understands the answer."""
-    return Request(_list_pages, path, path, MAX_PAGES * 8 * 5, MEMORY_BYTES, SECONDS)
+    return WorkerRequest(_list_pages, path, path, MAX_PAGES * 8 * 5, MEMORY_BYTES, SECONDS)
 
 
 def pages_of(answer: NDArray[np.generic]) -> tuple[TiffPage, ...]:
@@ -84,11 +84,11 @@ def pages_of(answer: NDArray[np.generic]) -> tuple[TiffPage, ...]:
     return tuple(TiffPage(*row) for row in answer.tolist())
 
 
-def decode_request(pages: Pages) -> Request:
+def decode_request(pages: Pages) -> WorkerRequest:
     """Ask for values [page, y, x] in a worker."""
     page = pages.page
     pixels = page.rows * page.columns
-    return Request(
+    return WorkerRequest(
         _decode,
         pages,
         pages.path,

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request
+from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.zarr_files import Files, open_files
 
 if TYPE_CHECKING:
@@ -92,28 +93,28 @@ class PartRequest:
     """Axes of the array in the order in which they are wanted; the others have one index in the box."""
 
 
-def text_request(function: Any, argument: GroupRequest | ArrayRequest) -> Request:
+def text_request(function: Any, argument: GroupRequest | ArrayRequest) -> WorkerRequest:
     """Ask for JSON about a group or an array, with `read_group` or `read_facts`."""
-    return Request(function, argument, argument.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, _SECONDS)
+    return WorkerRequest(function, argument, argument.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, _SECONDS)
 
 
-def part_request(part: PartRequest) -> Request:
+def part_request(part: PartRequest) -> WorkerRequest:
     """Ask for a part of an array, of the type that it says."""
     item = np.dtype(part.facts.dtype).itemsize
     size = item * math.prod(stop - start for start, stop in part.box)
     # zarr holds what is decoded beside the result, and a decoder its input and its output.
     memory = _MEMORY_BYTES + 2 * size + 4 * item * math.prod(part.facts.chunks)
-    return Request(read_part, part, part.array.store.path, size, memory, _SECONDS + _SECONDS_PER_BYTE * size)
+    return WorkerRequest(read_part, part, part.array.store.path, size, memory, _SECONDS + _SECONDS_PER_BYTE * size)
 
 
-def count_request(part: PartRequest) -> Request:
+def count_request(part: PartRequest) -> WorkerRequest:
     """Ask how many files hold the chunks of a box, and how many of these are missing, as JSON."""
     chunks = math.prod(-(-n // m) for n, m in zip(part.facts.shape, part.facts.chunks, strict=True))
     seconds = _SECONDS + _SECONDS_PER_CHUNK * chunks
-    return Request(count_files, part, part.array.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, seconds)
+    return WorkerRequest(count_files, part, part.array.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, seconds)
 
 
-def count_files(part: PartRequest) -> NDArray[np.uint8]:
+def count_files(part: PartRequest) -> UInt8Array:
     """Count the files of chunks, or of shards, of a box, and those of them that are not there."""
     with _coded_errors(part.array.store.path):
         array, files = _opened(part.array), _files(part.array.store)
@@ -127,7 +128,7 @@ def count_files(part: PartRequest) -> NDArray[np.uint8]:
         return np.frombuffer(json.dumps(said).encode(), np.uint8)
 
 
-def read_group(request: GroupRequest) -> NDArray[np.uint8]:
+def read_group(request: GroupRequest) -> UInt8Array:
     """Return the attributes of a group as JSON; of what is no group, null."""
     with _coded_errors(request.store.path):
         files = _files(request.store)
@@ -141,7 +142,7 @@ def read_group(request: GroupRequest) -> NDArray[np.uint8]:
         return np.frombuffer(json.dumps(attributes).encode(), np.uint8)
 
 
-def read_facts(request: ArrayRequest) -> NDArray[np.uint8]:
+def read_facts(request: ArrayRequest) -> UInt8Array:
     """Return the facts of an array as JSON, when it can be read. Raises VP1220, VP1224, VP1225."""
     with _coded_errors(request.store.path):
         facts = _checked(request)

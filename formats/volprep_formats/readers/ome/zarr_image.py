@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request, Workers, workers
+from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
-from volprep_formats.readers.ome.ngff import Level, Picture, picture_of, series_of
+from volprep_formats.readers.ome.ngff import Picture, ResolutionLevel, picture_of, series_of
 from volprep_formats.readers.ome.zarr_array import (
     ArrayFacts,
     ArrayRequest,
@@ -194,7 +194,7 @@ def _check_missing(path: Path, pool: Workers, volume: _Volume, *, is_accepted: b
     return [f"{missing} of {files} chunks are missing and hold the fill value"] if missing else []
 
 
-def _ask(path: Path, pool: Workers, request: Request) -> Any:
+def _ask(path: Path, pool: Workers, request: WorkerRequest) -> Any:
     answers: list[bytes] = []
     pool.run([request], lambda _, answer: answers.append(answer.tobytes()))
     try:
@@ -229,7 +229,7 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
     return f"{index}/", pictures[index]
 
 
-def _level(path: Path, picture: Picture, wanted: int | None) -> Level:
+def _level(path: Path, picture: Picture, wanted: int | None) -> ResolutionLevel:
     index = 0 if wanted is None else wanted
     if index >= len(picture.levels):
         found = f" 0 (the finest) to {len(picture.levels) - 1}"
@@ -260,7 +260,7 @@ def _fixed(path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec) ->
     return {axis: wanted[name] for axis, name in enumerate(picture.axes) if name in wanted}
 
 
-def _lengths_mm_zyx(picture: Picture, level: Level) -> tuple[list[float | None], list[float]]:
+def _lengths_mm_zyx(picture: Picture, level: ResolutionLevel) -> tuple[list[float | None], list[float]]:
     """Spacing, None where there is no such axis, and position of the first voxel."""
     spacing: list[float | None] = []
     origin: list[float] = []

@@ -1,12 +1,13 @@
 """Picture files (PNG, TIFF, JPEG, OpenEXR, BMP) as pages of one grey value for each pixel, through OpenImageIO.
 
-Its decoders are foreign code: `header_request` and `decode_request` are for worker processes, which alone import it.
+Its decoders are foreign code: `read_headers` and `decode_request` have their work done in worker processes, which alone
+import it.
 Values are given as they are stored: no colour space, no premultiplication. Fewer than 8, or 16, bits are spread over
 the whole range of 8, or 16, as OpenImageIO does.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -16,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.isolation import Request
+from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
+from volprep_formats.progress import Progress
 from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
@@ -101,14 +103,16 @@ class Part:
     """Whether colours become luminance; else they are refused."""
 
 
-def header_request(path: Path) -> Request:
-    """Ask for the pages of a picture file in a worker; `pages_of` understands the answer."""
-    return Request(_headers, path, path, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS)
+def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> list[tuple[Page, ...]]:
+    """Return the pages of each picture file, read in worker processes; each file advances `progress`."""
+    pages: list[tuple[Page, ...]] = [()] * len(files)
 
+    def take(index: int, answer: NDArray[np.generic]) -> None:
+        pages[index] = tuple(Page(*row) for row in answer.tolist())
+        progress.advance()
 
-def pages_of(answer: NDArray[np.generic]) -> tuple[Page, ...]:
-    """Pages from the answer to a `header_request`."""
-    return tuple(Page(*row) for row in answer.tolist())
+    pool.run([WorkerRequest(_headers, file, file, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS) for file in files], take)
+    return pages
 
 
 def pages_at_once(rows: int, columns: int) -> int:
@@ -134,12 +138,12 @@ def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:
     return remarks
 
 
-def decode_request(part: Part) -> Request:
+def decode_request(part: Part) -> WorkerRequest:
     """Ask for values [page, y, x] of type `page.stored_type` in a worker."""
     page = part.page
     values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
     decoded = page.rows * page.columns * page.channels
-    return Request(
+    return WorkerRequest(
         _decode,
         part,
         part.path,

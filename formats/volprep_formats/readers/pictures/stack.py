@@ -14,17 +14,16 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.isolation import Workers, workers
+from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
     Page,
     Part,
     decode_request,
-    header_request,
     page_remarks,
     pages_at_once,
-    pages_of,
+    read_headers,
 )
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.pictures.names import in_order
@@ -95,7 +94,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         remarks += [f"the numbers of the pictures go in steps of {step}"] if step > 1 else []
     files = [(path if path.is_dir() else path.parent) / name for name in names]
     with workers() as pool:
-        pages = _read_headers(pool, files, progress)
+        progress.start("reading picture headers", len(files))
+        pages = read_headers(pool, files, progress)
         _check_alike(path, names, pages)
         first = pages[0][0]
         info = SourceInfo(
@@ -113,18 +113,6 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             source.__exit__()
             raise
     return source
-
-
-def _read_headers(pool: Workers, files: list[Path], progress: Progress) -> list[tuple[Page, ...]]:
-    progress.start("reading picture headers", len(files))
-    pages: list[tuple[Page, ...]] = [()] * len(files)
-
-    def take(index: int, answer: NDArray[np.generic]) -> None:
-        pages[index] = pages_of(answer)
-        progress.advance()
-
-    pool.run([header_request(file) for file in files], take)
-    return pages
 
 
 def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) -> None:

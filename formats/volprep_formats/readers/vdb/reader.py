@@ -17,9 +17,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import Grid, blocks_along
-from volprep_formats.isolation import Function, Request, Workers, workers
+from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.vdb.tree import (
@@ -64,7 +65,7 @@ class _Worker:
     def run(self, function: Function, argument: object, result_bytes: int) -> NDArray[np.generic]:
         """Call a function of `vdb_tree`; the result is a copy."""
         results: list[NDArray[np.generic]] = []
-        request = Request(
+        request = WorkerRequest(
             function=function,
             argument=argument,
             path=self.path,
@@ -112,7 +113,7 @@ class VdbSource:
 
     def block_ranges(
         self, start_zyx: tuple[int, int, int], shape_zyx: tuple[int, int, int], block: int
-    ) -> NDArray[np.float32]:
+    ) -> Float32Array:
         """Least, then greatest value of each block of `block` cells [2, z, y, x], from the tree alone.
 
         Of the part of `shape_zyx` voxels from `start_zyx` on. A block of B cells holds B + 1 voxels along an axis, the

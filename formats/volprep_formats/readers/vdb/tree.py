@@ -12,8 +12,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float32Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import unicode_path
 
@@ -83,7 +83,7 @@ class TreeFacts:
     """Rows of a 4×4 matrix; None when the transform is not linear."""
 
 
-def list_grids(path: Path) -> NDArray[np.uint8]:
+def list_grids(path: Path) -> UInt8Array:
     """All grids of a file as JSON: fields of `GridEntry`. Raises VolprepError VP1200 or VP1201."""
     vdb = openvdb(path)
     try:
@@ -94,7 +94,7 @@ def list_grids(path: Path) -> NDArray[np.uint8]:
     return _json([asdict(entry) for entry in entries])
 
 
-def tree_facts(request: TreeRequest) -> NDArray[np.uint8]:
+def tree_facts(request: TreeRequest) -> UInt8Array:
     """Read a tree and keep it; give the fields of `TreeFacts` as JSON. Raises VolprepError VP1200 or VP1201."""
     tree = _tree(request)
     return _json(
@@ -110,14 +110,14 @@ def tree_facts(request: TreeRequest) -> NDArray[np.uint8]:
     )
 
 
-def read_slab(request: SlabRequest) -> NDArray[np.float32]:
+def read_slab(request: SlabRequest) -> Float32Array:
     """Values [z, y, x], active or not. Raises VolprepError VP1200 or VP1201."""
     slab = np.empty(request.shape_zyx, dtype=np.float32)
     _tree(request.tree).copy(request.first_xyz, slab)
     return slab
 
 
-def read_ranges(request: RangesRequest) -> NDArray[np.float32]:
+def read_ranges(request: RangesRequest) -> Float32Array:
     """Least, then greatest value of each block [2, z, y, x]. Raises VolprepError VP1200 or VP1201."""
     ends = np.empty((2, *request.blocks_zyx), dtype=np.float32)
     _tree(request.tree).block_ranges(request.first_xyz, request.shape_zyx, request.block, ends[0], ends[1])
@@ -143,7 +143,7 @@ def _tree(request: TreeRequest) -> "ScalarGrid":
     return tree
 
 
-def _json(value: object) -> NDArray[np.uint8]:
+def _json(value: object) -> UInt8Array:
     return np.frombuffer(json.dumps(value).encode(), dtype=np.uint8)
 
 

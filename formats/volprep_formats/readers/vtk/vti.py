@@ -15,8 +15,8 @@ from math import prod
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
@@ -81,7 +81,7 @@ def _grid(path: Path, document: Document) -> Grid:
     return grid_from_affine(path, "Origin, Spacing or Direction", (nz, ny, nx), columns, origin)
 
 
-def _floats(path: Path, image: Attributes, name: str, default: str, count: int) -> NDArray[np.float64]:
+def _floats(path: Path, image: Attributes, name: str, default: str, count: int) -> Float64Array:
     text = image.get(name, default)
     numbers = parse_floats(text.split())
     if numbers is None or len(numbers) != count:

@@ -3,20 +3,21 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.parts.bricks.record import BrickLayout
 
 STORED = 255
 """Alpha of an entry whose red, green and blue are the place of a brick; 0 where all of the brick is one value."""
 
 
-def constant_entry(normalised: NDArray[np.float64]) -> NDArray[np.uint8]:
+def constant_entry(normalised: Float64Array) -> UInt8Array:
     """Entries [..., RGBA] of bricks of one value from 0 to 1: its upper and its lower byte as a 16-bit number."""
     value = np.rint(normalised * 65535).astype(np.uint16)
     nothing = np.zeros_like(value)
     return np.stack([value >> 8, value & 255, nothing, nothing], axis=-1).astype(np.uint8)
 
 
-def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
+def misplaced(entries: UInt8Array, layout: BrickLayout) -> str | None:
     """Return what is wrong with the entries of a level's bricks, if anything."""
     stored = entries[entries[..., 3] == STORED][:, 2::-1].astype(np.int64)
     shape = entries.shape[:3]
@@ -28,7 +29,7 @@ def misplaced(entries: NDArray[np.uint8], layout: BrickLayout) -> str | None:
 
 
 def voxels_of_bricks(
-    pool: NDArray[np.generic], entries: NDArray[np.uint8], layout: BrickLayout, shape_zyx: tuple[int, int, int]
+    pool: NDArray[np.generic], entries: UInt8Array, layout: BrickLayout, shape_zyx: tuple[int, int, int]
 ) -> NDArray[np.generic]:
     """Return the voxels [z, y, x] of a level from the texture of its bricks and the entries [z, y, x, RGBA]."""
     level: NDArray[np.generic] = np.empty(shape_zyx, pool.dtype)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES
 from volprep_formats.package.program import Program
-from volprep_formats.package.texture import CHANNELS, Texture
+from volprep_formats.package.texture import COMPONENTS, Texture
 
 
 def normals_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -57,14 +57,14 @@ def _code(texture: Texture) -> Iterator[str]:
     if normals is None:
         yield "holds normals, but does not say what they mean"
         return
-    channels = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
-    if CHANNELS.get(texture.gl.format) != channels:
-        yield f"holds normals of {channels} channels, its format is {texture.gl.format}"
+    components = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
+    if COMPONENTS.get(texture.gl.format) != components:
+        yield f"holds normals of {components} components, its format is {texture.gl.format}"
     if (normals.code == "snorm8") != (texture.gl.type == "BYTE"):
         yield f"holds normals of code {normals.code}, but texels of type {texture.gl.type}"
     if (texture.filter == "linear") != (normals.code in FILTERED_CODES):
         yield f"holds normals of code {normals.code}, but has the filter {texture.filter}"
     if texture.transfer is not None:
         yield "holds normals, but has a transfer function"
-    if texture.mosaic is not None and (texture.mosaic.components != channels or texture.mosaic.gutter):
-        yield f"holds normals of {channels} channels, but has a mosaic with a gutter, or of other components"
+    if texture.mosaic is not None and (texture.mosaic.components_per_voxel != components or texture.mosaic.gutter):
+        yield f"holds normals of {components} components, but has a mosaic with a gutter, or of other components"

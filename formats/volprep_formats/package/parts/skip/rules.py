@@ -60,7 +60,7 @@ def _described(
         shape, held = texture.shape_zyx, (slices, height, width)
     else:
         shape, held = (layout.slices, *layout.tile_shape_yx), (slices, height, width)
-        if texture.shape_zyx != (1, *layout.texture_shape_yx) or (layout.channels, layout.gutter) != (1, 0):
+        if texture.shape_zyx != (1, *layout.texture_shape_yx) or (layout.slices_per_texel, layout.gutter) != (1, 0):
             yield "is a mosaic of another shape, with a gutter, or with several slices in a texel"
         if layout.tiles_x * layout.tiles_y < slices or layout.textures != 1:
             yield "is a mosaic without room for its slices, or of several textures"

@@ -1,22 +1,20 @@
 """The slices of a stack as its textures hold them: colours, cut out of their tiles."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.parts.slices.record import StackAxis
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2, paletted
 
-Bytes = NDArray[np.uint8]
 
-
-def slice_texels(package: Package, transfer: str, axis: StackAxis) -> Bytes:
+def slice_texels(package: Package, transfer: str, axis: StackAxis) -> UInt8Array:
     """Read a stack, which there must be, as premultiplied linear colours [slice, row, column, RGBA].
 
     Raises what `Package.read_bytes` and the texture readers raise.
     """
-    tiles: list[Bytes] = []
+    tiles: list[UInt8Array] = []
     for texture in sorted(package.manifest.textures, key=lambda each: each.part):
         layout = texture.slices
         if layout is None or (texture.transfer, layout.axis) != (transfer, axis):
@@ -29,7 +27,7 @@ def slice_texels(package: Package, transfer: str, axis: StackAxis) -> Bytes:
     return np.stack(tiles)
 
 
-def _texels(package: Package, texture: Texture) -> Bytes:
+def _texels(package: Package, texture: Texture) -> UInt8Array:
     """Return the texels of one texture [y, x, RGBA]."""
     data = package.read_bytes(texture.file)
     if texture.gl.internal_format == paletted.INTERNAL_FORMAT:

@@ -1,0 +1,50 @@
+"""What all versions of OpenGL ES have in common: a context, errors as diagnostics, and every object counted.
+
+Objects live as long as the block that asked for them. A context that is closed while one is left raises, so that a
+leak is found by whoever makes it.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from volprep.render.bindings import GLError
+from volprep.render.egl import Context
+from volprep_formats.diagnostics import VolprepError
+
+
+class GlObjects:
+    """The objects of one context."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self.driver = context.driver
+        self.live: Counter[str] = Counter()
+        """Number of objects that exist, by kind."""
+
+    def close(self) -> None:
+        """Check that nothing is left. Raises VP9001 if it is."""
+        left = {kind: count for kind, count in self.live.items() if count}
+        if left:
+            raise VolprepError("VP9001", error=f"OpenGL objects were not deleted: {left}")
+
+    @contextmanager
+    def _checked(self, operation: str) -> Iterator[None]:
+        """Make the context current; an error of OpenGL becomes VP5007."""
+        self._context.make_current()
+        try:
+            yield
+        except GLError as error:
+            name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
+            raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
+
+    @contextmanager
+    def _object(self, kind: str, create: Callable[[], int], delete: Callable[[int], object]) -> Iterator[int]:
+        handle = int(create())
+        self.live[kind] += 1
+        try:
+            yield handle
+        finally:
+            self._context.make_current()
+            delete(handle)
+            self.live[kind] -= 1
