@@ -11,7 +11,7 @@ from volprep_formats.diagnostics import VolprepError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from volprep.validation.records import Derivation, EmptySpace, OtherDrawing, ProgramResult, Report
+    from volprep.validation.records import EmptySpace, OtherDrawing, ProgramResult, Report
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -170,19 +170,12 @@ def _print_empty_space(found: "EmptySpace") -> None:
     print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
 
 
-def _not_derived(derivation: "Derivation", package: Path) -> VolprepError:
-    """Return what to say of a package that does not follow from scene and scan: the gravest kind of finding first."""
-    order = ("VP6030", "VP6031", "VP6034", "VP6033")
-    code = min((finding.code for finding in derivation.findings), key=order.index)
-    found = [finding for finding in derivation.findings if finding.code == code]
-    listed = "; ".join(f"{finding.item}: {finding.problem}" for finding in found)
-    return VolprepError(code, path=package, count=len(found), listed=listed, scene="its scene")
-
-
 def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
     verdict, allowed = report.verdict, report.tolerance
     if report.derivation is not None and report.derivation.findings:
-        return _not_derived(report.derivation, package)
+        from volprep.validation.exact.findings import error_of  # noqa: PLC0415 - keeps volprep --help fast
+
+        return error_of(report.derivation.findings, package)
     if verdict.unproved:
         return VolprepError("VP6032", path=package, listed=", ".join(verdict.unproved))
     if verdict.changed and not verdict.failed:

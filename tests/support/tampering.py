@@ -79,12 +79,12 @@ def built(folder: Path, scene: Path) -> Path:
     return folder / "tried.volpkg"
 
 
-def told(path: Path, *, preview: bool = False) -> str:
+def told(path: Path, scene: Path | None = None, *, preview: bool = False) -> str:
     """Return what validation says of a package before it draws views; nothing if all is as it should be."""
     try:
         package = open_whole(path)
         with tempfile.TemporaryDirectory() as scratch:
-            findings = [*derive(package, find_scan(path, None), Path(scratch), Silent()).record.findings]
+            findings = [*derive(package, find_scan(path, scene), Path(scratch), Silent()).record.findings]
         findings += preview_findings(package) if preview else ()
     except VolprepError as error:
         return str(error)

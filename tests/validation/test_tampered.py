@@ -375,6 +375,23 @@ def test_a_package_of_another_version_is_not_proved(packages, tmp_path) -> None:
     assert told(package.save()).startswith("VP6033 the package: was made by volprep 0.0.9")
 
 
+def test_what_the_command_line_names_judges_and_not_the_origin(packages, tmp_path) -> None:
+    package = packages["fitted"]
+    scene = write_kind(tmp_path, "fitted")
+    assert told(package, scene) == ""
+    scene.write_text(scene.read_text(encoding="utf-8") + "\n[tolerance]\nrmse = 0.001\n", encoding="utf-8")
+    assert told(package, scene) == ("VP6031 manifest.json: render.tolerance.rmse is 0.02, 0.001 follows from the scene")
+
+
+def test_a_shader_that_no_driver_takes_is_told_by_its_name(packages, tmp_path) -> None:
+    package = Damaged(packages["fitted"], tmp_path)
+    package.text(HOUSE_SHADER, "void main", "void man")
+    done = volprep("validate", package.save(), "--size", "16")
+    assert done.returncode == ExitStatus.TOLERANCE
+    assert "VP6030" in done.stderr
+    assert f"shader {HOUSE_SHADER}" in done.stderr
+
+
 def test_only_the_origin_or_a_scene_can_judge(packages, tmp_path) -> None:
     package = Damaged(packages["fitted"], tmp_path)
     origin_path(package.path).unlink()

@@ -17,11 +17,12 @@ from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
 from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.exact.derive import derive
+from volprep.validation.exact.findings import error_of
 from volprep.validation.folder import ReportFolder
 from volprep.validation.levels import compare_levels
 from volprep.validation.others import judge_others, unproved
 from volprep.validation.preview import preview_findings
-from volprep.validation.records import Cost, Driver, PackageFacts, ProgramResult, Report
+from volprep.validation.records import Cost, Derivation, Driver, PackageFacts, ProgramResult, Report
 from volprep.validation.scan import find_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
@@ -60,16 +61,20 @@ def measure_package(
         size = picture_size or found.picture_size
         with clock.part("deriving"):
             derived = derive(package, found, scratch, progress)
-            derivation = derived.record.with_findings(preview_findings(package))
+            derivation = _with_preview(derived.record, package)
+        if {each.name for each in package.manifest.channels} != derived.scans.keys():
+            raise error_of(derivation.findings, path)
         package = _judged(package, found.scene.tolerance)
-        channels = {
-            name: Subject(part, derived.scans[name], size)
-            for name, part in channel_packages(package).items()
-            if name in derived.scans
-        }
+        channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
         subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
-        programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
+        try:
+            programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
+        except VolprepError as error:
+            if not derivation.findings:
+                raise
+            # What is wrong with the package says more than what a driver makes of it.
+            raise error_of(derivation.findings, path) from error
         return Report(
             generator=f"volprep {version('volprep')}",
             package=_facts(package),
@@ -92,6 +97,16 @@ def measure_package(
                 source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
+
+
+def _with_preview(derivation: Derivation, package: Package) -> Derivation:
+    """Return what was derived, with what the preview tells. Raises what drawing raises, if that is all there is."""
+    try:
+        return derivation.with_findings(preview_findings(package))
+    except VolprepError as error:
+        if not derivation.findings:
+            raise
+        raise error_of(derivation.findings, package.path) from error
 
 
 def _judged(package: Package, tolerance: Tolerance) -> Package:

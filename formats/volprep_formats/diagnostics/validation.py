@@ -82,7 +82,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6031": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: the manifest says otherwise than {scene}: {listed}",
+        "{path}: the manifest says otherwise than its scene: {listed}",
         "Build the package again from this scene, or name the scene that it was built from with --source.",
     ),
     "VP6032": Diagnostic(

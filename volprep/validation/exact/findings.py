@@ -1,7 +1,8 @@
 """What differs between a package and what was derived, said so that a person finds it: the item and the place."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import prod
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 
 _COMPONENTS = {"RED": 1, "LUMINANCE": 1, "RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}
+_GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6033")
 
 
 def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
@@ -35,6 +37,14 @@ def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
     for record in manifest.files:
         if record.path not in made:
             yield Finding(code="VP6030", item=record.path, problem="nothing in the scene asks for it")
+
+
+def error_of(findings: Sequence[Finding], package: Path) -> VolprepError:
+    """Return what to say of a package with `findings`: all of the gravest kind."""
+    code = min((finding.code for finding in findings), key=_GRAVEST_FIRST.index)
+    found = [finding for finding in findings if finding.code == code]
+    listed = "; ".join(f"{finding.item}: {finding.problem}" for finding in found)
+    return VolprepError(code, path=package, count=len(found), listed=listed)
 
 
 def item_of(manifest: Manifest, path: str) -> str:
