@@ -70,5 +70,6 @@ EMISSION_ABSORPTION = Compositing(
     visible=_visible,
     rays=_rays,
     oracle=_oracle,
+    fixed_path=False,
     order=2.0,
 )

@@ -71,6 +71,8 @@ class Compositing:
     """Pictures of sampled rays."""
     oracle: Oracle
     """The true picture."""
+    fixed_path: bool
+    """Whether a value has the opacity of `reference_mm` of its transfer function, however long the ray is."""
     order: float
     """Order with which the error falls as steps get finer."""
     order_limit: str | None = None

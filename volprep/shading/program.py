@@ -67,7 +67,7 @@ def compose_program(
     features = [
         *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips),
         ray_feature(program.rays, grid),
-        _compositing(program, render, ends_early=ends_early),
+        _compositing(package, program, render, ends_early=ends_early),
     ]
     slots: dict[str, Slot] = {
         **dict.fromkeys(_OPTIONAL),
@@ -134,8 +134,10 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     return raycast_texture3d.sampling(None if colours else component, mipmaps=volume.mipmap is not None)
 
 
-def _compositing(program: ProgramDesign, render: RenderSettings, *, ends_early: bool) -> Feature:
+def _compositing(package: Package, program: ProgramDesign, render: RenderSettings, *, ends_early: bool) -> Feature:
     """Return the parts of a compositing: the file of its name, whose section stop is for rays that may end early."""
+    lengths = {each.name: each.reference_mm for each in package.manifest.transfer_functions}
+    offers = {"REFERENCE_MM": literal(lengths.get(program.transfer, 1.0))}
     glsl = f"compositing/{program.compositing.replace('-', '_')}"
     slots: dict[str, Slot] = {
         "about": f"{glsl}:about",
@@ -144,5 +146,6 @@ def _compositing(program: ProgramDesign, render: RenderSettings, *, ends_early: 
         "picture": f"{glsl}:picture",
     }
     if render.opacity_cutoff is None or not ends_early:
-        return Feature(slots)
-    return Feature({**slots, "stop": f"{glsl}:stop"}, {"LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff)})
+        return Feature(slots, offers=offers)
+    words = {"LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff)}
+    return Feature({**slots, "stop": f"{glsl}:stop"}, words, offers)

@@ -26,7 +26,7 @@ from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
@@ -43,14 +43,27 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
     """
     if package.manifest.editing is None:
         raise VolprepError("VP5023", path=package.path)
+    compositing = COMPOSITINGS[inputs.program.compositing]
+    if compositing.fixed_path:
+        replaced = next(each for each in package.manifest.transfer_functions if each.name == inputs.program.transfer)
+        function = _of_path(function, replaced.reference_mm)
     table = next(texture for texture in inputs.textures if texture.role == "transfer")
     texels = {table.name: _table_texels(package, table, inputs.level.index, function)}
     for texture in inputs.textures:
         if texture.role == "skip":
-            visible = COMPOSITINGS[inputs.program.compositing].visible
-            shown = visible(entry_extinctions(table, texels[table.name][0]))
+            shown = compositing.visible(entry_extinctions(table, texels[table.name][0]))
             texels[texture.name] = _skip_texels(package, texture, shown)
     return replace(inputs, texels={**inputs.texels, **texels})
+
+
+def _of_path(function: TransferFunction, reference_mm: float) -> TransferFunction:
+    """Return the function that has the same opacities along the path that the shader knows."""
+    ratio = function.reference_mm / reference_mm
+    points = tuple(
+        TransferPoint(value=each.value, colour=each.colour, extinction_per_mm=each.extinction_per_mm * ratio)
+        for each in function.points
+    )
+    return TransferFunction(name=function.name, points=points, reference_mm=reference_mm)
 
 
 def _table_texels(package: Package, texture: Texture, level: int, function: TransferFunction) -> Texels:
