@@ -71,5 +71,6 @@ EMISSION_ABSORPTION = Compositing(
     rays=_rays,
     oracle=_oracle,
     fixed_path=False,
+    step_voxels=0.5,
     order=2.0,
 )

@@ -73,6 +73,8 @@ class Compositing:
     """The true picture."""
     fixed_path: bool
     """Whether a value has the opacity of `reference_mm` of its transfer function, however long the ray is."""
+    step_voxels: float
+    """Distance of samples, in voxels, where the scene names none and nothing else asks for another."""
     order: float
     """Order with which the error falls as steps get finer."""
     order_limit: str | None = None

@@ -116,13 +116,6 @@ class RenderWishes(Record):
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""
 
-    @property
-    def step_or_default_voxels(self) -> float:
-        """Distance of the samples in voxels, whoever chose it."""
-        if self.step_voxels is not None:
-            return self.step_voxels
-        return 1.0 if self.classification == "preintegrated" else 0.5
-
 
 class GridSettings(Record):
     """Level 0 in sub-volumes, for scans that a device cannot hold at full resolution."""

@@ -6,6 +6,7 @@ whole step too long: the opacity of one step is what such a ray is off by, howev
 
 import math
 
+from volprep.compositing import COMPOSITINGS
 from volprep.scene.scene import Scene
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
@@ -34,8 +35,11 @@ def step_voxels_of(scene: Scene, functions: tuple[TransferFunction, ...], voxel_
 
     For labels it is so short that the densest one, along one step, has an opacity of a quarter of the largest error.
     """
-    usual = scene.render.step_or_default_voxels
-    if not scene.source.labels or scene.render.step_voxels is not None:
+    render = scene.render
+    if render.step_voxels is not None:
+        return render.step_voxels
+    usual = 1.0 if render.classification == "preintegrated" else COMPOSITINGS[render.compositing].step_voxels
+    if not scene.source.labels:
         return usual
     densest_per_mm = max(Table.exact(function).largest_extinction(0, LARGEST_LABEL) for function in functions)
     allowed_mm = -math.log1p(-_SHARE * scene.tolerance.maximum) / max(densest_per_mm, 1e-12)
