@@ -69,8 +69,10 @@ def designs(package):
     (program, *_) = package.manifest.programs
     base = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     meshes = ("box",) if package.manifest.proxy is None else ("box", "mesh")
-    for rays, lighting, compositing in product(meshes, ("none", "headlight"), COMPOSITINGS):
-        yield ProgramDesign(**base | {"rays": rays, "lighting": lighting, "compositing": compositing})
+    for rays, lighting, compositing in product(meshes, ("none", "headlight"), COMPOSITINGS.values()):
+        if program.classification not in compositing.classifications or (lighting != "none" and not compositing.lit):
+            continue
+        yield ProgramDesign(**base | {"rays": rays, "lighting": lighting, "compositing": compositing.name})
     if program.technique == "raycast_texture3d" and program.classification != "preclassified":
         yield ProgramDesign(**base | {"technique": "raycast_subvolumes"})
 
@@ -78,6 +80,8 @@ def designs(package):
 def composed(package):
     """Vertex and fragment shader of every program, with all that may be left out and without."""
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
+        if ends_early and not COMPOSITINGS[design.compositing].ends_early:
+            continue
         shaders = compose_program(package, design, package.manifest.render, ends_early=ends_early, skips=skips)
         yield shaders.vertex, shaders.fragment
 

@@ -96,7 +96,8 @@ class RenderWishes(Record):
 
     compositing: CompositingName = "emission-absorption"
     """What a ray makes of what it meets. "emission-absorption": each sample gives light and absorbs what is behind
-    it."""
+    it. "maximum" (maximum intensity projection): only the greatest value on the ray counts, and the transfer function
+    says what it looks like; its opacity is the one stated, whatever the depth."""
     classification: ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
     samples, by a table of segments; far fewer samples are needed. "palette": each sample, by a few constants in the
@@ -105,7 +106,7 @@ class RenderWishes(Record):
     """Entries of a palette."""
     step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
     """Distance of the samples along a ray, in units of the smallest spacing of the finest level that the package holds.
-    If absent, it is 0.5, or 1 with pre-integrated tables."""
+    If absent, it is 0.5, or 1 with pre-integrated tables, or 0.25 with compositing maximum."""
     opacity_cutoff: Fraction = 0.998
     """A ray stops when its opacity passes this (early ray termination). What lies behind 0.998 rounds to 0 in 8
     bits."""

@@ -14,8 +14,9 @@ Technique = Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes",
 """How a program samples the volume."""
 Lighting = Literal["none", "headlight"]
 """What lights it: nothing, or diffuse light from where the viewer is."""
-CompositingName = Literal["emission-absorption"]
-"""What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it."""
+CompositingName = Literal["emission-absorption", "maximum"]
+"""What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it. maximum: only
+the greatest value counts."""
 Rays = Literal["box", "mesh"]
 """Where rays begin: at the volume's box, or at proxy geometry."""
 UniformSource = Literal[
@@ -74,7 +75,8 @@ class ProgramDesign(Record):
     lighting: Lighting = "none"
     """What lights it. headlight: diffuse light from where the viewer is; a sample without a normal is fully lit."""
     compositing: CompositingName = "emission-absorption"
-    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it."""
+    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it. maximum:
+    only the greatest value counts, with the opacity of the transfer function's `reference_mm`."""
     rays: Rays = "box"
     """Where rays begin. box: the vertex shader draws a full-screen triangle over the attribute `a_ndc` (vec2). mesh: it
     draws proxy geometry."""

@@ -20,20 +20,34 @@ using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device:
 using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
 using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
-using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Pixels = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
-            const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
-            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound, bool nearest,
-            const std::string& kernel, const std::optional<Vectors>& normals, int threads) {
-    const Shape3 shape = shape_of(volume);
+void require_source(Shape3 shape, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz, int threads) {
     require_voxels(shape);
     require_threads(threads);
-    require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
     for (const double length : {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2], extent_mm_xyz[0],
                                 extent_mm_xyz[1], extent_mm_xyz[2]}) {
         require(length > 0.0, "spacing_mm_xyz and extent_mm_xyz must be above 0");
     }
+}
+
+OracleVolume source_of(Shape3 shape, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz) {
+    return {shape,
+            slope,
+            intercept,
+            {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
+            {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
+            false,
+            nullptr};
+}
+
+void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
+            const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
+            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound, bool nearest,
+            const std::string& kernel, const std::optional<Vectors>& normals, int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
     const std::size_t count = values.shape(0);
     require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
             "values, colours and extinctions_per_mm must have one length, at least 1");
@@ -44,13 +58,9 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     if (normals.has_value()) require_shape("normals", *normals, shape);
     const OracleNormals vectors{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
                                 normals.has_value() ? normals->data() : nullptr};
-    const OracleVolume source{shape,
-                              slope,
-                              intercept,
-                              {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
-                              {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
-                              nearest,
-                              lit ? &vectors : nullptr};
+    OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    source.nearest = nearest;
+    if (lit) source.normals = &vectors;
     const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
                                   extinctions_per_mm.data()};
     const OraclePicture picture{
@@ -63,9 +73,63 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     });
 }
 
+void render_maximum(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
+                    Vector3 extent_mm_xyz, const Matrix4& box_from_clip, const Pixels& value, const Pixels& bound,
+                    int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(bound.shape(0) == value.shape(0) && bound.shape(1) == value.shape(1),
+            "value and bound must have the same height and width");
+    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    const OracleMaximum maximum{
+        {static_cast<int64_t>(value.shape(0)), static_cast<int64_t>(value.shape(1)), box_from_clip.data()},
+        value.data(),
+        bound.data()};
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::render_maximum(static_cast<const T*>(volume.data()), source, maximum, threads);
+    });
+}
+
+void define_maximum(nb::module_& module) {
+    module.def("render_maximum", &render_maximum, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
+               nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(),
+               nb::arg("value").noconvert(), nb::arg("bound").noconvert(), nb::arg("threads") = 0,
+               nb::sig("def render_maximum(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
+                       "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
+                       "extent_mm_xyz: collections.abc.Sequence[float], "
+                       "box_from_clip: numpy.typing.NDArray[numpy.float64], "
+                       "value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
+                       "threads: int = 0) -> None"),
+               R"(Write the greatest physical value along each pixel's ray and a bound on its error.
+
+The maximum of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
+
+Parameters
+----------
+volume
+    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+spacing_mm_xyz, extent_mm_xyz
+    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+box_from_clip
+    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+value, bound
+    float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
+threads
+    Threads to use, 0 for all. The result does not depend on it.
+
+Raises
+------
+ValueError
+    If a size does not fit.
+TypeError
+    If an array has another type or order.)");
+}
+
 }  // namespace
 
 void oracle(nb::module_& module) {
+    define_maximum(module);
     module.def("render_oracle", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
                nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),

@@ -1,0 +1,176 @@
+"""Maximum intensity projection: from the scene to the picture, the verdict and the report."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import volprep
+
+from volprep.parts.editing.inputs import edit_with
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.request import load_edit, load_request
+from volprep.truth.camera import standard_views
+from volprep.validation.uncut import unskipped
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+PROFILES = ["gles3", "gles2-2048"]
+SHAPE_ZYX = (24, 48, 56)
+SIZE = (96, 96)
+VESSELS = """
+[[transfer]]
+name = "vessels"
+reference_mm = 4.0
+points = [
+    { value = 300.0, colour = "#000000", opacity = 0.0 },
+    { value = 900.0, colour = "#ffffff", opacity = 0.99 },
+]
+"""
+
+
+def vessels() -> np.ndarray:
+    """Two bent tubes, one behind the other, brighter than a low noise, and nothing in a corner."""
+    z, y, x = np.meshgrid(*(np.arange(n) for n in SHAPE_ZYX), indexing="ij")
+    noise = np.random.default_rng(5).uniform(0, 120, SHAPE_ZYX)
+    one = 900 * np.exp(-((x - 12 - 3 * np.sin(z / 4)) ** 2 + (y - 14) ** 2) / 6)
+    other = 600 * np.exp(-((x - 14 - z) ** 2 + (y - 38) ** 2) / 9)
+    return np.rint(noise + np.maximum(one, other)).astype("<i2")
+
+
+def write_scene(folder, profile="gles3", more="", render="", transfer=VESSELS):
+    vessels().tofile(folder / "vessels.raw")
+    scene = folder / "vessels.toml"
+    scene.write_text(f"""name = "vessels"
+profile = "{profile}"
+{more}
+[source]
+path = "vessels.raw"
+raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
+[pyramid]
+coarsest_longest_axis = 16
+[render]
+compositing = "maximum"
+{render}
+{transfer}""")
+    return scene
+
+
+def package_of(folder, *args, **kwargs):
+    build(load_request(write_scene(folder, *args, **kwargs)), folder / "vessels.volpkg", Silent())
+    return Package.open(folder / "vessels.volpkg")
+
+
+@pytest.fixture(scope="module", params=PROFILES)
+def package(request, tmp_path_factory):
+    skip = '[skip]\nkind = "distance"\nblock = 4\n'
+    return package_of(tmp_path_factory.mktemp(request.param), request.param, more="", transfer=skip + VESSELS)
+
+
+@pytest.fixture(scope="module")
+def report(package):
+    return validate(package.path, package.path.with_name("vessels.report"), Silent())
+
+
+def drawn(package, view="anterior", **choices):
+    grid = package.manifest.levels[0].grid
+    camera = standard_views(grid)[view]
+    with Renderer(package, **choices) as renderer:
+        return renderer.render(camera.box_from_clip(grid, 1.0), SIZE)
+
+
+def test_every_program_says_so_and_samples_once_a_quarter_of_a_voxel(package) -> None:
+    assert {program.compositing for program in package.manifest.programs} == {"maximum"}
+    assert package.manifest.render.step_mm == pytest.approx(0.2)
+    assert package.manifest.render.opacity_cutoff is None
+
+
+def test_the_reversed_view_is_the_same_picture(package) -> None:
+    for one, other in (("anterior", "posterior"), ("left", "right")):
+        picture, back = drawn(package, one), drawn(package, other)
+        assert picture[..., 3].max() > 0.5
+        assert np.abs(picture - back[:, ::-1]).max() <= 1 / 255 + 1e-6
+        assert np.sqrt(np.mean((picture - back[:, ::-1]) ** 2)) < 2e-3
+
+
+def test_skipping_changes_no_pixel(package) -> None:
+    program = package.manifest.programs[0]
+    plain = unskipped(package, program, package.manifest.render)
+    assert plain is not package
+    for view in standard_views(package.manifest.levels[0].grid):
+        assert np.array_equal(drawn(package, view), drawn(plain, view))
+
+
+def test_the_block_of_noise_alone_is_empty_and_the_border_of_noise_is_cut(package) -> None:
+    assert any(texture.role == "skip" for texture in package.manifest.textures)
+    assert package.manifest.grid.shape_zyx[1] < SHAPE_ZYX[1] - 8
+
+
+def test_a_coarse_level_holds_the_greatest_of_its_voxels(package) -> None:
+    assert package.manifest.levels[1].filter == "maximum"
+
+
+def test_it_is_within_the_tolerance_and_the_error_falls_with_the_step(report) -> None:
+    assert report.verdict.failed == 0
+    assert report.verdict.differing == ()
+    (program,) = report.programs
+    assert program.views[0].total.rmse < 0.01
+    errors = [point.total.rmse for point in program.sweep.points if point.level == 0]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < errors[0] / 8
+    assert program.sweep.convergence.expected == 1.0
+
+
+def test_the_oracle_of_the_package_is_the_maximum(report) -> None:
+    """With emission and absorption the picture of the data would be another one by far: data and truth agree."""
+    assert max(view.data.rmse for view in report.programs[0].views) < 0.004
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_an_edited_window_is_drawn_as_a_package_that_was_built_with_it(tmp_path, profile) -> None:
+    edited = VESSELS.replace("4.0", "0.5").replace("300.0", "100.0").replace("0.99", "0.7")
+    (tmp_path / "before").mkdir()
+    (tmp_path / "after").mkdir()
+    before = package_of(tmp_path / "before", profile, more="editable = true")
+    after = package_of(tmp_path / "after", profile, more="editable = true", transfer=edited)
+    file = tmp_path / "edit.toml"
+    file.write_text(edited.split('"vessels"\n')[1])
+    edit = load_edit(file, before.manifest.grid)
+    for level in (each.index for each in before.manifest.levels[:2]):
+        unedited, picture = drawn(before, level=level), drawn(before, level=level, edit=edit_with(edit))
+        # Tables of 8 bits round the extinctions of two lengths differently.
+        assert np.abs(picture - drawn(after, level=level)).max() <= (2 if profile == "gles3" else 4) / 255
+        assert np.abs(picture - unedited).max() > 0.2
+
+
+@pytest.mark.parametrize(
+    ("render", "transfer", "what"),
+    [
+        ('lighting = "headlight"', VESSELS, "lighting headlight"),
+        ('classification = "preintegrated"', VESSELS, "classification preintegrated"),
+        ('classification = "palette"', VESSELS, "classification palette"),
+    ],
+)
+def test_what_a_maximum_does_not_go_with_is_refused_before_the_scan_is_measured(
+    tmp_path, render, transfer, what
+) -> None:
+    with pytest.raises(VolprepError, match=what) as found:
+        package_of(tmp_path, render=render, transfer=transfer)
+    assert found.value.code == "VP3045"
+
+
+def test_labels_have_no_maximum(tmp_path) -> None:
+    scene = write_scene(tmp_path)
+    scene.write_text(scene.read_text().replace("[source]", "[source]\nlabels = true"))
+    with pytest.raises(VolprepError, match="labels") as found:
+        build(load_request(scene), tmp_path / "a.volpkg", Silent())
+    assert found.value.code == "VP3045"
+
+
+def test_the_plan_says_that_no_ray_ends_early(tmp_path) -> None:
+    done = volprep("plan", write_scene(tmp_path), "--json")
+    items = {item["name"]: item for item in json.loads(done.stdout)["items"]}
+    assert not items["early ray termination"]["kept"]
+    assert "maximum" in items["early ray termination"]["reason"]

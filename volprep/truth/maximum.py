@@ -1,0 +1,160 @@
+"""The picture that maximum intensity projection should give, in float64, with a bound on its own error.
+
+What the picture shows is what VTK, 3D Slicer and DICOM workstations show:
+
+1. M is the greatest *physical* value of the trilinear field along the part of the pixel's ray that lies in the box.
+   With a positive slope it is also the greatest stored value. With a negative slope it is the *least* stored value: a
+   shader that reads stored values must take their minimum then.
+2. The pixel is what the transfer function says of M, and of M alone. This is not the most opaque value on the ray: if
+   the function hides the greatest values, they still win, and the pixel is transparent.
+3. A maximum has no path length, so its opacity is that of a fixed length: alpha = 1 - exp(-extinction(M) · reference).
+   The length belongs to the scene. It depends neither on the step nor on the level nor on the direction of the ray.
+   The opacities of a scene have such a length already, and with the same one a control point gets the opacity that the
+   scene states. The default is 1 mm, because extinctions are stated per millimetre.
+4. The pixel is (colour(M) · alpha, alpha): premultiplied, linear light. A ray that misses the box is transparent.
+
+For the usual grey picture of vessels, let the colour go from black to white over the window, and keep the opacity near
+1 all over. Extinction, not opacity, is linear between control points: a ramp from opacity 0 to 1 is steep at its foot.
+Colours are linear in light between control points: a ramp that is even on an sRGB screen needs several points.
+
+In each cell between eight voxels the field along a ray is a cubic, whose maximum is at an end or at a root of its
+derivative (native/src/oracle_maximum.cpp). So the maximum is exact but for rounding. Labels have no maximum: the number
+of a label is not a quantity.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from volprep import _native
+from volprep.truth.oracle import OraclePicture, require_finite
+from volprep_formats.arrays import Float64Array, Texels
+from volprep_formats.grid import Grid
+from volprep_formats.package.transfer_function import TransferFunction
+
+REFERENCE_MM = 1.0
+"""The path whose opacity a maximum has where the scene states no length."""
+
+_EPSILON = float(np.finfo(np.float64).eps)
+_MOST_PER_MM = 1e9
+"""Extinction above this counts as this, as in the other oracle."""
+
+
+def maximum_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
+    volume: Texels,
+    grid: Grid,
+    slope: float,
+    intercept: float,
+    transfer_function: TransferFunction,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    *,
+    reference_mm: float = REFERENCE_MM,
+) -> OraclePicture:
+    """Draw the greatest value along each pixel's ray, with a bound on the error of each pixel.
+
+    The maximum is known up to some 1e-12 of the range of the voxels around it. What the transfer function can change
+    over that interval is the pixel's bound: some 1e-12 for a smooth function. If a jump lies within the interval, the
+    bound has the whole jump, because nobody can tell on which side the maximum is. Where all voxels around the ray are
+    equal, the maximum is exact, and a jump at this very value costs nothing.
+
+    The bound does not cover the silhouette: whether a ray that touches the box within rounding hits it is decided in
+    float64.
+
+    Parameters
+    ----------
+    volume
+        Stored values [z, y, x], C order: uint8, int16, uint16 or float32. physical = slope · stored + intercept.
+    grid
+        Where the voxels are; its shape is the volume's.
+    transfer_function
+        Extinction and colour over physical values. At a jump the value itself belongs to the side above.
+    box_from_clip
+        [4, 4] from homogeneous clip coordinates to box space, as `Camera.box_from_clip` gives it.
+    shape_hw
+        Height and width of the picture in pixels.
+    reference_mm
+        Length of the path whose opacity a maximum has.
+
+    Raises
+    ------
+    VolprepError
+        VP6001 if a voxel is not finite: the field around it is not defined.
+    ValueError
+        If the volume does not have the grid's shape, or the reference length is not above 0.
+    """
+    if volume.shape != grid.shape_zyx:
+        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
+        raise ValueError(msg)
+    if not reference_mm > 0.0:
+        msg = f"reference_mm is {reference_mm:g}; it must be above 0"
+        raise ValueError(msg)
+    require_finite(volume)
+    value, error = np.empty(shape_hw), np.empty(shape_hw)
+    _native.render_maximum(
+        volume,
+        slope,
+        intercept,
+        grid.spacing_mm_zyx[::-1],
+        grid.extent_mm_zyx[::-1],
+        np.ascontiguousarray(box_from_clip, dtype=np.float64),
+        value,
+        error,
+    )
+    hit = ~np.isnan(value)
+    shown = _Shown(transfer_function, reference_mm)
+    picture = OraclePicture(rgba=np.zeros((*shape_hw, 4)), bound=np.zeros(shape_hw))
+    picture.rgba[hit] = shown.at(value[hit])
+    picture.bound[hit] = shown.change(value[hit] - error[hit], value[hit] + error[hit]) + shown.rounding(value[hit])
+    return picture
+
+
+class _Shown:
+    """What a transfer function shows of a value, as premultiplied colour and the opacity of the reference length."""
+
+    def __init__(self, function: TransferFunction, reference_mm: float) -> None:
+        self._values = np.array([point.value for point in function.points])
+        self._colours = np.array([point.colour for point in function.points])
+        extinctions = np.minimum([point.extinction_per_mm for point in function.points], _MOST_PER_MM)
+        self._depths = extinctions * reference_mm
+
+    def at(self, values: Float64Array) -> Float64Array:
+        """Return [n, RGBA] of values [n]."""
+        # Of two points at one value np.interp takes the second at the value itself: the side above.
+        alpha = self._alpha(np.interp(values, self._values, self._depths))
+        colour = np.stack([np.interp(values, self._values, channel) for channel in self._colours.T], axis=-1)
+        return np.concatenate([colour * alpha[:, None], alpha[:, None]], axis=-1)
+
+    def change(self, low: Float64Array, high: Float64Array) -> Float64Array:
+        """Bound how far any two values from `low` [n] to `high` [n] are apart in any channel.
+
+        Between two control points the opacity rises or falls, and the colour changes evenly: a premultiplied colour
+        changes by at most the change of the colour times the greatest opacity, plus the change of the opacity.
+        """
+        total = np.zeros_like(low)
+        for first, second in pairwise(range(len(self._values))):
+            start, end = self._values[first], self._values[second]
+            if start == end:
+                total += np.where((low < start) & (start <= high), self._jump(first, second), 0.0)
+                continue
+            places: Float64Array = (np.clip([low, high], start, end) - start) / (end - start)
+            alpha = self._alpha(self._depths[first] + places * (self._depths[second] - self._depths[first]))
+            steepest = np.abs(self._colours[second] - self._colours[first]).max()
+            total += steepest * (places[1] - places[0]) * alpha.max(axis=0) + np.abs(alpha[1] - alpha[0])
+        return total
+
+    def rounding(self, values: Float64Array) -> Float64Array:
+        """Bound what rounding does to `at`: depths are interpolated up to some units in the last place of the most."""
+        transmittance = 1.0 - self.at(values)[:, 3]
+        rounding: Float64Array = 16.0 * _EPSILON * (1.0 + self._depths.max() * transmittance)
+        return rounding
+
+    def _jump(self, first: int, second: int) -> float:
+        alpha = self._alpha(self._depths[[first, second]])
+        rgba = np.column_stack([self._colours[[first, second]] * alpha[:, None], alpha])
+        return float(np.abs(rgba[1] - rgba[0]).max())
+
+    @staticmethod
+    def _alpha(depths: Float64Array) -> Float64Array:
+        alpha: Float64Array = -np.expm1(-depths)
+        return alpha
