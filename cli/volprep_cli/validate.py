@@ -173,7 +173,7 @@ def _print_empty_space(found: "EmptySpace") -> None:
 def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
     verdict, allowed = report.verdict, report.tolerance
     if report.derivation is not None and report.derivation.findings:
-        from volprep.validation.exact.findings import error_of  # noqa: PLC0415 - keeps volprep --help fast
+        from volprep.validation.exact.findings import error_of
 
         return error_of(report.derivation.findings, package)
     if verdict.unproved:
