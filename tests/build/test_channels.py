@@ -23,7 +23,8 @@ from volprep.scene.scene import load_scene
 from volprep.truth.decoded import level_volume
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channels import channel_packages, channel_views, package_of_transfer
+from volprep_formats.package.channel_packages import channel_packages, package_of_transfer
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package

@@ -26,7 +26,7 @@ from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import Subject, errors
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -11,7 +11,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
-from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package

@@ -17,7 +17,7 @@ from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation.uncut import uncut
-from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.rules import contradictions

@@ -12,7 +12,7 @@ from volprep.render.renderer import Renderer, check_uniforms
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import Primitive, read_glb
-from volprep_formats.package.channels import package_of_transfer
+from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.proxy.record import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.program import Program

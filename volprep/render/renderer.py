@@ -21,7 +21,7 @@ from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
-from volprep_formats.package.channels import package_of_transfer
+from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture

@@ -17,7 +17,7 @@ from volprep.shading.rays import ray_feature, vertex_shader
 from volprep.shading.skipping import skipping_of
 from volprep.shading.together import drawn_together
 from volprep_formats.grid import Grid
-from volprep_formats.package.channels import package_of_transfer
+from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import ProgramDesign, Sampler, Technique, Uniform
 from volprep_formats.package.reader import Package

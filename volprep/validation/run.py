@@ -31,7 +31,7 @@ from volprep.validation.verdict import judge
 from volprep.validation.views import draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents

@@ -1,6 +1,4 @@
-"""A package seen channel by channel: each view is a package of one channel over the same grid."""
-
-from typing import TYPE_CHECKING
+"""A manifest seen channel by channel: each view is that of a package of one channel over the same grid."""
 
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.manifest import Manifest
@@ -8,36 +6,14 @@ from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.skip.record import Skipping
 
-if TYPE_CHECKING:
-    from volprep_formats.package.reader import Package
-
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
     """Return what the manifest says of each channel, under its name."""
-    return {channel.name: _view(manifest, channel) for channel in manifest.channels}
+    return {channel.name: channel_view(manifest, channel) for channel in manifest.channels}
 
 
-def channel_packages(package: "Package") -> dict[str, "Package"]:
-    """Return the package as it is for each channel, under its name, the default one first."""
-    return {name: package.seen_as(view, name) for name, view in channel_views(package.manifest).items()}
-
-
-def package_of_transfer(package: "Package", transfer: str | None) -> "Package":
-    """Return the package as it is for the channel of a transfer function, the default one if None.
-
-    A name that no channel knows gives the package itself, and so does None where channels are drawn together.
-    """
-    if transfer is None and package.manifest.together is not None:
-        return package
-    functions = package.manifest.transfer_functions
-    name = functions[0].name if transfer is None and functions else transfer
-    for channel in package.manifest.channels:
-        if name in channel.transfers:
-            return package.seen_as(_view(package.manifest, channel), channel.name)
-    return package
-
-
-def _view(manifest: Manifest, channel: Channel) -> Manifest:
+def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
+    """Return what the manifest says of one channel."""
     # What belongs to no channel is in every view, so that the rules of one channel find it.
     others = {name for other in manifest.channels if other.name != channel.name for name in other.transfers}
     if manifest.together is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channels import channel_packages
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
