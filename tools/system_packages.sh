@@ -17,6 +17,7 @@ have_mesa() {
     has_library libEGL_mesa.so.0 || return
     compgen -G '/usr/lib*/dri/swrast_dri.so' >/dev/null || compgen -G '/usr/lib/*/dri/swrast_dri.so' >/dev/null
 }
+have_glslang() { command -v glslangValidator >/dev/null; }
 # Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
 have_openvdb() {
     compile <<'EOF'
@@ -32,6 +33,7 @@ things=(
     "compiler|C++20 compiler with OpenMP|g++|gcc-c++|gcc|gcc"
     "gles|loader of EGL and OpenGL ES|libegl1 libgles2 libgles1|libglvnd-egl libglvnd-gles|libglvnd|-"
     "mesa|Mesa's software driver llvmpipe|libegl-mesa0 libgl1-mesa-dri|mesa-libEGL mesa-dri-drivers|mesa|-"
+    "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
 )
 
@@ -54,8 +56,8 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but OpenVDB, which comes last, must be there.
-    [[ ${missing[0]} == openvdb* ]] && exit 0
+    # All but the last two must be there.
+    [[ ${missing[0]} == glslang* || ${missing[0]} == openvdb* ]] && exit 0
     exit 2
 }
 
