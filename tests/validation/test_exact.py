@@ -6,13 +6,19 @@ from pathlib import Path
 
 import pytest
 from tamper_scenes import write_kind
-from tampering import Damaged, built
+from tampering import Damaged, built, told
 
+from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
+from volprep.scene.request import load_request
+from volprep.scene.scene import changed
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
 from volprep.validation.exact.manifests import manifest_differences
 from volprep_formats.package.manifest import FileRecord, Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Silent
 
 MEBI = 2**20
 
@@ -99,6 +105,16 @@ def test_a_missing_entry_of_a_list_is_told(package, tmp_path) -> None:
     assert manifest_differences(manifest_of(damaged), derived) == [
         f"textures has {count - 1} entries, {count} follow from the scene"
     ]
+
+
+def test_a_draft_that_verbs_have_changed_and_sealed_is_judged_by_what_they_were_told(tmp_path) -> None:
+    folder = tmp_path / "tried.volpkg"
+    import_draft(prepare(load_request(write_kind(tmp_path, "fitted"))), folder, Silent())
+    sealed = run_verb(folder, "quantize", lambda scene: changed(scene, "quantize", bits=16), Silent())
+    for verb in ("pyramid", "transfer", "texture", "shaders", "seal"):
+        sealed = run_verb(folder, verb, lambda scene: scene, Silent())
+    assert sealed.manifest.quantization.bits == 16
+    assert told(folder) == ""
 
 
 def manifest_of(record: dict) -> Manifest:

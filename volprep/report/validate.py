@@ -1,7 +1,9 @@
 """volprep validate: measure a package and write the report."""
 
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from volprep.report.page import page
 from volprep.validation.folder import report_folder
@@ -42,10 +44,26 @@ def validate(
     """
     if report_path.resolve().is_relative_to(path.resolve()):
         raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
-    with (
-        report_folder(report_path) as folder,
-        TemporaryDirectory(prefix=".volprep-", dir=report_path.parent) as scratch,
-    ):
-        report = measure_package(path, folder, Path(scratch), progress, source=source, picture_size=picture_size)
+    with report_folder(report_path) as folder, _scratch(report_path) as scratch:
+        report = measure_package(path, folder, scratch, progress, source=source, picture_size=picture_size)
         folder.write(report, page(report))
     return report
+
+
+@contextmanager
+def _scratch(report_path: Path) -> Iterator[Path]:
+    """Return an empty folder beside the report for the scan and its codes, which is removed in the end.
+
+    One that a killed validation left is removed first. Nobody else may read it: it holds a scan.
+    """
+    target = report_path.resolve()
+    folder = target.with_name(f".{target.name}.scratch")
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(mode=0o700)
+    except OSError as error:
+        raise VolprepError("VP6021", path=folder, error=error.strerror or error) from error
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
