@@ -18,9 +18,9 @@ from volprep_formats.progress import Progress
 def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:
     """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
 
-    A draft that it seals gets the scene beside it that the verbs have made of the first one. Raises VP4001 to VP4006
-    for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are missing, and what the stage
-    raises.
+    If it seals the draft, the origin beside it gets the scene that the verbs have made of the first one. Raises VP4001
+    to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are missing, and what
+    the stage raises.
     """
     draft = Draft.open(folder)
     scene = change(scene_of(draft))
@@ -33,10 +33,12 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
     if draft.manifest.state == "sealed":
         require_sound(folder)
         older = read_origin(folder)
-        scene_path = None if older is None else older.scene_path
-        profile = draft.manifest.profile
-        origin = Origin(scene_path=scene_path, scene=scene, profile=profile, levels=made, forms=plan.forms)
-        write_origin(folder, origin)
+        if older is not None:
+            # Only it says where the scan is; the draft does not.
+            sealed = scene.with_source(older.scene.source)
+            profile = draft.manifest.profile
+            origin = Origin(scene_path=older.scene_path, scene=sealed, profile=profile, levels=made, forms=plan.forms)
+            write_origin(folder, origin)
     return draft
 
 

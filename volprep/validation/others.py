@@ -2,7 +2,8 @@
 
 A coarse level is for pictures in which one of its voxels is about one pixel. There it is compared: both its picture and
 the truth are drawn as large as those of the report, and averaged down to that size, so that neither owes its error to
-which detail a pixel's centre happens to meet.
+which detail a pixel's centre happens to meet. Its rmse is judged, and its largest error only told: that is the error of
+one pixel at an outline, where any smaller picture differs.
 
 Pieces are drawn eight at a time, as a device holds them: blocks around points of the grid that share no cell and
 together are the whole level, put together in the order in which rays meet them, and compared with the truth.
@@ -23,7 +24,7 @@ from volprep.validation.records import OtherDrawing, OtherView, ProgramResult
 from volprep.validation.subject import Subject
 from volprep.validation.views import ViewedProgram
 from volprep_formats.package.channel import Level
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
 from volprep_formats.package.program import Program
 
@@ -55,12 +56,13 @@ def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Ite
 def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> OtherDrawing:
     subject = bench.subject
     pixels = _pixels(subject, chosen.level)
+    allowed = Tolerance(rmse=subject.render.tolerance.rmse, maximum=1.0)
     views = []
     with chosen as renderer:
         for name, box_from_clip in subject.views.items():
             with bench.clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
-            views.append(_judged(bench, name, _averaged(drawn, pixels), _averaged(viewed.truths[name], pixels)))
+            views.append(_judged(name, _averaged(drawn, pixels), _averaged(viewed.truths[name], pixels), allowed))
     return OtherDrawing(
         item=f"level {chosen.level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
@@ -102,7 +104,7 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
         blocks = [*_blocks(grid, first)]
         bench.progress.start(f"pieces of {program.transfer}", len(blocks))
         views = tuple(
-            _judged(bench, name, picture, truths[name])
+            _judged(name, picture, truths[name], subject.render.tolerance)
             for name, picture in _put_together(bench, own, grid, first, blocks)
         )
         yield OtherDrawing(
@@ -164,8 +166,7 @@ def _front_to_back(
     return sorted(places, key=lambda place: sum(abs(k - start) for k, start in zip(place, at, strict=True)))
 
 
-def _judged(bench: Bench, view: str, drawn: Picture, truth: Picture) -> OtherView:
-    tolerance = bench.subject.render.tolerance
+def _judged(view: str, drawn: Picture, truth: Picture, tolerance: Tolerance) -> OtherView:
     difference = drawn.astype(np.float64) - truth
     rmse, maximum = float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
     passed = rmse <= tolerance.rmse and maximum <= tolerance.maximum

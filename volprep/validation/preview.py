@@ -9,29 +9,29 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from volprep.pipeline.preview import preview_png
-from volprep.validation.records import Finding
+from volprep.validation.records import Deviation
 from volprep_formats.package.reader import Package
 
 _LARGEST_RMSE = 0.02
 """Two drivers differ by one of 255 steps in some pixels, 0.004; another package differs by more than this."""
 
 
-def preview_findings(package: Package) -> Iterator[Finding]:
+def preview_findings(package: Package) -> Iterator[Deviation]:
     """Draw the preview of `package` again, and return a finding if the one that it ships shows something else."""
     name = package.manifest.preview
     if name is None:
-        yield Finding(code="VP6034", item="the preview", problem="is not there")
+        yield Deviation(code="VP6034", item="the preview", problem="is not there")
         return
     held, drawn = package.read_bytes(name), preview_png(package)
     if held == drawn:
         return
     pictures = [_pixels(held), _pixels(drawn)]
     if pictures[0] is None or pictures[1] is None or pictures[0].shape != pictures[1].shape:
-        yield Finding(code="VP6034", item=name, problem="is no picture of the size of previews")
+        yield Deviation(code="VP6034", item=name, problem="is no picture of the size of previews")
         return
     rmse = float(np.sqrt(np.mean((pictures[0] - pictures[1]) ** 2))) / 255
     if rmse > _LARGEST_RMSE:
-        yield Finding(code="VP6034", item=name, problem=f"shows something else than the package: RMSE {rmse:.2g}")
+        yield Deviation(code="VP6034", item=name, problem=f"shows something else than the package: RMSE {rmse:.2g}")
 
 
 def _pixels(data: bytes) -> NDArray[np.float64] | None:

@@ -265,7 +265,7 @@ class OtherView(Record):
     view: str
     """Name of the standard view."""
     passed: bool
-    """Whether the error is within the tolerance, in rmse and in maximum."""
+    """Whether the error is within the tolerance, in rmse; of pieces also in maximum."""
     rmse: NonNegative
     """Root mean square error over all pixels and channels, premultiplied linear."""
     maximum: NonNegative
@@ -273,7 +273,7 @@ class OtherView(Record):
 
 
 class OtherDrawing(Record):
-    """A coarse level, or the pieces of level 0, drawn in the standard views and judged like the finest level."""
+    """A coarse level, or the pieces of level 0, drawn in the standard views and judged."""
 
     item: str
     """What is drawn."""
@@ -313,7 +313,7 @@ class ProgramResult(Record):
     """Coarse levels, and pieces of level 0, that are drawn with the same transfer function."""
 
 
-class Finding(Record):
+class Deviation(Record):
     """Something in the package that does not follow from scene and scan."""
 
     code: str
@@ -331,7 +331,7 @@ class Derivation(Record):
     """Number of files that were derived and compared."""
     size_bytes: ByteCount
     """Their size."""
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[Deviation, ...] = ()
     """What differs; nothing in a package that may ship."""
 
     @property
@@ -339,7 +339,7 @@ class Derivation(Record):
         """What differs, each item once."""
         return tuple(dict.fromkeys(finding.item for finding in self.findings))
 
-    def with_findings(self, found: Iterable[Finding]) -> "Derivation":
+    def with_findings(self, found: Iterable[Deviation]) -> "Derivation":
         """Return the record with what else was found."""
         return self.model_copy(update={"findings": (*self.findings, *found)})
 

@@ -26,7 +26,7 @@ from volprep_formats.source import SourceSpec
 
 
 @dataclass(frozen=True)
-class Found:
+class Judge:
     """Who judges a package: the scene, and the scan that it names. Nothing of it comes from the package."""
 
     scene: Scene
@@ -58,7 +58,7 @@ class Found:
         return channels[names.index(channel)].spec
 
 
-def find_scan(package: Path, source: Path | None) -> Found:
+def find_scan(package: Path, source: Path | None) -> Judge:
     """Find what judges the package at `package`: `source`, a scene or a scan, or else the origin beside the package.
 
     A scan that is named by its path is read as the origin says. Raises VP3001 to VP3003 and VP3042 for a scene that
@@ -69,11 +69,11 @@ def find_scan(package: Path, source: Path | None) -> Found:
     if source is not None and source.suffix == ".toml":
         request = load_request(source)
         scene, path = with_listed_channels(request.scene), source
-        return Found(scene, path, _profile(origin, request.profile, read_manifest(package).profile))
+        return Judge(scene, path, _profile(origin, request.profile, read_manifest(package).profile))
     if origin is None:
         raise VolprepError("VP6012", path=package)
     spec = at_place(origin.scene.source, Path("/"), source)
-    return Found(
+    return Judge(
         with_listed_channels(origin.scene.with_source(spec)),
         origin_path(package.resolve()),
         _profile(origin, None, read_manifest(package).profile),

@@ -31,7 +31,7 @@ from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
 from volprep.validation.exact.draft import ComparingDraft
 from volprep.validation.exact.findings import findings_of
 from volprep.validation.records import Derivation
-from volprep.validation.scan import Found
+from volprep.validation.scan import Judge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest
@@ -51,7 +51,7 @@ class Derived:
     """The scan of each channel at full precision, files that the system maps into memory."""
 
 
-def derive(package: Package, found: Found, folder: Path, progress: Progress) -> Derived:
+def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> Derived:
     """Make `package` again in the empty folder `folder`, which then holds the scan, and compare.
 
     Raises what reading the scan and planning raise, VP6013 if it is not the scan that the package names, VP4020 where
@@ -76,14 +76,14 @@ def derive(package: Package, found: Found, folder: Path, progress: Progress) -> 
     )
 
 
-def _require_same_scan(manifest: Manifest, derived: Manifest, found: Found) -> None:
+def _require_same_scan(manifest: Manifest, derived: Manifest, found: Judge) -> None:
     for one, other in zip(manifest.channels, derived.channels, strict=False):
         if one.source.sha256 != other.source.sha256:
             digests = {"found": other.source.sha256[:12], "expected": one.source.sha256[:12]}
             raise VolprepError("VP6013", path=found.spec_of(other.name).path, package=manifest.name, **digests)
 
 
-def _plan(draft: ComparingDraft, imported: Imported, manifest: Manifest, found: Found, progress: Progress) -> Plan:
+def _plan(draft: ComparingDraft, imported: Imported, manifest: Manifest, found: Judge, progress: Progress) -> Plan:
     """Make the plan of the scene, with the choices that trying has made."""
     channels = draft.manifest.channels
     assert imported.measured is not None  # noqa: S101 - the folder was empty

@@ -9,7 +9,7 @@ import numpy as np
 from volprep.parts.work import generator
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
 from volprep.validation.exact.manifests import manifest_differences
-from volprep.validation.records import Finding
+from volprep.validation.records import Deviation
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
@@ -20,15 +20,15 @@ _COMPONENTS = {"RED": 1, "LUMINANCE": 1, "RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3
 _GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6033")
 
 
-def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
+def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Deviation]:
     """Return what of `package` is not what the stages have made with `draft`."""
     manifest, derived = package.manifest, draft.manifest
     same_version = manifest.generator == generator()
     if not same_version:
         problem = f"was made by {manifest.generator}; {generator()} may choose otherwise"
-        yield Finding(code="VP6033", item="the package", problem=problem)
+        yield Deviation(code="VP6033", item="the package", problem=problem)
     for problem in manifest_differences(manifest, derived):
-        yield Finding(code="VP6031", item="manifest.json", problem=problem)
+        yield Deviation(code="VP6031", item="manifest.json", problem=problem)
     shaders = {record.path for record in derived.files if record.role == "shader"}
     for path, difference in draft.differences.items():
         texture = next((each for each in derived.textures if each.file == path), None)
@@ -37,14 +37,14 @@ def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Finding]:
         if path in shaders and not same_version:
             # Another version may write another text for the same pictures, which judge it.
             continue
-        yield Finding(code="VP6030", item=item_of(derived, path), problem=_place(difference, texture))
+        yield Deviation(code="VP6030", item=item_of(derived, path), problem=_place(difference, texture))
     made = {*draft.compared, manifest.preview}
     for record in manifest.files:
         if record.path not in made:
-            yield Finding(code="VP6030", item=record.path, problem="nothing in the scene asks for it")
+            yield Deviation(code="VP6030", item=record.path, problem="nothing in the scene asks for it")
 
 
-def error_of(findings: Sequence[Finding], package: Path) -> VolprepError:
+def error_of(findings: Sequence[Deviation], package: Path) -> VolprepError:
     """Return what to say of a package with `findings`: all of the gravest kind."""
     code = min((finding.code for finding in findings), key=_GRAVEST_FIRST.index)
     found = [finding for finding in findings if finding.code == code]
