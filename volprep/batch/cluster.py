@@ -17,7 +17,7 @@ import dask
 from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_completed
 from distributed.scheduler import KilledWorker
 
-from volprep.batch.work import ATTEMPTS, Ended, Task, answer, give_up, understood
+from volprep.batch.work import ATTEMPTS, Ended, Refused, Task, answer, give_up, understood
 from volprep_formats.diagnostics import VolprepError
 
 _WAIT_S = 30.0
@@ -112,9 +112,9 @@ def _version() -> str:
 
 def _run(client: Client, tasks: Iterable[Task]) -> Iterator[Ended]:
     waiting = iter(tasks)
-    pending: dict[Future, tuple[Task, int]] = {}
+    pending: "dict[Future[Ended | Refused], tuple[Task, int]]" = {}
 
-    def submitted(task: Task, attempt: int) -> Future:
+    def submitted(task: Task, attempt: int) -> "Future[Ended | Refused]":
         future = client.submit(answer, task, pure=False)
         pending[future] = task, attempt
         return future
