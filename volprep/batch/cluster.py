@@ -24,6 +24,8 @@ _WAIT_S = 30.0
 """For an answer of a scheduler, and for its first worker."""
 _AT_A_TIME = 1000
 """Tasks that the scheduler knows at the same time: enough for as many cores, and little memory."""
+_ONLY_HERE = "127.0.0.1:0"
+"""Where the scheduler answers questions of its state: to this machine alone, on any port that is free."""
 _SETTINGS = {
     # Each death comes back to us: a second attempt is ours to count.
     "distributed.scheduler.allowed-failures": 0,
@@ -50,7 +52,7 @@ class Local:
                 n_workers=self._workers,
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                dashboard_address=_ONLY_HERE,
                 silence_logs=quiet,
             ) as cluster,
             Client(cluster) as client,
@@ -112,7 +114,7 @@ def _version() -> str:
 
 def _run(client: Client, tasks: Iterable[Task]) -> Iterator[Ended]:
     waiting = iter(tasks)
-    pending: "dict[Future[Ended | Refused], tuple[Task, int]]" = {}
+    pending: dict[Future[Ended | Refused], tuple[Task, int]] = {}
 
     def submitted(task: Task, attempt: int) -> "Future[Ended | Refused]":
         future = client.submit(answer, task, pure=False)

@@ -3,6 +3,7 @@
 import faulthandler
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -58,8 +59,8 @@ def guarded(limits: Limits, note: Callable[[str], None]) -> Iterator[Peak]:
 
 
 def _watch(limits: Limits, note: Callable[[str], None], peak: Peak, done: threading.Event) -> None:
-    looks = int(limits.seconds / _LOOK_S)
-    for _ in range(looks):
+    deadline = time.monotonic() + limits.seconds
+    while time.monotonic() < deadline:
         now = peak.look()
         if limits.memory_bytes is not None and now > limits.memory_bytes:
             _end(note, "memory")

@@ -4,7 +4,6 @@ FOLDER/ledger.jsonl, index.json, index.html; FOLDER/PROFILE/NAME.volpkg with its
 program needs is in FOLDER/.batch: the key of the names, and locks.
 """
 
-import os
 import secrets
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +12,13 @@ from pathlib import Path
 from volprep_formats.output import output_errors, write_file
 
 _KEY_BYTES = 32
+
+_STATE = ".batch"
+
+
+def is_batch(folder: Path) -> bool:
+    """Whether a folder is that of a batch."""
+    return (folder / _STATE).is_dir()
 
 
 @dataclass(frozen=True)
@@ -43,31 +49,35 @@ class Place:
     @property
     def is_there(self) -> bool:
         """Whether this process sees the folder; one on another machine may not."""
-        return self._state.is_dir()
+        return is_batch(self.folder)
 
     @property
     def _state(self) -> Path:
-        return self.folder / ".batch"
+        return self.folder / _STATE
 
     def prepare(self) -> None:
         """Make the folder and its key, if they are not there. Raises VP4020 where nothing can be written."""
         with output_errors(self.folder):
             self._state.mkdir(parents=True, exist_ok=True)
-        # Two batches may begin at the same time: the first key stays.
-        with suppress(FileExistsError):
-            made = self._state / f"key.{secrets.token_hex(4)}"
-            write_file(made, secrets.token_bytes(_KEY_BYTES))
-            try:
-                with output_errors(self.folder):
-                    made.chmod(0o600)
-                self._link(made)
-            finally:
-                made.unlink()
-
-    def _link(self, made: Path) -> None:
-        os.link(made, self._state / "key")
+            if not self._key.exists():
+                self._make_key()
 
     def key(self) -> bytes:
         """Return the key that names and stamps are made with. Raises VP4020 if it cannot be read."""
-        with output_errors(self.folder):
-            return (self._state / "key").read_bytes()
+        with output_errors(self._key):
+            return self._key.read_bytes()
+
+    @property
+    def _key(self) -> Path:
+        return self._state / "key"
+
+    def _make_key(self) -> None:
+        made = self._state / f"key.{secrets.token_hex(4)}"
+        write_file(made, secrets.token_bytes(_KEY_BYTES))
+        try:
+            made.chmod(0o600)
+            # Two batches may begin at the same time: the first key stays.
+            with suppress(FileExistsError):
+                self._key.hardlink_to(made)
+        finally:
+            made.unlink()

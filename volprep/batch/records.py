@@ -1,5 +1,7 @@
 """The record of a job in the ledger. It holds no path and no text of a scan: its name says which scan it is."""
 
+import errno
+import os
 from numbers import Number
 from typing import Annotated, Literal
 
@@ -8,6 +10,10 @@ from pydantic import Field
 from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
+
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_SYSTEM_TEXTS = frozenset(os.strerror(number) for number in errno.errorcode)
+"""What the system says is not from a scan."""
 
 
 class JobError(Record):
@@ -88,7 +94,16 @@ def job_error(error: VolprepError, name: str) -> JobError:
     return JobError(code=plain.code, summary=plain.summary, remedy=plain.remedy)
 
 
+def unexpected(error: Exception, name: str) -> JobError:
+    """Return what stands in the ledger for an error that nobody foresaw: its kind, and what the system says."""
+    if isinstance(error, OSError) and error.errno is not None:
+        code = "VP4020" if error.errno in _NO_ROOM else "VP7003"
+        return job_error(VolprepError(code, path=name, error=os.strerror(error.errno)), name)
+    found = VolprepError("VP9001", error=type(error).__name__)
+    return JobError(code=found.code, summary=found.summary, remedy=found.remedy)
+
+
 def _harmless(key: str, value: object, name: str) -> object:
-    if isinstance(value, Number):
+    if isinstance(value, Number) or str(value) in _SYSTEM_TEXTS:
         return value
     return name if key == "path" else "…"

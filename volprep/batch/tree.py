@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from volprep.batch.jobs import FoundScan
+from volprep.batch.place import is_batch
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
@@ -51,13 +52,16 @@ def _of_path(path: Path, root: Path) -> FoundScan:
 
 
 def _others(root: Path) -> Iterator[Path]:
-    """Files and folders that readers other than that of DICOM know."""
+    """Files and folders that readers other than that of DICOM know; the packages of a batch are no scans to it."""
     if root.is_file():
         if _is_scan(root):
             yield root
         return
     for place, folders, files in os.walk(root):
         folder = Path(place)
+        if is_batch(folder):
+            folders.clear()
+            continue
         if _format(folder) in _WHOLE_FOLDERS:
             folders.clear()
             yield folder

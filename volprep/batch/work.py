@@ -8,6 +8,7 @@ import hashlib
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from volprep.batch.guard import Limits, guarded
 from volprep.batch.jobs import Job
 from volprep.batch.ledger import Ledger
 from volprep.batch.place import Place
-from volprep.batch.records import JobRecord, job_error
+from volprep.batch.records import JobRecord, job_error, unexpected
 from volprep.batch.stamp import stamp_of
 from volprep.pipeline.build import build
 from volprep_formats.diagnostics import VolprepError
@@ -138,7 +139,7 @@ def is_done(record: JobRecord, task: Task) -> bool:
 
 def _is_of_same_work(record: JobRecord, task: Task) -> bool:
     return (
-        record.version == version("volprep")
+        record.version == _version()
         and record.scene_sha256 == task.job.scene_sha256
         and record.source_stamp == stamp_of(task.job, task.place.key())
     )
@@ -165,9 +166,7 @@ def _attempt(task: Task, attempts: Attempts, retries: int, last: JobRecord | Non
         except VolprepError as error:
             record = record.model_copy(update={"outcome": "failed", "errors": (job_error(error, task.job.name),)})
         except Exception as error:  # noqa: BLE001 - the others go on, and this one is in the ledger
-            defect = VolprepError("VP9001", error=type(error).__name__)
-            found = job_error(defect, task.job.name)
-            record = record.model_copy(update={"outcome": "failed", "errors": (found,)})
+            record = record.model_copy(update={"outcome": "failed", "errors": (unexpected(error, task.job.name),)})
         peak.look()
     taken = {"seconds": round(time.monotonic() - began, 3), "peak_memory_bytes": peak.bytes, "ended": _now()}
     return record.model_copy(update=taken)
@@ -228,9 +227,14 @@ def _blank(task: Task) -> JobRecord:
         outcome="failed",
         source_stamp=stamp_of(task.job, task.place.key()),
         scene_sha256=task.job.scene_sha256,
-        version=version("volprep"),
+        version=_version(),
         ended=_now(),
     )
+
+
+@cache
+def _version() -> str:
+    return version("volprep")
 
 
 def _now() -> str:
