@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -104,6 +105,15 @@ def test_a_table_says_source_scene_profiles_and_name_of_each_scan(tmp_path) -> N
     assert found[2].files == (tmp_path / "phantom.raw",)
     assert found[3].name.startswith("scan-")
     assert [job.request.scene.name for job in found] == [job.name for job in found]
+
+
+def test_a_profile_whose_name_leads_elsewhere_is_refused(tmp_path) -> None:
+    write_scans(tmp_path / "in", 1)
+    profile = files("volprep.scene") / "profiles" / "gles3.toml"
+    text = profile.read_text(encoding="utf-8").replace('"gles3"', '"../../elsewhere"', 1)
+    (tmp_path / "far.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(VolprepError, match="VP8007"):
+        jobs(tmp_path / "in", tmp_path / "out", profiles=(str(tmp_path / "far.toml"),))
 
 
 def test_json_lines_say_the_same_as_csv(tmp_path) -> None:

@@ -15,6 +15,7 @@ from itertools import islice
 
 import dask
 from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_completed
+from distributed.comm import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from volprep.batch.work import ATTEMPTS, Ended, Refused, Task, answer, give_up, understood
@@ -76,7 +77,7 @@ class Remote:
         with self._client() as client:
             try:
                 yield from _run(client, tasks)
-            except (CancelledError, asyncio.CancelledError) as error:
+            except (CancelledError, asyncio.CancelledError, CommClosedError) as error:
                 raise VolprepError("VP8030", address=self._address, error="the connection is lost") from error
 
     @contextmanager

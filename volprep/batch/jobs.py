@@ -3,6 +3,7 @@
 import hashlib
 import hmac
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -13,6 +14,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
 
 _Loader = Callable[[Path, str | None], Request]
+_FOLDER = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _DIGITS = 16
 """Of a name: two of 10⁶ scans have the same one with a chance of 3·10⁻⁸."""
 
@@ -80,14 +82,16 @@ def expand(
 ) -> list[Job]:
     """Make the jobs of all scans: one for each of its profiles.
 
-    `scene` and `profiles` count where a scan has none of its own. Raises VP8005 for two jobs of one name, and what
-    `load_request` raises.
+    `scene` and `profiles` count where a scan has none of its own. Raises VP8005 for two jobs of one name, VP8007 for a
+    profile that cannot have a folder of its name, and what `load_request` raises.
     """
     loaded = cache(load_request)
     jobs: dict[tuple[str, str], tuple[Job, str]] = {}
     for scan in found:
         for profile in scan.profiles or tuple(profiles) or (None,):
             job = _job(scan, scan.scene or scene, profile, loaded, key)
+            if _FOLDER.fullmatch(job.profile) is None:
+                raise VolprepError("VP8007", path=jobs_path, profile=job.profile)
             first = jobs.setdefault((job.name, job.profile), (job, scan.where))
             if first[0] is not job:
                 fields = {"first": first[1], "second": scan.where, "name": job.name, "profile": job.profile}

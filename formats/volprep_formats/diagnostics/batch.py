@@ -35,6 +35,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: holds no scan: {files} files, and no reader knows one of them",
         "Name the folder that holds the scans, or a jobs table, CSV or JSON lines, that says how to read them.",
     ),
+    "VP8007": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: profile {profile} cannot have a folder of its name",
+        "Give the profile a name of letters, digits, ., - and _, which begins with a letter or a digit.",
+    ),
     "VP8010": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}, line {line}: not a record of this ledger: {problem}",
