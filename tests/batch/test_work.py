@@ -95,7 +95,7 @@ def test_a_job_that_another_process_works_on_is_left_to_it(task) -> None:
 
 
 def test_attempts_of_another_batch_do_not_count_as_this_one_s(task) -> None:
-    for run, times in (("another run", 5), ("run", 1)):
+    for run, times in (("another", 5), ("run", 1)):
         for _ in range(times):
             with job_locked(task.place.job_lock(task.job.name, "gles3"), run) as attempts:
                 assert attempts is not None
