@@ -15,7 +15,7 @@ from itertools import islice
 
 import dask
 from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_completed
-from distributed.comm import CommClosedError
+from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from volprep.batch.work import ATTEMPTS, Ended, Refused, Task, answer, give_up, understood
