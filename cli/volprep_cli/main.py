@@ -37,6 +37,7 @@ _VERBS = {
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",
+    "batch": "batch",
     "cut": "cut",
     "quantize": "quantize",
     "pyramid": "pyramid",

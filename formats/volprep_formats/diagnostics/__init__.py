@@ -3,7 +3,17 @@
 The entries stand in one file for each thousand.
 """
 
-from volprep_formats.diagnostics import defects, geometry, machine, package, rendering, scene, sources, validation
+from volprep_formats.diagnostics import (
+    batch,
+    defects,
+    geometry,
+    machine,
+    package,
+    rendering,
+    scene,
+    sources,
+    validation,
+)
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 from volprep_formats.diagnostics.shown import Lines, shown
 
@@ -17,6 +27,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     **rendering.ENTRIES,
     **validation.ENTRIES,
     **machine.ENTRIES,
+    **batch.ENTRIES,
     **defects.ENTRIES,
 }
 

@@ -1,0 +1,89 @@
+"""Many scans: VP8xxx."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+ENTRIES: dict[str, Diagnostic] = {
+    "VP8001": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: cannot be read as a jobs table: {error}",
+        "A table is CSV with a line of headings, or JSON lines (.jsonl) with an object in each line, in UTF-8.",
+    ),
+    "VP8002": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}, line {line}: unknown column {column}",
+        "The columns of a jobs table are {known}.",
+    ),
+    "VP8003": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}, line {line}: {problem}",
+        "Correct this line of the jobs table. Nothing has been built.",
+    ),
+    "VP8004": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}, line {line}: {file} does not exist",
+        "A relative path starts at the folder of the table. Correct the path, or take the line out of the table. "
+        "Nothing has been built.",
+    ),
+    "VP8005": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {first} and {second} both have the name {name} for profile {profile}, so one package would replace "
+        "the other",
+        "Give each scan a name of its own, and each profile, too. Nothing has been built.",
+    ),
+    "VP8006": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds no scan: {files} files, and no reader knows one of them",
+        "Name the folder that holds the scans, or a jobs table, CSV or JSON lines, that says how to read them.",
+    ),
+    "VP8007": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: profile {profile} cannot have a folder of its name",
+        "Give the profile a name of letters, digits, ., - and _, which begins with a letter or a digit.",
+    ),
+    "VP8010": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}, line {line}: not a record of this ledger: {problem}",
+        "Take this line out of the ledger: its scan is then built again. Or name another folder with -o.",
+    ),
+    "VP8011": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: the process that works on a scan does not see the folder of this batch",
+        "The folder must be the same for all workers: a disk that all machines share, under one path.",
+    ),
+    "VP8020": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the process that built it was killed, or crashed, {times} times",
+        "Build this scan alone with volprep build. If that works, the machine had too little memory for so many "
+        "scans at a time: use fewer --workers, and --retry-failed.",
+    ),
+    "VP8021": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: took longer than {limit_s:g} s, {times} times, and was stopped",
+        "Allow more with --time-limit, and use --retry-failed.",
+    ),
+    "VP8022": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: took more memory than {limit_mb:.0f} MB, {times} times, and was stopped",
+        "Allow more with --memory-limit or fewer --workers, and use --retry-failed.",
+    ),
+    "VP8023": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its files changed while they were read, so there is no package of it",
+        "Wait until the files are complete, and run the batch again.",
+    ),
+    "VP8030": Diagnostic(
+        ExitStatus.MACHINE,
+        "{address}: no Dask scheduler answers: {error}",
+        "See that the scheduler runs and can be reached from here. What is in the ledger is done.",
+    ),
+    "VP8031": Diagnostic(
+        ExitStatus.MACHINE,
+        "{address}: a worker has volprep {found}, and this is {here}",
+        "Install the same version of volprep on all machines: packages of one batch are made by one version.",
+    ),
+    "VP8032": Diagnostic(
+        ExitStatus.MACHINE,
+        "{address}: the scheduler has no worker, and none came within {limit_s:g} s",
+        "Start workers for this scheduler, and run the batch again.",
+    ),
+}

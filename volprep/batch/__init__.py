@@ -1,0 +1,1 @@
+"""Many scans: jobs, a ledger of what became of each, workers that may die, and a page of all."""

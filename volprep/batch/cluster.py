@@ -1,0 +1,138 @@
+"""Dask distributed as engine: worker processes on this machine, or those of a scheduler that runs already.
+
+A worker that dies is seen by the scheduler, and takes nobody along; its scan is handed out again. What a worker notes
+beside the lock of a job tells the next one how the attempt ended, so that it does not matter who counts deaths.
+"""
+
+import asyncio
+import logging
+import signal
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from importlib.metadata import version
+from itertools import islice
+
+import dask
+from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_completed
+from distributed.comm.core import CommClosedError
+from distributed.scheduler import KilledWorker
+
+from volprep.batch.work import ATTEMPTS, Ended, Refused, Task, answer, give_up, understood
+from volprep_formats.diagnostics import VolprepError
+
+_WAIT_S = 30.0
+"""For an answer of a scheduler, and for its first worker."""
+_AT_A_TIME = 1000
+"""Tasks that the scheduler knows at the same time: enough for as many cores, and little memory."""
+_ONLY_HERE = "127.0.0.1:0"
+"""Where the scheduler answers questions of its state: to this machine alone, on any port that is free."""
+_SETTINGS = {
+    # Each death comes back to us: a second attempt is ours to count.
+    "distributed.scheduler.allowed-failures": 0,
+    # A worker has one scan and holds no results: limits of memory are watched where the work is done.
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.terminate": False,
+}
+
+
+class Local:
+    """Worker processes of this machine, with one thread each."""
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+
+    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+        """Do tasks; give each result as soon as it is there. Raises what `work` raises."""
+        quiet = logging.CRITICAL
+        with (
+            dask.config.set(_SETTINGS),
+            LocalCluster(
+                n_workers=self._workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=_ONLY_HERE,
+                silence_logs=quiet,
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            client.register_plugin(_LeaveInterruptsToParent())
+            yield from _run(client, tasks)
+
+
+class Remote:
+    """The workers of a scheduler."""
+
+    def __init__(self, address: str) -> None:
+        self._address = address
+
+    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+        """Do tasks; give each result as soon as it is there.
+
+        Raises VP8030 for a scheduler that does not answer, VP8031 for workers of another version, VP8032 if there are
+        none, and what `work` raises.
+        """
+        with self._client() as client:
+            try:
+                yield from _run(client, tasks)
+            except (CancelledError, asyncio.CancelledError, CommClosedError) as error:
+                raise VolprepError("VP8030", address=self._address, error="the connection is lost") from error
+
+    @contextmanager
+    def _client(self) -> Iterator[Client]:
+        try:
+            client = Client(self._address, timeout=_WAIT_S)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise VolprepError("VP8030", address=self._address, error=error) from error
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=_WAIT_S)
+            except TimeoutError as error:
+                raise VolprepError("VP8032", address=self._address, limit_s=_WAIT_S) from error
+            here = version("volprep")
+            for found in client.run(_version).values():
+                if found != here:
+                    raise VolprepError("VP8031", address=self._address, found=found, here=here)
+            yield client
+
+
+class _LeaveInterruptsToParent(WorkerPlugin):
+    """Ctrl-C reaches all processes of a terminal; the parent ends its workers."""
+
+    def setup(self, worker: Worker) -> None:  # noqa: ARG002 - so Dask calls it
+        """Begin in a worker, in its main thread."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _version() -> str:
+    try:
+        return version("volprep")
+    except ImportError:
+        return "none"
+
+
+def _run(client: Client, tasks: Iterable[Task]) -> Iterator[Ended]:
+    waiting = iter(tasks)
+    pending: dict[Future[Ended | Refused], tuple[Task, int]] = {}
+
+    def submitted(task: Task, attempt: int) -> "Future[Ended | Refused]":
+        future = client.submit(answer, task, pure=False)
+        pending[future] = task, attempt
+        return future
+
+    done = as_completed([submitted(task, 1) for task in islice(waiting, _AT_A_TIME)])
+    for future in done:
+        task, attempt = pending.pop(future)
+        try:
+            ended = understood(future.result())
+        except KilledWorker:
+            if attempt <= ATTEMPTS:  # the one after the last finds that all have died, and records it
+                done.add(submitted(task, attempt + 1))
+                continue
+            ended = give_up(task)
+        future.release()
+        for following in islice(waiting, 1):
+            done.add(submitted(following, 1))
+        yield ended

@@ -1,0 +1,241 @@
+"""The work on one job, in whatever process: build, validate, and put the record into the ledger.
+
+Only who holds the job's lock works on it, and lets go when the record is on the disk: two batches never build one scan
+twice, and a process that dies leaves no record, or a whole one.
+"""
+
+import hashlib
+import time
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from volprep.batch.attempts import Attempts, End, job_locked
+from volprep.batch.guard import Limits, guarded
+from volprep.batch.jobs import Job
+from volprep.batch.ledger import Ledger
+from volprep.batch.place import Place
+from volprep.batch.records import JobRecord, job_error, unexpected
+from volprep.batch.stamp import stamp_of
+from volprep.pipeline.build import build
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import output_errors
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.package.storage.publish import remove_package
+from volprep_formats.progress import Silent
+
+ATTEMPTS = 2
+"""A scan whose process died is tried once more."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job of a batch."""
+
+    job: Job
+    place: Place
+    run: str
+    """Number of the batch."""
+    validate: bool
+    """Whether packages are validated."""
+    retry_failed: bool
+    """Whether to try again what failed before."""
+    seen: str | None
+    """When the record ended that was there as the batch began; None if there was none."""
+    limits: Limits
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What came of a task."""
+
+    task: Task
+    record: JobRecord | None
+    """The record; none if another batch works on this job now."""
+    is_new: bool
+    """Whether this batch made the record."""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why nothing can go on: an error in a form that goes from process to process."""
+
+    code: str
+    fields: dict[str, object]
+
+
+def answer(task: Task) -> Ended | Refused:
+    """Do a job as `work` does, for an engine in another process."""
+    try:
+        return work(task)
+    except VolprepError as error:
+        return Refused(error.code, error.fields)
+
+
+def understood(given: object) -> Ended:
+    """Return the result in an answer. Raises the error in it."""
+    if isinstance(given, Refused):
+        raise VolprepError(given.code, **given.fields)
+    assert isinstance(given, Ended)  # noqa: S101 - `answer` gives nothing else
+    return given
+
+
+def work(task: Task) -> Ended:
+    """Do a job, if it is not done, and give its record. What is wrong with a scan stands in the record.
+
+    Raises VP8011 where the folder of the batch is not seen, VP4020 and VP8010 for a ledger that cannot be used.
+    """
+    job, place = task.job, task.place
+    if not place.is_there:
+        raise VolprepError("VP8011", path=place.folder)
+    with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
+        if attempts is None:
+            return Ended(task, None, is_new=False)
+        ledger = Ledger(place)
+        last = ledger.last(job.name, job.profile)
+        if last is not None and is_done(last, task):
+            attempts.forget()
+            return Ended(task, last, is_new=False)
+        deaths = attempts.deaths()
+        if len(deaths) < ATTEMPTS:
+            attempts.begin()
+            record = _attempt(task, attempts, len(deaths), last)
+        else:
+            record = _record_of_deaths(task, deaths)
+        ledger.append(record)
+        attempts.forget()
+        return Ended(task, record, is_new=True)
+
+
+def give_up(task: Task) -> Ended:
+    """Record that no process lives through this job, as far as it is not done."""
+    job, place = task.job, task.place
+    with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
+        if attempts is None:
+            return Ended(task, None, is_new=False)
+        ledger = Ledger(place)
+        last = ledger.last(job.name, job.profile)
+        if last is not None and is_done(last, task):
+            return Ended(task, last, is_new=False)
+        record = _record_of_deaths(task, attempts.deaths() or ["killed"] * ATTEMPTS)
+        ledger.append(record)
+        attempts.forget()
+        return Ended(task, record, is_new=True)
+
+
+def is_done(record: JobRecord, task: Task) -> bool:
+    """Whether a record still tells what a job would come to."""
+    if not _is_of_same_work(record, task):
+        return False
+    if record.outcome == "failed":
+        # Another batch may have tried it again while this one ran.
+        return not task.retry_failed or record.ended != task.seen
+    return _has_package(record, task) and (not task.validate or _has_report(record, task))
+
+
+def _is_of_same_work(record: JobRecord, task: Task) -> bool:
+    return (
+        record.version == _version()
+        and record.scene_sha256 == task.job.scene_sha256
+        and record.source_stamp == stamp_of(task.job, task.place.key())
+    )
+
+
+def _has_package(record: JobRecord, task: Task) -> bool:
+    manifest = task.place.package(record.name, record.profile) / MANIFEST
+    try:
+        return hashlib.sha256(manifest.read_bytes()).hexdigest() == record.package_sha256
+    except OSError:
+        return False
+
+
+def _has_report(record: JobRecord, task: Task) -> bool:
+    return record.report is not None and (task.place.folder / record.report).is_file()
+
+
+def _attempt(task: Task, attempts: Attempts, retries: int, last: JobRecord | None) -> JobRecord:
+    began = time.monotonic()
+    record = _blank(task).model_copy(update={"retries": retries})
+    with guarded(task.limits, attempts.note) as peak:
+        try:
+            record = _made(task, record, last)
+        except VolprepError as error:
+            record = record.model_copy(update={"outcome": "failed", "errors": (job_error(error, task.job.name),)})
+        except Exception as error:  # noqa: BLE001 - the others go on, and this one is in the ledger
+            record = record.model_copy(update={"outcome": "failed", "errors": (unexpected(error, task.job.name),)})
+        peak.look()
+    taken = {"seconds": round(time.monotonic() - began, 3), "peak_memory_bytes": peak.bytes, "ended": _now()}
+    return record.model_copy(update=taken)
+
+
+def _made(task: Task, record: JobRecord, last: JobRecord | None) -> JobRecord:
+    """Build the package, unless only its report is missing, and validate it if that is wished."""
+    package = task.place.package(task.job.name, task.job.profile)
+    if last is not None and _is_of_same_work(last, task) and last.outcome == "built" and _has_package(last, task):
+        manifest = read_manifest(package)
+    else:
+        manifest = build(task.job.request, package, Silent())
+        if stamp_of(task.job, task.place.key()) != record.source_stamp:
+            remove_package(package)
+            raise VolprepError("VP8023", path=package)
+    record = record.model_copy(update=_facts(package, manifest, task.place))
+    return record.model_copy(update=_proved(package, task.place)) if task.validate else record
+
+
+def _facts(package: Path, manifest: Manifest, place: Place) -> dict[str, object]:
+    inside = package.relative_to(place.folder).as_posix()
+    return {
+        "outcome": "built",
+        "source_sha256": manifest.source.sha256,
+        "package": inside,
+        "package_sha256": hashlib.sha256((package / MANIFEST).read_bytes()).hexdigest(),
+        "preview": None if manifest.preview is None else f"{inside}/{manifest.preview}",
+        "shape_zyx": manifest.levels[0].grid.shape_zyx,
+        "size_bytes": sum(file.size_bytes for file in manifest.files),
+    }
+
+
+def _proved(package: Path, place: Place) -> dict[str, object]:
+    from volprep.report.validate import default_report_path, validate  # noqa: PLC0415 - loads plots and OpenGL
+
+    folder = default_report_path(package)
+    report = validate(package, folder, Silent())
+    page = (place.folder.resolve() / folder / "index.html").relative_to(place.folder.resolve())
+    return {"verdict": "within" if report.verdict.passed else "beyond", "report": page.as_posix()}
+
+
+def _record_of_deaths(task: Task, deaths: list[End]) -> JobRecord:
+    name, times = task.job.name, len(deaths)
+    if deaths[-1] == "time":
+        error = VolprepError("VP8021", path=name, limit_s=task.limits.seconds, times=times)
+    elif deaths[-1] == "memory":
+        limit_mb = (task.limits.memory_bytes or 0) / 1e6
+        error = VolprepError("VP8022", path=name, limit_mb=limit_mb, times=times)
+    else:
+        error = VolprepError("VP8020", path=name, times=times)
+    return _blank(task).model_copy(update={"errors": (job_error(error, name),), "retries": times - 1})
+
+
+def _blank(task: Task) -> JobRecord:
+    return JobRecord(
+        name=task.job.name,
+        profile=task.job.profile,
+        outcome="failed",
+        source_stamp=stamp_of(task.job, task.place.key()),
+        scene_sha256=task.job.scene_sha256,
+        version=_version(),
+        ended=_now(),
+    )
+
+
+@cache
+def _version() -> str:
+    return version("volprep")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="microseconds")
