@@ -33,7 +33,7 @@ def stress(
     """
     from volprep.report.stress import stress as try_cases
     from volprep.scene.profiles import load_profile
-    from volprep.truth.stress import CASES
+    from volprep.validation.stress_cases import CASES
 
     names = [each.name for each in CASES]
     if unknown := set(case).difference(names):

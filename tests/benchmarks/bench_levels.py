@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table as Rows
 
 from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume
@@ -29,7 +30,6 @@ from volprep.pipeline.stages import STAGES, run_stage
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import Request, load_request
-from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
 from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.joint_histogram import joint_shares, level_table, reference_mm, shares_of_counts
 from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.scan import slabs
 from volprep.scan.slabs import RawVolume
-from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm, shares_of_counts
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.parts.editing.record import BINS, WHOLE, decode_histogram, encode_histogram

@@ -11,7 +11,7 @@ from command_line import volprep
 from volprep.render.renderer import Renderer
 from volprep.report.stress import stress
 from volprep.scene.profiles import load_profile
-from volprep.truth.stress import CASES
+from volprep.validation.stress_cases import CASES
 from volprep.validation.stress_records import StressReport
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError

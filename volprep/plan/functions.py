@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.scan.statistics import Measured
-from volprep.scene.points import MOST_OPAQUE, Measure
+from volprep.scene.points import Measure
 from volprep.scene.presets import load_preset
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.package.transfer_function import MOST_OPAQUE, TransferFunction
 from volprep_formats.source import SourceInfo
 
 _OUTLIERS = 0.1

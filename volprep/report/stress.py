@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from volprep.report.stress_page import stress_page
-from volprep.truth.stress import StressCase
 from volprep.validation.folder import report_folder
 from volprep.validation.stress import measure_stress
+from volprep.validation.stress_cases import StressCase
 from volprep.validation.stress_records import StressReport
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from volprep_formats.package.transfer_function import Fraction, TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import MOST_OPAQUE, Fraction, TransferFunction, TransferPoint
 from volprep_formats.record import Record
 from volprep_formats.transfer_files.points import MOST_POINTS
 
@@ -15,8 +15,6 @@ Length = Annotated[float, Field(gt=0.0)]
 
 PhysicalValue = Annotated[float, Field(ge=-1e38, le=1e38)]
 """A value that 32-bit floating point can hold, as can twice it and the difference of two."""
-MOST_OPAQUE = 1.0 - 2.0**-16
-"""Opacity above this counts as this: 1 would need an infinite extinction. In 8 bits it is 1 all the same."""
 
 
 @dataclass(frozen=True)

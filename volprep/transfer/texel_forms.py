@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.scene.points import MOST_OPAQUE
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
+from volprep_formats.package.transfer_function import MOST_OPAQUE
 
 _LARGEST_HALF = 65504.0
 """Extinction above this is clamped: a micrometre of it has opacity 1 - exp(-65) = 1 in float32 already."""

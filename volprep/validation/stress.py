@@ -23,12 +23,12 @@ from volprep.scene.transfer import SceneTransfer
 from volprep.truth.laws import broken_laws
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.truth.picture import encoded
-from volprep.truth.stress import CLASSIFICATIONS, StressCase
 from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.pictures import coloured, largest_difference
 from volprep.validation.precise import most_precise
 from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
+from volprep.validation.stress_cases import CLASSIFICATIONS, StressCase
 from volprep.validation.stress_records import StressDrawing, StressPoint, StressReport, StressResult
 from volprep.validation.subject import Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW

@@ -7,6 +7,9 @@ from pydantic import Field, model_validator
 
 from volprep_formats.record import Record
 
+MOST_OPAQUE = 1.0 - 2.0**-16
+"""Opacity above this counts as this: 1 would need an infinite extinction. In 8 bits it is 1 all the same."""
+
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 

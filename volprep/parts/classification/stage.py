@@ -8,11 +8,11 @@ which its tables come.
 from collections.abc import Iterator
 
 from volprep.parts.levels.chosen import lookup_of_level, own_tables
+from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
-from volprep.transfer.joint_histogram import joint_shares
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import preintegrated_texels

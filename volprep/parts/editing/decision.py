@@ -8,10 +8,10 @@ that shows one function only.
 from collections.abc import Iterator
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.levels.joint_histogram import reference_mm
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
-from volprep.transfer.joint_histogram import reference_mm
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.levels.joint_histogram import level_table
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import entry_extinctions
 from volprep.render.inputs import Edit, Inputs
 from volprep.scan.block_ranges import BlockRanges
-from volprep.transfer.joint_histogram import level_table
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.texel_forms import opaque_per_mm
 from volprep_formats.arrays import Float64Array, Texels

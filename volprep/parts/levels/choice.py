@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.fitted import bins_of, fitted_slabs
+from volprep.parts.levels.joint_histogram import joint_shares, level_table, reference_mm
 from volprep.parts.levels.look import look_through, plain_look
 from volprep.parts.levels.noise import noise_of
 from volprep.parts.levels.rays import RaySamples, RaySegments, random_lines, sample_level
 from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.parts.levels.reduce import reduced_slabs
 from volprep.scan.slabs import RawVolume, bytes_of
-from volprep.transfer.joint_histogram import joint_shares, level_table, reference_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
-from volprep.scene.points import MOST_OPAQUE
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.editing.record import BINS, WHOLE, Shares
+from volprep_formats.package.transfer_function import MOST_OPAQUE
 
 Factors = tuple[int, int, int]
 
