@@ -31,7 +31,7 @@ _UNSOUND = (zipfile.BadZipFile, OSError, ValueError, OverflowError, NotImplement
 """What the library raises over damaged zips."""
 
 
-class Place(NamedTuple):
+class Extent(NamedTuple):
     """Where a file of the zip is."""
 
     start_bytes: int
@@ -78,7 +78,7 @@ def _padding(offset: int, name: str, size: int) -> bytes:
     return _PADDING.pack(_PADDING_ID, 2 + zeros, ALIGNMENT) + bytes(zeros)
 
 
-def place_of(package: Path, name: str) -> Place:
+def place_of(package: Path, name: str) -> Extent:
     """Return where the file `name` is in the zip. Raises VP4007 if it is not there, and as `places`."""
     found = places(package).get(name)
     if found is None:
@@ -86,7 +86,7 @@ def place_of(package: Path, name: str) -> Place:
     return found
 
 
-def places(package: Path) -> Mapping[str, Place]:
+def places(package: Path) -> Mapping[str, Extent]:
     """Return where each file is in the zip at `package`.
 
     Raises VP4002 for what is no zip, or one whose files are compressed, encrypted, doubled, beyond its end or on top of
@@ -97,7 +97,7 @@ def places(package: Path) -> Mapping[str, Place]:
 
 
 @lru_cache(maxsize=4)
-def _places(package: Path, _mtime_ns: int, size: int) -> Mapping[str, Place]:
+def _places(package: Path, _mtime_ns: int, size: int) -> Mapping[str, Extent]:
     try:
         with package.open("rb") as file:
             return _read_places(file, size)
@@ -106,10 +106,10 @@ def _places(package: Path, _mtime_ns: int, size: int) -> Mapping[str, Place]:
         raise VolprepError("VP4002", path=package, problem=problem) from error
 
 
-def _read_places(file: BinaryIO, size: int) -> dict[str, Place]:
+def _read_places(file: BinaryIO, size: int) -> dict[str, Extent]:
     with zipfile.ZipFile(file) as archive:
         entries = archive.infolist()
-    found: dict[str, Place] = {}
+    found: dict[str, Extent] = {}
     for entry in entries:
         name = entry.filename
         is_plain = entry.compress_type == zipfile.ZIP_STORED and entry.file_size == entry.compress_size
@@ -124,7 +124,7 @@ def _read_places(file: BinaryIO, size: int) -> dict[str, Place]:
         if not _says_the_same(head, entry):
             raise ValueError(f"{name!r} has another CRC, size or kind at its place than in the directory")
         start = entry.header_offset + _LOCAL_HEADER.size + head[9] + head[10]
-        found[name] = Place(start, entry.file_size, entry.CRC)
+        found[name] = Extent(start, entry.file_size, entry.CRC)
     # Each file lies between its header and the next one, and so does none on top of another.
     heads = sorted((entry.header_offset, entry.filename) for entry in entries)
     for (_, name), (following, _) in pairwise([*heads, (size, "")]):
