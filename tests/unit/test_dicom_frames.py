@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dicom_files import ds, image, save, save_all, stack
+from dicom_files import ds, encoded, image, save, save_all, stack
 from pydicom.dataset import Dataset
-from pydicom.encaps import encapsulate, generate_frames
+from pydicom.encaps import encapsulate
 from pydicom.sequence import Sequence
 from pydicom.uid import (
     DeflatedExplicitVRLittleEndian,
@@ -119,18 +119,9 @@ def test_what_a_frame_says_wins_over_what_all_share(tmp_path) -> None:
 @pytest.mark.parametrize("has_table", [True, False])
 def test_compressed_frames_are_found_in_their_fragments(tmp_path, syntax, parts, has_table) -> None:
     data = enhanced(dtype="<u2")
-    singles = []
-    for k in range(5):
-        single = image(np.frombuffer(data.PixelData, "<u2").reshape(5, 9, 8)[k])
-        single.file_meta = Dataset()
-        save(single, tmp_path / "single")
-        single["PixelData"].VR = "OW"
-        single.set_original_encoding(is_implicit_vr=False, is_little_endian=True)
-        single.compress(syntax, generate_instance_uid=False)
-        singles.append(next(generate_frames(single.PixelData, number_of_frames=1)))
+    singles = [encoded(frame, syntax, 16) for frame in np.frombuffer(data.PixelData, "<u2").reshape(5, 9, 8)]
     data.PixelData = encapsulate(singles, fragments_per_frame=parts, has_bot=has_table)
     data["PixelData"].is_undefined_length = True
-    (tmp_path / "single").unlink()
     file = save(data, tmp_path / "e", syntax)
     if parts > 1 and not has_table:
         with pytest.raises(VolprepError) as error:

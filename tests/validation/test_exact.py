@@ -8,9 +8,8 @@ import pytest
 from tamper_scenes import write_kind
 from tampering import Damaged, built, told
 
+from volprep.pipeline.begin import begin_draft
 from volprep.pipeline.drafts import run_verb
-from volprep.pipeline.import_draft import import_draft
-from volprep.pipeline.prepare import prepare
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
@@ -109,7 +108,7 @@ def test_a_missing_entry_of_a_list_is_told(package, tmp_path) -> None:
 
 def test_a_draft_that_verbs_have_changed_and_sealed_is_judged_by_what_they_were_told(tmp_path) -> None:
     folder = tmp_path / "tried.volpkg"
-    import_draft(prepare(load_request(write_kind(tmp_path, "fitted"))), folder, Silent())
+    begin_draft(load_request(write_kind(tmp_path, "fitted")), folder, Silent())
     sealed = run_verb(folder, "quantize", lambda scene: changed(scene, "quantize", bits=16), Silent())
     for verb in ("pyramid", "transfer", "texture", "shaders", "seal"):
         sealed = run_verb(folder, verb, lambda scene: scene, Silent())
