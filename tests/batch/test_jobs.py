@@ -14,6 +14,7 @@ from volprep.batch.jobs import Job, in_shard
 from volprep.batch.place import Place
 from volprep.batch.run import find_jobs
 from volprep.batch.stamp import stamp_of
+from volprep.batch.table import scans_in_table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 
@@ -84,6 +85,14 @@ def test_a_tree_without_a_scan_is_refused(tmp_path) -> None:
         jobs(tmp_path / "letters", tmp_path / "out")
     with pytest.raises(VolprepError, match="VP1001"):
         jobs(tmp_path / "nowhere", tmp_path / "out")
+
+
+@pytest.mark.parametrize("name", ["jobs.csv", "jobs.jsonl"])
+def test_a_pipe_is_no_table_and_is_not_waited_for(tmp_path, name) -> None:
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(VolprepError, match="pipe") as refused:
+        scans_in_table(tmp_path / name, has_scene=True)
+    assert refused.value.code == "VP8001"
 
 
 def test_a_table_says_source_scene_profiles_and_name_of_each_scan(tmp_path) -> None:

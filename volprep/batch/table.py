@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from volprep.batch.jobs import FoundScan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_of_text
 from volprep_formats.record import Record, problems
+from volprep_formats.regular_files import open_regular
 
 _MOST_BYTES = 2**30
 
@@ -97,7 +99,7 @@ def _lines(path: Path) -> Iterator[tuple[int, dict[str, object]]]:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise VolprepError("VP8001", path=path, error=f"larger than {_MOST_BYTES} bytes")
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        with TextIOWrapper(open_regular(path), encoding="utf-8-sig", newline="") as file:
             if path.suffix.lower() == ".csv":
                 rows = csv.DictReader(file, restkey="cells without a heading", strict=True)
                 for row in rows:
