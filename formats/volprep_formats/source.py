@@ -127,6 +127,8 @@ class SourceSpec(Record):
 
     def without_place(self) -> Self:
         """Return the same source without what says where it is, or which of several: names that are not ours."""
+        if isinstance(self.channels, tuple) and self.channels:
+            return self.model_copy(update={"channels": tuple(each.without_place() for each in self.channels)})
         return self.model_copy(update={"path": "imported", "series": None, "channel": None, "grid": None})
 
     @model_validator(mode="after")

@@ -66,13 +66,7 @@ class Job:
     def scene_sha256(self) -> str:
         """Digest of scene and profile, without the place of the source."""
         scene, profile = self.request.scene, self.request.profile
-        source = scene.source
-        if isinstance(source.channels, tuple) and source.channels:
-            listed = tuple(each.model_copy(update={"path": "imported"}) for each in source.channels)
-            source = source.model_copy(update={"channels": listed})
-        else:
-            source = source.without_place()
-        plain = scene.model_copy(update={"source": source})
+        plain = scene.with_source(scene.source.without_place())
         wishes = {"scene": plain.model_dump(mode="json"), "profile": profile.model_dump(mode="json")}
         return hashlib.sha256(json.dumps(wishes, sort_keys=True).encode()).hexdigest()
 

@@ -31,12 +31,7 @@ def scene_bytes(scene: Scene) -> bytes:
     A name of a file or a series may be that of a patient. Once the source is imported no stage asks for it; the origin
     beside the package keeps it.
     """
-    source = scene.source
-    if isinstance(source.channels, tuple) and source.channels:
-        unnamed = source.model_copy(update={"channels": tuple(each.without_place() for each in source.channels)})
-    else:
-        unnamed = source.without_place()
-    return scene.with_source(unnamed).model_dump_json().encode()
+    return scene.with_source(scene.source.without_place()).model_dump_json().encode()
 
 
 def codes_name(level: int, channel: str) -> str:
