@@ -1,6 +1,7 @@
 """The plan of a draft whose source has been imported."""
 
 import json
+from collections.abc import Sequence
 
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.work import FORMS, source_volume
@@ -20,23 +21,25 @@ def plan_draft(
     profile: DeviceProfile,
     progress: Progress,
     measured: tuple[Measured, ...] | None = None,
+    *,
+    tried: Sequence[FormTrial] | None = None,
 ) -> Plan:
     """Make the plan for a draft; `measured` is what import has just found, if it ran.
 
-    A scene that wants compression has forms tried on the whole source, unless an earlier verb has done it. Raises what
-    `make_plan` raises.
+    A scene that wants compression has forms tried on the whole source, unless an earlier verb has done it, or `tried`
+    says what came of it. Raises what `make_plan` raises.
     """
     channels = draft.manifest.channels
     volumes = [source_volume(draft, channel.name) for channel in channels]
     if measured is None:
         pairs = zip(channels, volumes, strict=True)
         measured = tuple(measure_again(each.source, each.statistics, volume) for each, volume in pairs)
-    tried = _tried(draft)
+    forms = _tried(draft) if tried is None else [*tried]
     scanned = [
         Scanned(
             channel.source.info,
             found,
-            WholeSource(volume, channel.source.info, channel.source.sha256, progress, tried),
+            WholeSource(volume, channel.source.info, channel.source.sha256, progress, forms),
         )
         for channel, found, volume in zip(channels, measured, volumes, strict=True)
     ]

@@ -18,10 +18,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.compression.whole import WholeSource
 from volprep.parts.work import source_volume
 from volprep.pipeline.import_draft import Imported, import_draft
-from volprep.pipeline.make_plan import Scanned, make_plan
+from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.stages import STAGES, run_stage
@@ -85,23 +84,7 @@ def _require_same_scan(manifest: Manifest, derived: Manifest, found: Judge) -> N
 
 def _plan(draft: ComparingDraft, imported: Imported, manifest: Manifest, found: Judge, progress: Progress) -> Plan:
     """Make the plan of the scene, with the choices that trying has made."""
-    channels = draft.manifest.channels
-    assert imported.measured is not None  # noqa: S101 - the folder was empty
-    scanned = [
-        Scanned(
-            channel.source.info,
-            measured,
-            WholeSource(
-                source_volume(draft, channel.name),
-                channel.source.info,
-                channel.source.sha256,
-                progress,
-                [*found.forms],
-            ),
-        )
-        for channel, measured in zip(channels, imported.measured, strict=True)
-    ]
-    plan = make_plan(imported.scene, found.profile, scanned)
+    plan = plan_draft(draft, imported.scene, found.profile, progress, imported.measured, tried=found.forms)
     noted = iter(found.levels)
     return plan.model_copy(update={"channels": tuple(_chosen(each, manifest, noted) for each in plan.channels)})
 
