@@ -17,6 +17,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.plan.probe import difference
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.validation.bench import Bench
@@ -167,10 +168,9 @@ def _front_to_back(
 
 
 def _judged(view: str, drawn: Picture, truth: Picture, tolerance: Tolerance) -> OtherView:
-    difference = drawn.astype(np.float64) - truth
-    rmse, maximum = float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
-    passed = rmse <= tolerance.rmse and maximum <= tolerance.maximum
-    return OtherView(view=view, passed=passed, rmse=rmse, maximum=maximum)
+    found = difference(drawn.astype(np.float64), truth.astype(np.float64))
+    passed = found.rmse <= tolerance.rmse and found.maximum <= tolerance.maximum
+    return OtherView(view=view, passed=passed, rmse=found.rmse, maximum=found.maximum)
 
 
 def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str, ...]:

@@ -13,10 +13,9 @@ from volprep.validation.records import Deviation
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import COMPONENTS, Texture
 from volprep_formats.textures import ktx2
 
-_COMPONENTS = {"RED": 1, "LUMINANCE": 1, "RG": 2, "LUMINANCE_ALPHA": 2, "RGB": 3, "RGBA": 4}
 _GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6033")
 
 
@@ -81,7 +80,7 @@ def _bytes_per_texel(texture: Texture) -> int | None:
     """Return the size of a texel; None where a file holds blocks, indices or several mipmaps."""
     if texture.mipmap is not None or texture.gl.format is None:
         return None
-    return _COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
+    return COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
 
 
 def _is_fitted(texture: Texture) -> bool:
