@@ -15,13 +15,19 @@ def shown(text: object, longest: int = _LONGEST) -> str:
     Of what is longer than `longest` characters, beginning and end remain, with … between them. A path keeps its end,
     which says most.
     """
-    plain = str(text)
-    if not plain.isprintable():
-        plain = "".join(each if each.isprintable() else _escape(each) for each in plain)
+    plain = printable(str(text))
     if len(plain) <= longest:
         return plain
     end = longest // 2
     return f"{plain[: longest - end - 1]}…{plain[-end:]}"
+
+
+def printable(text: str) -> str:
+    r"""Return `text` with a visible escape for each character that is none, such as newlines and directions of writing.
+
+    A byte of a file name that is no UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
+    """
+    return text if text.isprintable() else "".join(each if each.isprintable() else _escape(each) for each in text)
 
 
 def _escape(character: str) -> str:

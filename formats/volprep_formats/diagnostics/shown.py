@@ -4,8 +4,9 @@ File names, headers and messages of libraries are written by whoever made the fi
 terminal, or look like a line of volprep.
 """
 
-from collections.abc import Iterable
 from numbers import Number
+
+from volprep_formats.shown import printable
 
 _HEAD, _TAIL = 600, 200
 """Characters of a long text that are shown. A path is known by its end, everything else by its beginning."""
@@ -41,21 +42,7 @@ def shown(value: object) -> object:
 
 
 def visible(text: str) -> Shown:
-    r"""Return `text` with a visible escape for each character that is none, such as newlines and directions of writing.
-
-    A byte of a file name that is no UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
-    """
+    """Return `text` cut to a length, and safe to print."""
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … {text[-_TAIL:]}"
-    return Shown(text if text.isprintable() else "".join(_escaped(text)))
-
-
-def _escaped(text: Iterable[str]) -> Iterable[str]:
-    for character in text:
-        code = ord(character)
-        if character.isprintable():
-            yield character
-        elif 0xDC80 <= code <= 0xDCFF:  # a byte, as Python keeps it in names of files
-            yield f"\\x{code - 0xDC00:02x}"
-        else:
-            yield character.encode("unicode_escape").decode("ascii")
+    return Shown(printable(text))
