@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, FiniteFloat, model_validator
 
 from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
 from volprep_formats.path_text import path_of_text, path_text
@@ -14,11 +14,14 @@ from volprep_formats.record import Record
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
 SourceFormat = Literal[
+    "analyze",
     "auto",
     "dicom",
     "metaimage",
+    "mgh",
     "mosaic",
     "nifti",
+    "npy",
     "nrrd",
     "ome-tiff",
     "ome-zarr",
@@ -35,6 +38,8 @@ ChannelName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=
 """Name of a channel, which becomes part of names of files."""
 RepairKind = Literal["gaps", "tilt"]
 """What can be repaired where slices form no grid."""
+GreyOf = Literal["luminance", "red", "green", "blue"]
+"""What of three colours becomes the one value of a voxel."""
 
 
 class RawLayout(Record):
@@ -60,6 +65,15 @@ class StackLayout(Record):
     gaps: Literal["refuse", "ignore"] = "refuse"
     """What to do if numbers are missing in the names of the pictures. "ignore" takes the pictures that exist as
     neighbours, all at the same distance."""
+
+
+class ArrayLayout(Record):
+    """What a NumPy file does not say: its array has axes z, y and x, and no spacing."""
+
+    spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
+    """Distance between voxel centres, in millimetres."""
+    name: str | None = None
+    """Name of the array, where a .npz file holds several."""
 
 
 class TileLayout(Record):
@@ -88,12 +102,14 @@ class SourceSpec(Record):
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
     labels: bool = False
-    """Whether voxels are labels: whole numbers from 0 to 255 that name things. They are never rounded or averaged."""
+    """Whether voxels are labels: whole numbers that name things. They are never rounded or averaged. Numbers above 255
+    are replaced by codes from 0 to 255, in ascending order, over which transfer functions then are."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, NIfTI, OME: which volume to read, from 1, where there are several: time points, echoes, components."""
+    """DICOM, NIfTI, FreeSurfer, Analyze, OME: which volume to read, from 1, where there are several: time points,
+    echoes, components."""
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
@@ -105,15 +121,26 @@ class SourceSpec(Record):
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: what may be repaired by interpolation if slices do not form a grid. "gaps": missing slices and uneven
     distances. "tilt": a tilted gantry. If absent, such a series is refused."""
-    rgb: Literal["luminance"] | None = None
-    """DICOM, stacks of pictures, mosaics: what to do with colours; "luminance" makes them grey, 0.299 red + 0.587 green
-    + 0.114 blue. If absent, pictures in colour are refused."""
+    rgb: GreyOf | None = None
+    """DICOM, stacks of pictures, mosaics: what to do with colours. "luminance" makes them grey, 0.299 red + 0.587 green
+    + 0.114 blue; "red", "green" and "blue" take one of them. If absent, pictures in colour are refused."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
+    mask: str | None = None
+    """File of a mask with the same voxels; a relative path starts at the folder of the scene file. Where it is 0, the
+    scan gets the value `outside` before anything is made of it: no level, normal, table, mesh or preview knows what was
+    there."""
+    outside: FiniteFloat | None = None
+    """Physical value of what a mask leaves out. If absent, the least value of the scan, for which it is read twice."""
+    nan: Literal["outside"] | FiniteFloat | None = None
+    """What voxels become that are not a number: a physical value, or "outside" for the value of that key. If absent,
+    they are refused."""
     raw: RawLayout | None = None
     """Raw only: shape, type, spacing, byte order and header size."""
     stack: StackLayout | None = None
     """Stack of pictures only: spacing, and whether numbers may be missing."""
+    array: ArrayLayout | None = None
+    """NumPy only: spacing, and the name of the array."""
     mosaic: TileLayout | None = None
     """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
 
@@ -121,15 +148,27 @@ class SourceSpec(Record):
         """Return the path of the file or folder; a relative one starts at `base`."""
         return base / path_of_text(self.path)
 
-    def at(self, path: Path) -> Self:
-        """Return the same source at another place."""
-        return self.model_copy(update={"path": path_text(path)})
+    def mask_place(self, base: Path) -> Path | None:
+        """Return the path of the mask, if there is one; a relative one starts at `base`."""
+        return None if self.mask is None else base / path_of_text(self.mask)
+
+    def places(self) -> tuple[Path, ...]:
+        """Return the paths of all that is read, which are absolute in a resolved scene."""
+        mask = self.mask_place(Path())
+        return (self.place(Path()),) if mask is None else (self.place(Path()), mask)
+
+    def resolved(self, base: Path, instead: Path | None = None) -> Self:
+        """Return the same source with absolute paths: they start at `base`, and `instead` replaces that of the scan."""
+        mask = self.mask_place(base)
+        where = instead.absolute() if instead is not None else self.place(base)
+        return self.model_copy(update={"path": path_text(where), "mask": None if mask is None else path_text(mask)})
 
     def without_place(self) -> Self:
         """Return the same source without what says where it is, or which of several: names that are not ours."""
         if isinstance(self.channels, tuple) and self.channels:
             return self.model_copy(update={"channels": tuple(each.without_place() for each in self.channels)})
-        return self.model_copy(update={"path": "imported", "series": None, "channel": None, "grid": None})
+        mask = None if self.mask is None else "mask"
+        return self.model_copy(update={"path": "imported", "mask": mask, "series": None, "channel": None, "grid": None})
 
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:
@@ -218,6 +257,8 @@ class SourceInfo(Record):
     """Unit of the physical values, for example HU; empty when the source does not say."""
     modality: str = ""
     """DICOM modality, for example CT or MR; empty when the source does not say."""
+    label_numbers: tuple[int, ...] = ()
+    """Labels above 255, renumbered: the number in the source of each code, the first for code 0."""
     repairs: tuple[GapRepair | TiltRepair, ...] = ()
     """What was repaired by interpolation because the scene asked for it, in the order in which it was done."""
     remarks: tuple[str, ...] = ()

@@ -40,6 +40,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: profile {profile} cannot have a folder of its name",
         "Give the profile a name of letters, digits, ., - and _, which begins with a letter or a digit.",
     ),
+    "VP8008": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {where} has no mask, and --require-mask asks for one of each scan",
+        "Name masks in the column mask of a jobs table, or with mask in [source] of scenes. Nothing has been built.",
+    ),
     "VP8010": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}, line {line}: not a record of this ledger: {problem}",
@@ -85,5 +90,45 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.MACHINE,
         "{address}: the scheduler has no worker, and none came within {limit_s:g} s",
         "Start workers for this scheduler, and run the batch again.",
+    ),
+    "VP8040": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: cannot be used as a rule file: {problem}",
+        "A rule file is TOML: a table [[rule]] for each rule, with a name, a scene, and at least one of modality, "
+        "description, spacing_mm, format and slices. Nothing has been built.",
+    ),
+    "VP8041": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: of {scans} scans {none} match no rule, and {several} match several:{found}",
+        "Make rules narrower, or write [otherwise] with a scene, or with skip = true, for scans that match no rule. "
+        "--dry-run shows which rule each scan matches. Nothing has been built.",
+    ),
+    "VP8042": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: the scene {file} does not exist",
+        "A relative path starts at the folder of the rule file. Nothing has been built.",
+    ),
+    "VP8050": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: cannot be fetched, tried {times} times: {error}",
+        "See that the address is right, that this machine may read it, and that the store answers. Then use "
+        "--retry-failed.",
+    ),
+    "VP8051": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: cannot be stored, tried {times} times: {error}",
+        "See that the bucket is there, that this machine may write to it, and that the store answers. Then use "
+        "--retry-failed.",
+    ),
+    "VP8052": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: no module here knows {protocol}://: {error}",
+        "For s3:// install volprep[s3]; for others the package that fsspec names, such as gcsfs for gs:// and aiohttp "
+        "for https://.",
+    ),
+    "VP8053": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {protocol}:// does not take objects whole, so a package there could be half a package",
+        "Store packages at an s3://, gs:// or az:// address, or in a folder with -o.",
     ),
 }

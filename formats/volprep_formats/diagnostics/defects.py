@@ -1,4 +1,4 @@
-"""Defects of volprep: VP9xxx."""
+"""Defects of volprep, and calls of its functions that cannot be: VP9xxx."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -7,5 +7,15 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.INTERNAL,
         "internal error: {error}",
         "This is a defect in volprep. Run again with VOLPREP_TRACEBACK=1 and report what it prints.",
+    ),
+    "VP9010": Diagnostic(
+        ExitStatus.USAGE,
+        "what is chosen of the source cannot be: {problems}",
+        "Give the keys and values of [source] in a scene; sample_specs/README.md lists them.",
+    ),
+    "VP9011": Diagnostic(
+        ExitStatus.MACHINE,
+        "the volume needs {size} bytes of memory at once, and there is not so much",
+        "Read a coarser level, or build a package, which takes the scan slab by slab.",
     ),
 }

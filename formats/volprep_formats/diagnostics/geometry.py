@@ -34,14 +34,14 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: there are {each} images at each of {places} places: several volumes (echoes, phases, time points), "
         "or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
-        "If an attribute tells them apart, choose one with source.volume or import --volume. Else keep only the images "
-        "of one volume in the folder.",
+        "If an attribute tells them apart, choose one with source.volume in the scene, or --volume. Else keep only the "
+        "images of one volume in the folder.",
     ),
     "VP2007": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: the gantry was tilted by {angles}: the slices lie {pitch_mm:.3f} mm apart along their normal, but "
         "{step_mm:.3f} mm along the line from slice to slice, and shift sideways by {total_mm:.2f} mm in all",
-        'Set source.repair = ["tilt"], or use import --repair tilt, to remove the tilt by linear interpolation '
+        'Set source.repair = ["tilt"], or use --repair tilt, to remove the tilt by linear interpolation '
         "within the slices.",
     ),
     "VP2008": Diagnostic(
@@ -54,7 +54,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: {missing} missing slice(s) between {below} and {above}: the gap is {gap_mm:.3f} mm, the usual "
         "distance is {usual_mm:.3f} mm; number of such gaps: {holes}",
-        'Copy the whole series again; or set source.repair = ["gaps"], or use import --repair gaps, to interpolate '
+        'Copy the whole series again; or set source.repair = ["gaps"], or use --repair gaps, to interpolate '
         "between the neighbours.",
     ),
     "VP2015": Diagnostic(
@@ -62,7 +62,7 @@ ENTRIES: dict[str, Diagnostic] = {
         "{folder}: uneven slice distances, from {least_mm:.3f} to {gap_mm:.3f} mm, usually {usual_mm:.3f} mm; the "
         "largest is between {below} and {above}; slices lie up to {off_mm:.3f} mm from even places, rounding explains "
         "only {tolerance_mm:.3f} mm",
-        'Set source.repair = ["gaps"], or use import --repair gaps, to interpolate slices at even distances; or remove '
+        'Set source.repair = ["gaps"], or use --repair gaps, to interpolate slices at even distances; or remove '
         "the slices that are wrong.",
     ),
     "VP2016": Diagnostic(

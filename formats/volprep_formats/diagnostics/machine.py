@@ -1,4 +1,4 @@
-"""What a machine lacks: VP7xxx."""
+"""What a machine lacks: VP7xxx. From VP7010 to VP7059: what the reader in formats/js says of browsers and devices."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -17,5 +17,142 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.MACHINE,
         "{path}: the system refuses it: {error}",
         "See to the permissions of this path and of the folders above it, or name another.",
+    ),
+    "VP7010": Diagnostic(
+        ExitStatus.RENDER,
+        "the package needs {needed}, but this page has {found}",
+        "Use a browser and a device that have it, or build the package for the profile {profile}.",
+    ),
+    "VP7011": Diagnostic(
+        ExitStatus.RENDER,
+        "texture {name}: {axis} {size} is more than this device takes, {limit}",
+        "Draw a coarser level, or build the package for a profile with smaller textures.",
+    ),
+    "VP7012": Diagnostic(
+        ExitStatus.RENDER,
+        "program {name} reads {count} textures, but this device reads {limit} in one program",
+        "Build the package for a profile with fewer texture units.",
+    ),
+    "VP7013": Diagnostic(
+        ExitStatus.RENDER,
+        "the textures of level {level} take {size} bytes, but {limit} are allowed here",
+        "Draw a coarser level, or raise maxTextureBytes.",
+    ),
+    "VP7014": Diagnostic(
+        ExitStatus.RENDER,
+        "this device draws textures of {format} wrongly: a few texels that must give {expected} give {found}",
+        "Draw a level of another format, or build the package for a profile without this format.",
+    ),
+    "VP7015": Diagnostic(ExitStatus.PACKAGE, "{url}: the server answers {answer}", "Check the address and the server."),
+    "VP7016": Diagnostic(
+        ExitStatus.PACKAGE, "{url}: nothing has arrived for {seconds} s", "Check the connection and try again."
+    ),
+    "VP7017": Diagnostic(
+        ExitStatus.USAGE,
+        "a package cannot be opened from {what}",
+        "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
+    ),
+    "VP7018": Diagnostic(
+        ExitStatus.USAGE,
+        "there is nothing to draw with: {problem}",
+        "Make a new renderer, or wait until the context is there again.",
+    ),
+    "VP7019": Diagnostic(
+        ExitStatus.USAGE,
+        "the picture cannot be clipped by {what}",
+        "Give a box in millimetres, and at most {limit} planes, each four numbers.",
+    ),
+    "VP7020": Diagnostic(
+        ExitStatus.USAGE,
+        "these are no points of a transfer function: {problem}",
+        "Give points in ascending order of value, with colour and extinction_per_mm.",
+    ),
+    "VP7021": Diagnostic(
+        ExitStatus.PACKAGE,
+        "program {name} draws {technique}, which is not possible here: {problem}",
+        "Use a browser and a device that have it, or build the package with another technique.",
+    ),
+    "VP7030": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: profile {profile} is for OpenGL ES 1.1, which no browser has",
+        "Build the scene for a profile of OpenGL ES 2 or 3, for example gles2-2048, and look at that package.",
+    ),
+    "VP7031": Diagnostic(
+        ExitStatus.MACHINE,
+        "cannot serve at {address}, port {port}: {error}",
+        "Name another port with --port, or leave --port out: a free one is taken then.",
+    ),
+    "VP7032": Diagnostic(
+        ExitStatus.MACHINE,
+        "this machine has no address in a local network",
+        "Connect it to the network of the other device, or leave out --lan.",
+    ),
+    "VP7033": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: something is there already that --force does not replace: {problem}",
+        "Choose another name, or move what is there.",
+    ),
+    "VP7034": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: {size} bytes are too much for one page, which holds at most {limit}",
+        "Write a folder (-o FOLDER), or build the package for a profile with smaller textures.",
+    ),
+    "VP7035": Diagnostic(
+        ExitStatus.MACHINE,
+        "this installation lacks {path}, a file of the page",
+        "Install volprep again.",
+    ),
+    "VP7036": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: not a measurement of a device: {problem}",
+        "Name a file that the page of volprep view has saved or sent, or a folder of such files.",
+    ),
+    "VP7037": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: the device measured another package, {name} ({found}), and not this one ({expected})",
+        "Name a measurement of this package, or measure it on the device.",
+    ),
+    "VP7038": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{gpu} draws nothing of {transfer} in {frame_ms:g} ms: the fastest that was measured, level {level} with a "
+        "step of {step_mm:.3g} mm, takes up to {fastest:.3g} ms",
+        "Allow a longer frame, draw fewer pixels, or build the package with coarser levels.",
+    ),
+    "VP7039": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: the report is not of this package",
+        "Name another report with --report, or validate the package.",
+    ),
+    "VP7040": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: it holds {count} measurements already, and takes no more",
+        "Move them to another folder, or name another with --devices.",
+    ),
+    "VP7041": Diagnostic(
+        ExitStatus.MACHINE,
+        "this browser draws no WebGL: {reason}",
+        "Use a browser with WebGL, and allow it graphics acceleration.",
+    ),
+    "VP7042": Diagnostic(
+        ExitStatus.INTERNAL,
+        "the page could not go on: {reason}",
+        "Load it again; if that does not help, report the browser and these words.",
+    ),
+    "VP7043": Diagnostic(
+        ExitStatus.MACHINE,
+        "what was measured did not arrive: {reason}",
+        "Save it as a file, and put the file into the folder of measurements.",
+    ),
+    "VP7060": Diagnostic(
+        ExitStatus.RENDER,
+        "{driver} draws {capability} wrong: pixel {pixel} of {pixels} is {found} instead of {expected}",
+        "Pictures of packages that have it are wrong on this driver. Update it, or take Mesa's software driver, with "
+        "EGL_PLATFORM=surfaceless LIBGL_ALWAYS_SOFTWARE=1 in the environment.",
+    ),
+    "VP7061": Diagnostic(
+        ExitStatus.RENDER,
+        "this driver does not take {capability}: {error}",
+        "Packages that have it cannot be drawn or validated on this driver. Build for a profile without it, or take "
+        "Mesa's software driver, with EGL_PLATFORM=surfaceless LIBGL_ALWAYS_SOFTWARE=1 in the environment.",
     ),
 }

@@ -17,6 +17,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: this is not a scene, so --source has no path to replace",
         "Name a scene, which is a TOML file that says how to draw a scan (README.md shows one), or leave --source out.",
     ),
+    "VP3005": Diagnostic(
+        ExitStatus.SCENE, "there is no preset {name}", "Name one of: {names}. volprep presets shows them."
+    ),
     "VP3010": Diagnostic(
         ExitStatus.SCENE,
         "there is no profile {name}",
@@ -58,6 +61,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "labels must be whole numbers from 0 to 255, because they become codes unchanged: {problem}",
         "Renumber the labels and leave quantize at auto. If voxels are not labels, leave source.labels out.",
     ),
+    "VP3026": Diagnostic(
+        ExitStatus.SCENE,
+        "the source has {count} labels, from {low} to {high}; there are codes for 255 of them",
+        "Leave out labels in the source, or split it into several files of labels.",
+    ),
     "VP3030": Diagnostic(
         ExitStatus.SCENE,
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
@@ -73,11 +81,6 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "bricks need 3D textures and the format RGBA8, and profile {profile} does not have both",
         "Choose a profile with 3D textures, or leave the table [bricks] out.",
-    ),
-    "VP3040": Diagnostic(
-        ExitStatus.SCENE,
-        "classification {classification} needs more than OpenGL ES {api}, which profile {profile} has",
-        "Choose another render.classification, or a profile of OpenGL ES 3.0.",
     ),
     "VP3041": Diagnostic(
         ExitStatus.SCENE,
@@ -129,5 +132,43 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "transfer functions cannot be editable together with {what}, which depends on the current functions",
         "Leave out either that or editable.",
+    ),
+    "VP3115": Diagnostic(
+        ExitStatus.SCENE,
+        "render.compositing {compositing} shows a surface, but transfer function {transfer} has no isovalue",
+        "Give the [[transfer]] an isovalue, or choose another render.compositing.",
+    ),
+    "VP3116": Diagnostic(
+        ExitStatus.SCENE,
+        "transfer function {transfer} has the isovalue {isovalue:g}, but the values of the scan go from {low:g} to "
+        "{high:g}: there is no surface",
+        "Choose an isovalue between these.",
+    ),
+    "VP3117": Diagnostic(
+        ExitStatus.SCENE,
+        "transfer function {transfer} shows nothing at its isovalue {isovalue:g}: its surface would be invisible",
+        "Give it an opacity there, or choose another isovalue.",
+    ),
+    "VP3118": Diagnostic(
+        ExitStatus.SCENE,
+        "render.compositing mida needs a range of intensities, but that of transfer function {transfer} goes from "
+        "{low:g} to {high:g}",
+        "Give the [[transfer]] intensities = [low, high], or points at several values.",
+    ),
+    "VP3119": Diagnostic(
+        ExitStatus.SCENE,
+        "render.lighting {lighting} needs a light with a place, but the scene has no lighting.light_mm",
+        "Add [lighting] with light_mm = [x, y, z] in the patient's space, or set render.lighting to headlight.",
+    ),
+    "VP3120": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.normals {normals} are differences of values, but with render.classification preclassified the voxels "
+        "are colours",
+        "Set lighting.normals to volume, or choose another render.classification.",
+    ),
+    "VP3130": Diagnostic(
+        ExitStatus.SCENE,
+        "render.technique {technique} does not go with {what}",
+        "Set render.technique to ray-casting, or leave the other out.",
     ),
 }

@@ -53,11 +53,11 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1020": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: not a valid NIfTI file: {error}",
-        "Get the file again from where it came. Join a pair of .hdr and .img into one .nii first.",
+        "Get the file again from where it came.",
     ),
     "VP1021": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the NIfTI file has {shape} values along x, y, z, ...; one volume is needed",
+        "{path}: the file has {shape} values along x, y, z, ...; one volume is needed",
         "Set source.volume to the number of one volume, from 1 to {volumes}.",
     ),
     "VP1022": Diagnostic(
@@ -83,12 +83,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1033": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the folder holds {count} DICOM series, and it is not clear which one is meant",
-        "Set source.series, or import --series, to one of these or to a unique ending of it:{found}",
+        "Set source.series in the scene, or --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1034": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: {fits} here ends with {wanted!r}",
-        "Set source.series, or import --series, to one of these or to a unique ending of it:{found}",
+        "Set source.series in the scene, or --series, to one of these or to a unique ending of it:{found}",
     ),
     "VP1035": Diagnostic(
         ExitStatus.SOURCE,
@@ -205,7 +205,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1090": Diagnostic(
         ExitStatus.SOURCE,
         "the source has {count} voxels that are NaN or infinite, the first in slice {z}",
-        "Replace them in the source. They have no physical value, so no colour either.",
+        'Write nan = VALUE or nan = "outside" in [source], or replace them in the source: they have no colour.',
     ),
     "VP1100": Diagnostic(
         ExitStatus.SOURCE,
@@ -280,7 +280,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1164": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the picture has {what}; a volume needs one grey value in each pixel",
-        'Convert the pictures to grey, or set rgb = "luminance" in [source], or use import --rgb luminance.',
+        'Convert the pictures to grey, or set rgb = "luminance" in [source], or use --rgb luminance.',
     ),
     "VP1165": Diagnostic(
         ExitStatus.SOURCE,
@@ -457,4 +457,50 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: no process can be started to decode it: {error}",
         "Check how much memory and how many processes this machine allows: ulimit -a.",
     ),
+    "VP1280": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a valid FreeSurfer volume: {error}",
+        "The file is damaged; get it again from where it came.",
+    ),
+    "VP1281": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a valid NumPy file: {error}",
+        "The file is damaged; write it again with numpy.save or numpy.savez.",
+    ),
+    "VP1282": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the array has {what}; a volume needs three axes z, y, x of integers or floating-point numbers",
+        "Save one volume of numbers: numpy.save(file, array).",
+    ),
+    "VP1283": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the array lies in Fortran order, so that slabs of z are spread over the whole file",
+        "Save it in C order: numpy.save(file, numpy.ascontiguousarray(array)).",
+    ),
+    "VP1284": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {fits} arrays fit, and one is needed; the file holds: {found}",
+        "Set name in [source.array] to one of them.",
+    ),
+    "VP1285": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a valid Analyze header: {error}",
+        "The file is damaged; get it again from where it came.",
+    ),
+    "VP1286": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: no voxel of type {type} has the value {value}: they go from {low} to {high} in steps of {step}",
+        "Set source.outside or source.nan to one of these values.",
+    ),
+    "VP1287": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the mask does not lie on the voxels of the scan: {difference}",
+        "Resample the mask onto the grid of the scan, and do not crop it.",
+    ),
+    "VP1288": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: {problem}",
+        "Keep only the raw slices of one volume in the folder, NAME.1, NAME.2 and so on, or correct [source.raw].",
+    ),
+    "VP1289": Diagnostic(ExitStatus.SOURCE, "{path}: this is {what}, which is not read", "{how}"),
 }

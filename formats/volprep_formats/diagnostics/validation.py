@@ -106,4 +106,35 @@ ENTRIES: dict[str, Diagnostic] = {
         "See {report}. Leave such levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
         "or allow more in [tolerance].",
     ),
+    "VP6040": Diagnostic(
+        ExitStatus.MACHINE,
+        "VTK cannot be asked: the Python module {module} is not installed",
+        "Install volprep with its extra for it: pip install 'volprep[witness]'.",
+    ),
+    "VP6041": Diagnostic(
+        ExitStatus.MACHINE,
+        "VTK cannot draw: {problem}",
+        "VTK needs OpenGL 3.2, through EGL where there is no screen (Debian: libegl1 libgl1-mesa-dri). Leave out "
+        "--witness or --figure where it has none.",
+    ),
+    "VP6042": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: the second witness, VTK, does not agree with the pictures of {programs} within its own error",
+        "See {report}. Both renderers cannot be right: report this as a defect in volprep, with the report.",
+    ),
+    "VP6043": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: there is no layout to draw: the package has neither proxy meshes, bricks, sub-volumes nor slices",
+        "Use --picture for the slices of a level.",
+    ),
+    "VP6044": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: what the manifest states of fidelity does not hold in other views: {listed}",
+        "Build the package again. If that does not help, this is a defect in volprep: report it, with the scene.",
+    ),
+    "VP6050": Diagnostic(
+        ExitStatus.SCENE,
+        "curves need shaders, and profile {profile} has none",
+        "Measure the curves of a package of the same scan for another profile.",
+    ),
 }

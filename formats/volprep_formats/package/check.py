@@ -9,6 +9,7 @@ import numpy as np
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.gate import disagreements
+from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.parts.bricks.places import misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
@@ -35,6 +36,8 @@ _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("RGBA", "HALF_FLOAT"): "RGBA16F",
 }
 """Texels of the file for a GL format and type."""
+_HEAD_BYTES = 1 << 16
+"""Of a texture: more than what stands before its texels."""
 
 
 class Finding(Record):
@@ -77,22 +80,28 @@ def _errors(package: Package) -> Iterator[VolprepError]:
     meshes = {mesh.file: mesh for mesh in (manifest.proxy.meshes if manifest.proxy else ()) if mesh.file is not None}
     for record in manifest.files:
         try:
-            data = package.read_bytes(record.path)
             if record.path in textures:
-                _check_texture(path, textures[record.path], data)
-                _check_places(package, textures[record.path][0], data)
-            if record.role == "shader":
+                _check_texture(package, textures[record.path], record)
+            elif record.role == "subvolume":
+                _head(package, record)
+            elif record.role == "shader":
                 package.read_text(record.path)
-            if record.role == "histogram":
-                decode_histogram(data, f"{path}: {record.path}")
-            if record.role == "subvolume":
-                ktx2.decode(data, f"{path}: {record.path}")
-            if record.path in meshes:
-                _check_mesh(package, meshes[record.path], data)
-            if record.role == "grid":
-                _check_grid(package, record.path, data)
+            elif record.role == "histogram":
+                decode_histogram(package.read_bytes(record.path), f"{path}: {record.path}")
+            elif record.path in meshes:
+                _check_mesh(package, meshes[record.path], package.read_bytes(record.path))
+            elif record.role == "grid":
+                _check_grid(package, record.path, package.read_bytes(record.path))
+            else:
+                package.read_start(record.path, 0)
         except VolprepError as error:
             yield error
+
+
+def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
+    """Compare the digest of a texture, which may be as large as the scan, and read what stands before its texels."""
+    data = package.read_start(record.path, _HEAD_BYTES)
+    return ktx2.decode_head(data, record.size_bytes, f"{package.path}: {record.path}")
 
 
 def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:
@@ -112,25 +121,27 @@ def _check_grid(package: Package, name: str, data: bytes) -> None:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
 
 
-def _check_texture(path: Path, mipmaps: list[Texture], data: bytes) -> None:
+def _check_texture(package: Package, mipmaps: list[Texture], record: FileRecord) -> None:
     """Check a file that holds one texture, or the mipmaps of one."""
-    texture = mipmaps[0]
+    texture, path = mipmaps[0], package.path
     if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
-        paletted.decode(data, texture.shape_zyx[1:], f"{path}: {texture.file}")
+        paletted.decode(package.read_bytes(record.path), texture.shape_zyx[1:], f"{path}: {texture.file}")
         return
-    image = ktx2.decode(data, f"{path}: {texture.file}")
-    found = (image.format, image.shape_zyx, f"TEXTURE_{image.dimensions}D", len(image.levels))
+    head = _head(package, record)
+    found = (head.format, head.shape_zyx, f"TEXTURE_{head.dimensions}D", len(head.levels_at))
     expected = (_ktx2_format(texture.gl), texture.shape_zyx, texture.gl.target, len(mipmaps))
     if found != expected:
         problem = f"{texture.file} holds {found}, the manifest says {expected}"
         raise VolprepError("VP4011", path=path, problem=problem)
+    _check_places(package, texture)
 
 
-def _check_places(package: Package, texture: Texture, data: bytes) -> None:
+def _check_places(package: Package, texture: Texture) -> None:
     held = [each for each in package.manifest.textures if each.bricks is not None]
     pools = [each for each in held if (each.level, each.channels) == (texture.level, texture.channels)]
     if texture.role != "bricks" or not pools or pools[0].bricks is None:
         return
+    data = package.read_bytes(texture.file)
     entries = np.asarray(ktx2.decode(data, f"{package.path}: {texture.file}").data, np.uint8)
     problem = misplaced(entries, pools[0].bricks)
     if problem is not None:

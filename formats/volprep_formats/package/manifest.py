@@ -9,6 +9,7 @@ from volprep_formats.package.channel import Channel, ChannelPart, Level, Quantiz
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.compression.record import CompressedForm
 from volprep_formats.package.parts.editing.record import Editing
+from volprep_formats.package.parts.fidelity.record import Fidelity
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
@@ -50,17 +51,34 @@ Projection = Literal["orthographic", "perspective"]
 """Projection of a picture."""
 
 
+class LevelStep(Record):
+    """How far apart samples are where a level is drawn."""
+
+    level: Annotated[int, Field(ge=0)]
+    """Number of the level."""
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Nominal distance of the samples along a ray."""
+
+
 class RenderSettings(Record):
     """How the package wants to be drawn. Fragments are premultiplied linear light; alpha is the opacity."""
 
     step_mm: Annotated[float, Field(gt=0.0)]
-    """Nominal distance of the samples along a ray."""
+    """Nominal distance of the samples along a ray, at the finest level of the package and at each that is not among
+    `level_steps`."""
+    level_steps: tuple[LevelStep, ...] = ()
+    """Coarser levels that are drawn with other steps, finest first."""
     opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this; absent if no ray can reach it."""
+    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if no ray
+    can reach it."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""
+
+    def step_of(self, level: int) -> float:
+        """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""
+        return next((each.step_mm for each in self.level_steps if each.level == level), self.step_mm)
 
 
 class SubvolumeFiles(Record):
@@ -112,6 +130,8 @@ class Contribution(Record):
     """Level 0 in sub-volumes."""
     proxy: Proxy | None = None
     """Proxy geometry."""
+    fidelity: tuple[Fidelity, ...] = ()
+    """How near its pictures are to the scan."""
     preview: PackagePath | None = None
     """Picture of the package."""
 
@@ -176,6 +196,8 @@ class Manifest(Heading):
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
     """Proxy geometry."""
+    fidelity: tuple[Fidelity, ...] = ()
+    """How near pictures are to the scan, for each level and transfer function; empty where the scene does not ask."""
     preview: PackagePath | None = None
     """Picture of the package, PNG."""
     stages: tuple[StageRecord, ...] = ()

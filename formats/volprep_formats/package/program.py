@@ -7,16 +7,48 @@ from pydantic import Field
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
-ClassificationName = Literal["lookup", "preintegrated", "palette", "preclassified"]
-"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; or
-they are colours, because the voxels are classified."""
-Technique = Literal["raycast_texture3d", "raycast_mosaic", "raycast_subvolumes", "raycast_bricks"]
+ClassificationName = Literal["lookup", "preintegrated", "palette", "control-points", "preclassified"]
+"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; each
+by arithmetic from control points; or they are colours, because the voxels are classified."""
+TABLES: dict[ClassificationName, tuple[Literal["transfer", "preintegrated"], ...]] = {
+    "lookup": ("transfer",),
+    "preintegrated": ("preintegrated",),
+    "palette": (),
+    "control-points": (),
+    "preclassified": (),
+}
+"""Roles of the textures that a program reads for its classification."""
+Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
 """How a program samples the volume."""
-Lighting = Literal["none", "headlight"]
-"""What lights it: nothing, or diffuse light from where the viewer is."""
-CompositingName = Literal["emission-absorption", "maximum"]
-"""What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it. maximum: only
-the greatest value counts."""
+TechniqueName = Literal[
+    "ray-casting",
+    "two-pass",
+    "two-pass-as-published",
+    "slabs",
+    "axis-slices",
+    "view-slices",
+    "view-slices-as-published",
+]
+"""How a program goes through the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a
+first pass over the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as
+Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. axis-slices,
+view-slices: layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with
+the opacity and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
+Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices"]
+"""What the vertex shader draws. triangle: one that covers the picture. front-faces, back-faces: those of the volume's
+box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view."""
+SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices"))
+"""Geometries of which several parts lie behind each other, so that they are blended."""
+BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
+"""Factor of glBlendFuncSeparate, without GL_."""
+Lighting = Literal["none", "headlight", "phong", "blinn-phong"]
+"""What lights it; ProgramDesign says what each is."""
+NormalsFrom = Literal["volume", "forward", "central"]
+"""Where a lit sample has its normal from; ProgramDesign says what each is."""
+CompositingName = Literal[
+    "emission-absorption", "back-to-front", "maximum", "minimum", "average", "mida", "first-hit", "isosurface"
+]
+"""What a ray makes of its samples; ProgramDesign says what each is."""
 Rays = Literal["box", "mesh"]
 """Where rays begin: at the volume's box, or at proxy geometry."""
 UniformSource = Literal[
@@ -34,7 +66,14 @@ UniformSource = Literal[
     "high_size_voxels",
     "clip_from_box",
     "box_from_mesh",
+    "box_from_slices",
+    "slices",
+    "first_sample",
+    "light_mm",
 ]
+
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Uniform(Record):
@@ -63,23 +102,77 @@ class Sampler(Record):
     along z."""
 
 
+class Blend(Record):
+    """How fragments change what is in the picture already; glBlendEquation is GL_FUNC_ADD."""
+
+    order: Literal["front-to-back", "back-to-front"]
+    """Order in which the parts of the geometry must be drawn."""
+    colour: tuple[BlendFactor, BlendFactor]
+    """Factor of the fragment's colour, and of the picture's."""
+    alpha: tuple[BlendFactor, BlendFactor]
+    """Factor of the fragment's alpha, and of the picture's."""
+
+
+class Pass(Record):
+    """A pass that is drawn before the picture, into a texture as large as the picture."""
+
+    vertex: PackagePath
+    """Vertex shader."""
+    fragment: PackagePath
+    """Fragment shader."""
+    geometry: Geometry
+    """What the vertex shader draws."""
+    sampler: str
+    """Sampler of the program that reads the texture, without a filter; its texture unit follows those of `samplers`."""
+    target: Literal["rgba8", "rgba32f"]
+    """Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float."""
+    uniforms: tuple[Uniform, ...]
+    """Every active uniform."""
+
+
+class Light(Record):
+    """A light with a place. Both sides of a surface are lit."""
+
+    place_mm_xyz: tuple[float, float, float]
+    """Where it is, in the patient's space (LPS), in millimetres. It may be inside the volume."""
+    ambient: Share = 0.2
+    """Part of the colour that is there without light."""
+    diffuse: Share = 0.7
+    """Part of the colour that a surface has which faces the light."""
+    specular: Share = 0.3
+    """How white a highlight is."""
+    shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
+    """Exponent of a highlight: the larger, the smaller the highlight."""
+
+
 class ProgramDesign(Record):
     """What a program draws and how: with the package, all that its shaders are composed from."""
 
     name: str
     """Name, unique in the package."""
-    technique: Technique
+    sampling: Sampling
     """How it samples the volume."""
+    technique: TechniqueName = "ray-casting"
+    """How it goes through the volume."""
     classification: ClassificationName = "lookup"
     """How it classifies samples."""
     lighting: Lighting = "none"
-    """What lights it. headlight: diffuse light from where the viewer is; a sample without a normal is fully lit."""
+    """What lights it. headlight: diffuse light from where the viewer is. phong, blinn-phong: `light`, with highlights
+    after Phong, or after Blinn. A sample without a normal has its own colour."""
+    normals_from: NormalsFrom = "volume"
+    """Where lit samples have their normals from. volume: a texture of normals. forward, central: differences of the
+    stored values one voxel apart, which the shader takes."""
+    light: Light | None = None
+    """The light with a place, if that is what lights it."""
     compositing: CompositingName = "emission-absorption"
-    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it. maximum:
-    only the greatest value counts, with the opacity of the transfer function's `reference_mm`."""
+    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it.
+    back-to-front: the same, from the far end of the ray on. maximum: only the greatest value counts, with the opacity
+    of the transfer function's `reference_mm`. minimum: the same with the least value. average: the same with the mean
+    value. mida: a value that exceeds those in front of it hides them in part (maximum intensity difference
+    accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the first
+    place where the value passes the `isovalue`, from either side."""
     rays: Rays = "box"
-    """Where rays begin. box: the vertex shader draws a full-screen triangle over the attribute `a_ndc` (vec2). mesh: it
-    draws proxy geometry."""
+    """Where rays begin. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
@@ -97,5 +190,18 @@ class Program(ProgramDesign):
     """Every active uniform that is not a sampler."""
     samplers: tuple[Sampler, ...]
     """Every active sampler, in the order of texture units."""
+    geometry: Geometry = "triangle"
+    """What the vertex shader draws where rays begin at the box."""
+    before: tuple[Pass, ...] = ()
+    """Passes that are drawn first, in order."""
+    blend: Blend | None = None
+    """How fragments are blended; if absent, there is one for each pixel, which replaces what was there."""
+    slab_samples: Annotated[int, Field(ge=1)] | None = None
+    """Samples of a ray in each draw, where several draws make the picture."""
     step_mm_min: float | None = None
     """Smallest step with which the loop of the shader is long enough for the longest ray; no bound if absent."""
+
+    @property
+    def shaders(self) -> tuple[PackagePath, ...]:
+        """Files of all of its shaders, and of those of its passes."""
+        return (self.vertex, self.fragment, *(path for each in self.before for path in (each.vertex, each.fragment)))

@@ -9,7 +9,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.gate import require_sound
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
-from volprep_formats.package.storage.contents import open_contents
+from volprep_formats.package.storage.contents import Contents, open_contents
 from volprep_formats.package.texture import Texture
 
 
@@ -76,17 +76,38 @@ class Package:
         Raises VP4014 if the manifest does not name it, VP4007 if it is missing or a link, VP4008 if its size is not
         the manifest's, VP4009 if its SHA-256 is not.
         """
+        with self._opened(path) as contents:
+            data = contents.read()
+        self._compare(path, hashlib.sha256(data))
+        return data
+
+    def read_start(self, path: str, most: int) -> bytes:
+        """Read at most so many of the first bytes of a file, whose size and SHA-256 are compared a block at a time.
+
+        Raises as `read_bytes` does.
+        """
+        digest, start = hashlib.sha256(), b""
+        with self._opened(path) as contents:
+            for block in contents.blocks():
+                digest.update(block)
+                start += block[: most - len(start)]
+        self._compare(path, digest)
+        return start
+
+    def _opened(self, path: str) -> Contents:
         record = self._records.get(path)
         if record is None:
             raise VolprepError("VP4014", path=self._path, file=path)
-        with open_contents(self._path, path) as contents:
-            actual = contents.size_bytes
-            if actual != record.size_bytes:
-                raise VolprepError("VP4008", path=self._path, file=path, size=actual, expected=record.size_bytes)
-            data = contents.read()
-        if hashlib.sha256(data).hexdigest() != record.sha256:
+        contents = open_contents(self._path, path)
+        if contents.size_bytes != record.size_bytes:
+            contents.file.close()
+            size, expected = contents.size_bytes, record.size_bytes
+            raise VolprepError("VP4008", path=self._path, file=path, size=size, expected=expected)
+        return contents
+
+    def _compare(self, path: str, digest: "hashlib._Hash") -> None:
+        if digest.hexdigest() != self._records[path].sha256:
             raise VolprepError("VP4009", path=self._path, file=path)
-        return data
 
     def read_text(self, path: str) -> str:
         """Read a text file of the package, in UTF-8. Raises as `read_bytes` does, and VP4011 for other bytes."""

@@ -13,17 +13,19 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_rules import channel_contradictions
 from volprep_formats.package.channels import channel_views
+from volprep_formats.package.compositing_rules import compositing_contradictions
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.bricks.rules import bricks_contradictions
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.editing.rules import editing_contradictions
+from volprep_formats.package.parts.fidelity.rules import fidelity_contradictions
 from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions, mipmap_shapes
 from volprep_formats.package.parts.normals.rules import normals_contradictions
 from volprep_formats.package.parts.proxy.rules import proxy_contradictions
 from volprep_formats.package.parts.skip.rules import skip_contradictions
 from volprep_formats.package.parts.slices.rules import slices_contradictions
 from volprep_formats.package.parts.together.rules import together_contradictions
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import SLICES, TABLES, Program, UniformSource
 from volprep_formats.package.texture import COMPONENTS, MosaicLayout, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
@@ -37,11 +39,13 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     yield from _unique(manifest)
     yield from _roles(manifest)
     if manifest.state == "sealed":
+        yield from _steps(manifest)
         yield from _compression(manifest)
     if not manifest.channels and manifest.state == "sealed":
         yield "it is sealed without a channel"
     yield from channel_contradictions(manifest)
     yield from together_contradictions(manifest)
+    yield from fidelity_contradictions(manifest)
     for name, view in channel_views(manifest).items():
         yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
 
@@ -56,6 +60,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from _palettes(manifest)
     for program in manifest.programs:
         yield from _program(manifest, program)
+    yield from compositing_contradictions(manifest)
     yield from mipmap_contradictions(manifest)
     yield from bricks_contradictions(manifest)
     yield from skip_contradictions(manifest)
@@ -65,6 +70,16 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from editing_contradictions(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
+
+
+def _steps(manifest: Manifest) -> Iterator[str]:
+    """Other steps are those of coarser levels that there are."""
+    if manifest.render is None:
+        return
+    levels = [level.index for level in manifest.levels]
+    named = [each.level for each in manifest.render.level_steps]
+    if named != sorted(set(named)) or not set(named) <= set(levels[1:]):
+        yield f"render.level_steps names levels {named}, the levels after the finest one are {levels[1:]}"
 
 
 def _unique(manifest: Manifest) -> Iterator[str]:
@@ -95,7 +110,7 @@ def _roles(manifest: Manifest) -> Iterator[str]:
         if manifest.proxy.programs:
             used[manifest.proxy.depth] = "shader"
     used |= {histogram.file: "histogram" for histogram in (manifest.editing or Editing()).histograms}
-    used |= {path: "shader" for program in programs for path in (program.vertex, program.fragment)}
+    used |= {path: "shader" for program in programs for path in program.shaders}
     if manifest.subvolumes is not None:
         whole = {manifest.subvolumes.whole} - {None, *used}
         used |= {path: "subvolume" for path in (*manifest.subvolumes.pieces, *whole) if path is not None}
@@ -203,15 +218,16 @@ def _voxels(manifest: Manifest, texture: Texture) -> Iterator[str]:
         yield "is a volume, but has only one of a transfer function and a reference length, or a largest extinction"
     if texture.transfer is not None and texture.transfer not in _function_names(manifest):
         yield f"is classified by {texture.transfer}, which is no transfer function"
-    if classified and (texture.gl.format != "RGBA" or texture.mosaic is not None):
-        yield "is classified, so it must be 3D and have four channels"
+    packed = texture.mosaic is not None and texture.mosaic.slices_per_texel > 1
+    if classified and (texture.gl.format != "RGBA" or packed):
+        yield "is classified, so it must have four channels, and one voxel in a texel"
 
 
 def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
     if texture.transfer not in _function_names(manifest):
         yield f"is the table of {texture.transfer}, which is no transfer function"
     _, height, width = texture.shape_zyx
-    levels = {level.index for level in manifest.levels} if texture.role == "transfer" else set()
+    levels = {level.index for level in manifest.levels}
     if texture.mosaic is not None or (texture.level is not None and texture.level not in levels):
         yield "is a table of a transfer function, but has a mosaic, or a level that it cannot have"
     if height != (width if texture.role == "preintegrated" else 1):
@@ -235,8 +251,10 @@ def _function_names(manifest: Manifest) -> set[str]:
 def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
     """A program has what it classifies with, and samples it once."""
     name = program.classification
-    wanted = [] if name in {"palette", "preclassified"} else ["transfer" if name == "lookup" else name]
-    if name == "palette":
+    wanted = list(TABLES[name])
+    if name == "control-points":
+        found = [*_function_names(manifest)]
+    elif name == "palette":
         found = [palette.transfer for palette in manifest.palettes]
     elif name == "preclassified":
         found = list({str(each.transfer) for each in manifest.textures if each.reference_mm is not None})
@@ -322,21 +340,45 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
     volumes = [texture for texture in manifest.textures if texture.role == "volume"]
     for index in program.levels:
         drawn = [texture for texture in volumes if texture.level == index]
-        wanted = program.technique == "raycast_mosaic", program.technique == "raycast_bricks"
+        wanted = program.sampling == "mosaic", program.sampling == "bricks"
         if not any((texture.mosaic is not None, texture.bricks is not None) == wanted for texture in drawn):
-            yield f"{name} draws level {index}, but no texture holds it in the form that {program.technique} reads"
+            yield f"{name} draws level {index}, but no texture holds it in the form that {program.sampling} reads"
+    if (program.geometry in SLICES or program.slab_samples is not None) != (program.blend is not None):
+        yield f"{name} draws {program.geometry}, {'without' if program.blend is None else 'with'} blending"
     if not program.levels:
         yield f"{name} draws no level"
-    yield from (f"{name} {problem}" for problem in _classification(manifest, program))
+    yield from (f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program)))
     roles = [sampler.role for sampler in program.samplers]
     parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
     held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
     if any(parts != list(range(textures)) for textures in held or {1}):
         yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and what it classifies with"
-    if len(roles) > manifest.profile.texture_units:
-        yield f"{name} reads {len(roles)} textures; the profile has {manifest.profile.texture_units} units"
-    names = Counter([uniform.name for uniform in program.uniforms] + [sampler.name for sampler in program.samplers])
+    units = len(roles) + len(program.before)
+    if units > manifest.profile.texture_units:
+        yield f"{name} reads {units} textures; the profile has {manifest.profile.texture_units} units"
+    names = Counter([uniform.name for uniform in program.uniforms] + _samplers(program))
     yield from (f"{name} has {count} uniforms {key}" for key, count in names.items() if count > 1)
+
+
+def _sources(program: Program) -> Iterator[str]:
+    """A program asks for values that its technique gives."""
+    given: set[UniformSource] = {"box_from_clip", "step_mm", "texture_from_box", "mipmap", "blocks_from_box"}
+    if program.geometry != "triangle":
+        given.add("clip_from_box")
+    if program.geometry in SLICES:
+        given |= {"slices", "box_from_slices"}
+    if program.slab_samples is not None:
+        given.add("first_sample")
+    if program.light is not None:
+        given.add("light_mm")
+    uniforms = (*program.uniforms, *(uniform for each in program.before for uniform in each.uniforms))
+    for uniform in uniforms:
+        if uniform.source not in given:
+            yield f"has a uniform {uniform.name} for {uniform.source}, which nothing gives it"
+
+
+def _samplers(program: Program) -> list[str]:
+    return [each.name for each in program.samplers] + [each.sampler for each in program.before]
 
 
 def _complete(manifest: Manifest) -> Iterator[str]:

@@ -35,6 +35,18 @@ class TransferFunction(Record):
     """Length of the path for which opacities were stated; 1 where extinctions were. A value that is shown without a
     path, as a maximum is, has the opacity 1 - exp(-extinction · this)."""
 
+    isovalue: float | None = None
+    """Physical value of the surface that programs with the compositing isosurface or first-hit show."""
+
+    intensities: tuple[float, float] | None = None
+    """Physical values that count as the intensities 0 and 1 with the compositing mida; if absent, those of the first
+    and the last point."""
+
+    @property
+    def intensity_range(self) -> tuple[float, float]:
+        """Physical values that count as the intensities 0 and 1."""
+        return self.intensities or (self.points[0].value, self.points[-1].value)
+
     @model_validator(mode="after")
     def _points_ascend(self) -> Self:
         values = [point.value for point in self.points]

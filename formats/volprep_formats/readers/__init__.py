@@ -14,7 +14,9 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
+from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
+from volprep_formats.readers.others import recognised
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
 from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
@@ -54,6 +56,10 @@ def _is_ome_tiff(spec: SourceSpec, path: Path, head: bytes) -> bool:
     return b"<OME" in text and b"openmicroscopy.org" in text
 
 
+def _ends(path: Path, *suffixes: str) -> bool:
+    return path.suffix.lower() in suffixes
+
+
 def _is_package(folder: Path) -> bool:
     return folder.suffix == ".volpkg" and (folder / "manifest.json").is_file()
 
@@ -89,6 +95,19 @@ READERS = (
     Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
     Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV"),
     Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head),
+    Reader(
+        "npy",
+        "numpy_array",
+        lambda _spec, path, head: head[:6] == b"\x93NUMPY" or (_ends(path, ".npz") and head[:4] == b"PK\3\4"),
+    ),
+    # A version that is 1 says little: the name must agree.
+    Reader("mgh", "mgh", lambda _spec, path, head: head[:4] == b"\0\0\0\1" and _ends(path, ".mgh", ".mgz", ".gz")),
+    # The size of the header, in either byte order. NIfTI's has the same, and has been asked for before.
+    Reader(
+        "analyze",
+        "analyze",
+        lambda _spec, path, head: head[:4] in {b"\x5c\1\0\0", b"\0\0\1\x5c"} and _ends(path, ".hdr"),
+    ),
     Reader("vtk", "vtk.legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
 )
 """All source formats, in the order in which they are tried."""
@@ -138,7 +157,7 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
-    path = spec.place(base)
+    path = header_beside(spec.place(base))
     try:
         check_regular_or_folder(path)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte
@@ -153,7 +172,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"dicom", "nifti", *_OME}),
+        ("volume", spec.volume, {"analyze", "dicom", "mgh", "nifti", *_OME}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("missing", spec.missing, {"ome-zarr"}),
@@ -162,6 +181,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("grid", spec.grid, {"vdb"}),
         ("stack", spec.stack, {"stack"}),
         ("mosaic", spec.mosaic, {"mosaic"}),
+        ("array", spec.array, {"npy"}),
     ):
         if value is not None and reader.name not in format_names:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
@@ -179,6 +199,10 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
         found = next((reader for reader in READERS if reader.knows(spec, path, head)), None)
     except OSError as error:
         raise VolprepError("VP1003", path=error.filename or path, error=error.strerror or error) from error
+    if found is None or found.name in {"vti", "vtk"}:
+        other = recognised(path, head)
+        if other is not None:
+            raise VolprepError("VP1289", path=path, what=other.what, how=other.how)
     if found is None:
         problem = "no reader knows this format" if head or path.is_dir() else "the file is empty"
         raise VolprepError("VP1002", path=path, problem=problem, known=", ".join(sorted(each.name for each in READERS)))

@@ -22,20 +22,20 @@ from volprep_formats.readers.pictures.file import (
     page_remarks,
     read_headers,
 )
-from volprep_formats.source import SourceInfo, SourceSpec, TileLayout
+from volprep_formats.source import GreyOf, SourceInfo, SourceSpec, TileLayout
 
 
 class MosaicSource(DecodedSource):
     """A mosaic, decoded one row of tiles after the other in worker processes."""
 
     def __init__(
-        self, info: SourceInfo, path: Path, page: Page, tiles_yx: tuple[int, int], *, makes_grey: bool
+        self, info: SourceInfo, path: Path, page: Page, tiles_yx: tuple[int, int], *, grey: GreyOf | None
     ) -> None:
         super().__init__(info)
         self._path = path
         self._page = page
         self._tiles_yx = tiles_yx
-        self._makes_grey = makes_grey
+        self._grey = grey
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x].
@@ -58,7 +58,7 @@ class MosaicSource(DecodedSource):
             top = tile_start(band, tiles_y, self._page.rows)
             tiles = min(self._info.grid.shape_zyx[0] - band * tiles_x, tiles_x)  # the others are spare
             columns = tile_start(tiles - 1, tiles_x, self._page.columns) + width
-            parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page, self._makes_grey))
+            parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page, self._grey))
         self._workers.run([decode_request(part) for part in parts], place)
         return slab
 
@@ -83,12 +83,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSourc
         if len(pages) > 1:
             raise VolprepError("VP1166", path=path, what=f"{len(pages)} pages as a mosaic")
         page = pages[0]
-        makes_grey = spec.rgb is not None
-        info = _info(path, page, layout, makes_grey=makes_grey)
-        return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), makes_grey=makes_grey)
+        info = _info(path, page, layout, grey=spec.rgb)
+        return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), grey=spec.rgb)
 
 
-def _info(path: Path, page: Page, layout: TileLayout, *, makes_grey: bool) -> SourceInfo:
+def _info(path: Path, page: Page, layout: TileLayout, *, grey: GreyOf | None) -> SourceInfo:
     height, width = page.rows // layout.tiles_y, page.columns // layout.tiles_x
     if layout.slices > layout.tiles_x * layout.tiles_y or not height or not width:
         raise VolprepError(
@@ -100,7 +99,7 @@ def _info(path: Path, page: Page, layout: TileLayout, *, makes_grey: bool) -> So
             tiles_y=layout.tiles_y,
             slices=layout.slices,
         )
-    remarks = page_remarks(page, path.name, makes_grey=makes_grey)
+    remarks = page_remarks(page, path.name, grey=grey)
     if page.rows % layout.tiles_y or page.columns % layout.tiles_x:
         size = f"{page.columns / layout.tiles_x:.6g}×{page.rows / layout.tiles_y:.6g}"
         remarks.append(f"tiles of {size} pixels are cut to {width}×{height}, each from its rounded beginning")

@@ -1,4 +1,4 @@
-"""NIfTI-1 and NIfTI-2 volumes (.nii, .nii.gz), from RAS to LPS.
+"""NIfTI-1 and NIfTI-2 volumes (.nii, .nii.gz, and pairs of .hdr and .img), from RAS to LPS.
 
 The header is parsed by nibabel, the voxels are read here. They are kept as stored where the type allows. Source:
 nifti1.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h), "3D image orientation and location".
@@ -17,8 +17,9 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
-from volprep_formats.readers.voxel_source import Told, VoxelSource, source_of
+from volprep_formats.readers.voxel_source import Told, VoxelSource, chosen_volume, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
@@ -27,6 +28,7 @@ _UNKNOWN_UNIT = 0
 _MM_PER_UNIT = {_UNKNOWN_UNIT: 1.0, 1: 1000.0, 2: 1.0, 3: 1e-3}
 _LENGTH_BITS = 7  # the other bits of the field are the unit of time
 _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
+_NAMES = {32: "COMPLEX64", 128: "RGB24", 1536: "FLOAT128", 1792: "COMPLEX128", 2048: "COMPLEX256", 2304: "RGBA32"}
 _DISAGREEMENT_MM = 1e-2
 _LARGEST_OFFSET = 2**31
 _EXTENDER_BYTES = 4
@@ -42,20 +44,22 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     Raises VolprepError VP1003, VP1008, VP1020 to VP1022, VP2020 (sheared affine) or VP2021 (unusable affine).
     """
     header = _header(path)
+    data = path if _is_single(header) else voxels_beside(path)
     shape_zyx, volumes = _shape_and_volumes(path, header)
-    volume = _chosen_volume(path, shape_zyx, volumes, spec.volume)
+    volume = chosen_volume(path, shape_zyx, volumes, spec.volume)
     try:
         dtype = header.get_data_dtype()
     except KeyError as error:
         raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
     if dtype.name not in _NUMBERS:
-        raise VolprepError("VP1022", path=path, dtype=dtype.name)
+        code = int(header["datatype"])
+        raise VolprepError("VP1022", path=path, dtype=_NAMES.get(code, dtype.name))
     bits_remarks = _check_bits(path, header, dtype)
     grid, remarks = _grid(path, header, shape_zyx)
     slope, intercept = _scaling(path, header)
     volume_bytes = prod(shape_zyx) * dtype.itemsize
     start = int(header["vox_offset"])
-    voxels = VoxelFile(path, dtype, shape_zyx, start + volume * volume_bytes)
+    voxels = VoxelFile(data, dtype, shape_zyx, start + volume * volume_bytes)
     end_remarks = _check_end(voxels, start, volumes * volume_bytes)
     told = Told("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
     # What follows the last volume is counted; what follows another one need not be unpacked.
@@ -79,21 +83,27 @@ def _header(path: Path) -> Any:
     try:
         with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
             head = file.read(max(sizes.values()))
-        kind: Any = nibabel.Nifti2Header if b"n+2\0" in head[:8] else nibabel.Nifti1Header
+        kind: Any = nibabel.Nifti2Header if head[4:7] in {b"n+2", b"ni2"} else nibabel.Nifti1Header
         header = kind(head[: sizes[kind]], check=False)
-        single = bytes(header["magic"])[:3] in {b"n+1", b"n+2"}
+        known = bytes(header["magic"])[:3] in {b"n+1", b"n+2", b"ni1", b"ni2"}
         offset = float(header["vox_offset"])
     except Exception as error:  # damaged headers end in many kinds of errors
         if isinstance(error, OSError) and error.errno is not None:
             raise
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
-    if not single or not offset < _LARGEST_OFFSET:
-        raise VolprepError("VP1020", path=path, error="its header is not that of a single .nii file")
-    least = sizes[kind] + _EXTENDER_BYTES
+    if not known or not offset < _LARGEST_OFFSET:
+        raise VolprepError("VP1020", path=path, error="its header is neither that of a .nii file nor that of a pair")
+    # The voxels of a pair have a file of their own.
+    least = sizes[kind] + _EXTENDER_BYTES if _is_single(header) else 0
     if offset < least or not offset.is_integer():
-        problem = f"its voxels begin at byte {offset:g}, but the header of a .nii file ends at byte {least}"
+        problem = f"its voxels begin at byte {offset:g}, but its header ends at byte {least}"
         raise VolprepError("VP1020", path=path, error=problem)
     return header
+
+
+def _is_single(header: Any) -> bool:
+    """Whether the voxels follow the header; else they are in a file .img beside it."""
+    return bytes(header["magic"])[1:2] == b"+"
 
 
 def _check_bits(path: Path, header: Any, dtype: np.dtype[np.generic]) -> list[str]:
@@ -131,14 +141,6 @@ def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], i
         raise VolprepError("VP1020", path=path, error=f"its header says {shape} voxels")
     nx, ny, nz = (*sizes, 1, 1)[:3]
     return (nz, ny, nx), prod(sizes[3:])
-
-
-def _chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wanted: int | None) -> int:
-    """Return the number from 0 of the volume that is wanted."""
-    if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
-        shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
-        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
-    return (wanted or 1) - 1
 
 
 def _scaling(path: Path, header: Any) -> tuple[float, float]:

@@ -1,5 +1,7 @@
-"""Headerless raw voxels, described by the scene; plain, or gzipped when the file begins as gzip does."""
+"""Headerless raw voxels, described by the scene: one file, plain or gzipped, or a folder with a file for each slice."""
 
+from collections.abc import Iterator
+from functools import partial
 from math import prod
 from pathlib import Path
 from typing import Self
@@ -10,7 +12,10 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
+from volprep_formats.readers.pictures.names import in_order
+from volprep_formats.readers.unpacking import ForwardStream
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
+from volprep_formats.regular_files import open_regular
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
 
@@ -57,13 +62,16 @@ class RawSource:
 
 
 def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> RawSource:
-    """Open the raw file `path` with the layout in `spec`.
+    """Open the raw file `path`, or the folder of raw slices, with the layout in `spec`.
 
-    Raises VolprepError VP1010 (no layout), VP1011 (the file's size does not match it exactly) or VP1003.
+    Raises VolprepError VP1010 (no layout), VP1011 and VP1288 (sizes do not match it exactly), VP1161, VP1162
+    (numbers of slices) or VP1003.
     """
     layout = spec.raw
     if layout is None:
         raise VolprepError("VP1010", path=path)
+    if path.is_dir():
+        return _of_slices(layout, path)
     dtype = np.dtype(layout.dtype).newbyteorder("<" if layout.byte_order == "little" else ">")
     voxels = VoxelFile(path, dtype, layout.shape_zyx, layout.header_bytes)
     actual = path.stat().st_size
@@ -72,6 +80,34 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> RawSource:
         voxels.close()
         raise size_error(path, layout, actual)
     return RawSource(layout, voxels)
+
+
+def _of_slices(layout: RawLayout, folder: Path) -> RawSource:
+    """Open a folder in which each slice is a file, in the order of the number in their names."""
+    names = [entry.name for entry in folder.iterdir() if entry.is_file() and not entry.name.startswith(".")]
+    nz, ny, nx = layout.shape_zyx
+    if len(names) != nz:
+        raise VolprepError(
+            "VP1288", folder=folder, problem=f"it holds {len(names)} files, but shape_zyx says {nz} slices"
+        )
+    ordered, _ = in_order(folder, names, "refuse")
+    dtype = np.dtype(layout.dtype).newbyteorder("<" if layout.byte_order == "little" else ">")
+    slice_bytes = layout.header_bytes + ny * nx * dtype.itemsize
+    for name in ordered:
+        actual = (folder / name).stat().st_size
+        if actual != slice_bytes:
+            problem = f"{name} has {actual} bytes, but a slice of {nx}×{ny} voxels needs {slice_bytes}"
+            raise VolprepError("VP1288", folder=folder, problem=problem)
+    stream = ForwardStream(partial(_joined, [folder / name for name in ordered], layout.header_bytes))
+    return RawSource(layout, VoxelFile(folder, dtype, layout.shape_zyx, 0, stream))
+
+
+def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
+    """Give the voxels of one file after the other."""
+    for file in files:
+        with open_regular(file) as slice_file:
+            slice_file.seek(header_bytes)
+            yield slice_file.read()
 
 
 def size_error(path: Path, layout: RawLayout, actual: int) -> VolprepError:

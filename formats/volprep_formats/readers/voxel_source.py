@@ -97,6 +97,14 @@ def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, 
         raise VolprepError("VP1008", path=path, expected=voxel_bytes, actual=actual)
 
 
+def chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wanted: int | None) -> int:
+    """Return the number from 0 of the volume that is wanted. Raises VP1021 if there is none, or several and no wish."""
+    if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
+        shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
+        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
+    return (wanted or 1) - 1
+
+
 def read_voxels(voxels: VoxelFile, z0: int, z1: int) -> NDArray[np.generic]:
     """Slices in the type of the file. Raises VolprepError VP1008 when it ends too early, and what the file raises."""
     try:

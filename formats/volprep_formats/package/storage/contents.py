@@ -2,6 +2,7 @@
 
 import os
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
@@ -11,6 +12,8 @@ from typing import Self
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage import single_file
 from volprep_formats.package.storage.files import open_inside, sizes_in
+
+_BLOCK_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,17 @@ class Contents:
         if is_whole and self.crc32 is not None and zlib.crc32(data) != self.crc32:
             raise VolprepError("VP4061", path=self.file.name, file=self.name)
         return data
+
+    def blocks(self) -> Iterator[bytes]:
+        """Read all of it, a block at a time. Raises VP4061 at the end where all of it has not the CRC of the zip."""
+        self.file.seek(self.start_bytes)
+        left, crc32 = self.size_bytes, 0
+        while block := self.file.read(min(left, _BLOCK_BYTES)):
+            left -= len(block)
+            crc32 = zlib.crc32(block, crc32)
+            yield block
+        if self.crc32 is not None and crc32 != self.crc32:
+            raise VolprepError("VP4061", path=self.file.name, file=self.name)
 
 
 def open_contents(package: Path, name: str) -> Contents:

@@ -61,8 +61,9 @@ def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = 
     """
     for image in images:
         _check_complete(image)
-    shape_yx, spacing_mm_yx = _common_plane(images)
+    # Orientations first: localisers differ in all, and this is what they are known by.
     axes, remarks = _axes(images)
+    shape_yx, spacing_mm_yx = _common_plane(images)
     positions = np.array([image.position_mm_xyz for image in images], dtype=np.float64)
     along_mm = positions @ axes[:, 2]
     order = np.argsort(along_mm, kind="stable")
@@ -109,6 +110,11 @@ def _repairing(kind: RepairKind, allowed: Collection[RepairKind], needed: list[R
         needed.append(kind)
 
 
+def repair_of(error: VolprepError) -> RepairKind | None:
+    """Return what repairs a fault of geometry; None if nothing does."""
+    return next((kind for kind, codes in _REPAIRABLE.items() if error.code in codes), None)
+
+
 def _check_complete(image: SliceImage) -> None:
     for keyword, value in (
         ("ImageOrientationPatient", image.orientation),
@@ -144,6 +150,15 @@ def _common_plane(images: Sequence[SliceImage]) -> tuple[tuple[int, int], tuple[
     return shape_yx, (float(spacing[0, 0]), float(spacing[0, 1]))
 
 
+def _plane(cosines: Points) -> str:
+    """Name the plane of a slice by the axis of the patient that its normal is nearest to."""
+    normal = np.cross(cosines[:3], cosines[3:])
+    length = float(np.linalg.norm(normal))
+    name = ("sagittal", "coronal", "axial")[int(np.argmax(np.abs(normal)))]
+    tilt_deg = math.degrees(math.acos(min(float(np.abs(normal).max()) / length, 1.0))) if length > 0 else 0.0
+    return name if tilt_deg < 1.0 else f"{name} by {tilt_deg:.0f}° oblique"
+
+
 def _axes(images: Sequence[SliceImage]) -> tuple[Points, list[str]]:
     """3×3 matrix whose columns are the index axes x, y and z (the normal) in the world."""
     cosines = np.array([image.orientation for image in images], dtype=np.float64)
@@ -155,8 +170,8 @@ def _axes(images: Sequence[SliceImage]) -> tuple[Points, list[str]]:
             "VP2003",
             count=int(differing.sum()),
             total=len(images),
-            first=names[0],
-            other=names[worst],
+            first=f"{names[0]}, which is {_plane(cosines[0])}",
+            other=f"{names[worst]}, which is {_plane(cosines[worst])},",
             angle=_angle_deg(cosines[0], cosines[worst]),
             folder=folder,
         )

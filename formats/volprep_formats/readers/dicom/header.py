@@ -22,6 +22,7 @@ from volprep_formats.readers.dicom.fields import (
     raw_value,
     variant_text,
 )
+from volprep_formats.source import GreyOf
 
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
@@ -63,6 +64,8 @@ class EncodedPixels:
     colours: Colours = ""
     """For pictures in colour, which are made grey: whether red, green and blue of a pixel follow each other, or planes
     of one colour do."""
+    grey: GreyOf = "luminance"
+    """What of the colours is read."""
     tile: tuple[int, int, int, int] | None = None
     """First row, first column, rows and columns of the part of the picture that is the slice; None for all of it."""
 

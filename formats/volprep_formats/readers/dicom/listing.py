@@ -1,15 +1,20 @@
-"""What a folder tree holds of DICOM series, and what is wrong with each: geometry, numbers and codes only.
+"""What a folder tree holds of DICOM series, and all that is wrong with each.
 
-Free text of the headers, such as the description of a series, may name a patient and is not read.
+The description of a series is free text, which may name a patient: it is for the screen alone, and no record holds it.
 """
 
+from dataclasses import replace
 from pathlib import Path
+
+from pydantic import Field
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom.geometry import repair_of
 from volprep_formats.readers.dicom.reader import stack_series
 from volprep_formats.readers.dicom.scan import Series, scan
 from volprep_formats.record import Record
+from volprep_formats.source import RepairKind
 
 _SHORTEST_ENDING = 8
 
@@ -40,8 +45,12 @@ class ListedSeries(Record):
     """Number of slices, and the rows and columns of the first."""
     spacing_mm_zyx: tuple[float | None, float | None, float | None]
     """Distance between voxel centres; none where it is not known or not the same everywhere."""
-    problem: Problem | None
-    """Why it is no volume; none when it is one."""
+    is_localiser: bool
+    """Whether it is a localiser (scout), with which other series were planned."""
+    problems: tuple[Problem, ...]
+    """All that keeps it from being a volume; none when it is one."""
+    description: str = Field(default="", exclude=True)
+    """What people called it, for the screen alone: no JSON has it."""
 
 
 class Listing(Record):
@@ -55,8 +64,8 @@ class Listing(Record):
     """Number of files that hold no DICOM image."""
 
 
-def list_series(path: Path, progress: Progress) -> Listing:
-    """List the series in the folder tree, or file, `path`.
+def list_series(path: Path, progress: Progress, *, described: bool = False) -> Listing:
+    """List the series in the folder tree, or file, `path`; if `described`, with their descriptions, for a screen.
 
     Raises VolprepError VP1001 (no such path), VP1003 (unreadable folder) and VP1030 (nothing of DICOM here).
     """
@@ -67,21 +76,24 @@ def list_series(path: Path, progress: Progress) -> Listing:
         raise VolprepError("VP1030", path=path, files=scanned.other_files)
     uids = [series.uid for series in scanned.series]
     return Listing(
-        series=tuple(_listed(series, uids) for series in scanned.series),
+        series=tuple(_listed(series, uids, described=described) for series in scanned.series),
         damaged=tuple(_problem(error) for error in scanned.damaged),
         other_files=scanned.other_files,
     )
 
 
-def _listed(series: Series, uids: list[str]) -> ListedSeries:
+def listed_series(series: Series) -> ListedSeries:
+    """Return what the headers of one series say, its description included."""
+    return _listed(series, [series.uid], described=True)
+
+
+def _listed(series: Series, uids: list[str], *, described: bool) -> ListedSeries:
     first = series.images[0]
+    problems = _problems(series)
     spacing_yx = first.pixel_spacing_mm_yx or (None, None)
     spacing: tuple[float | None, float | None, float | None] = (None, spacing_yx[0], spacing_yx[1])
-    problem = None
-    try:
+    if not problems:
         spacing = stack_series(series).grid.spacing_mm_zyx
-    except VolprepError as error:
-        problem = _problem(error)
     return ListedSeries(
         uid=series.uid,
         ending=_ending(series.uid, uids),
@@ -89,8 +101,44 @@ def _listed(series: Series, uids: list[str]) -> ListedSeries:
         files=series.files,
         shape_zyx=(len(series.images), *first.shape_yx),
         spacing_mm_zyx=spacing,
-        problem=problem,
+        is_localiser=any(image.is_localiser for image in series.images),
+        problems=tuple(_problem(error) for error in problems),
+        description=_description_of(series) if described else "",
     )
+
+
+def _problems(series: Series) -> list[VolprepError]:
+    """Return all that is wrong: one error of each kind that images have, then those of the sound images together."""
+    of_images: dict[str, VolprepError] = {}
+    for image in series.images:
+        if image.problem is not None:
+            of_images.setdefault(image.problem.code, image.problem)
+    found = list(of_images.values())
+    sound = replace(series, images=tuple(image for image in series.images if image.problem is None))
+    repaired: list[RepairKind] = []
+    while sound.images:
+        try:
+            stack_series(sound, repaired)
+            break
+        except VolprepError as error:
+            found.append(error)
+            # What could be repaired may hide another fault.
+            kind = repair_of(error)
+            if kind is None or kind in repaired:
+                break
+            repaired.append(kind)
+    return found
+
+
+def _description_of(series: Series) -> str:
+    """Read the description of a series from its first file; empty where it has none."""
+    import pydicom  # noqa: PLC0415 - a listing for machines does without
+
+    try:
+        data = pydicom.dcmread(series.images[0].path, stop_before_pixels=True, specific_tags=["SeriesDescription"])
+        return str(data.get("SeriesDescription", "")).strip()
+    except Exception:  # noqa: BLE001 - pydicom raises many kinds for odd headers, and this is a courtesy
+        return ""
 
 
 def _ending(uid: str, uids: list[str]) -> str:

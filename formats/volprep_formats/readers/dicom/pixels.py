@@ -15,7 +15,7 @@ from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT, N
 from volprep_formats.readers.dicom.header import EncodedPixels
 from volprep_formats.readers.dicom.inflate import DEFLATED
 from volprep_formats.readers.dicom.value import undecodable, value_of
-from volprep_formats.readers.luminance import luminance
+from volprep_formats.readers.grey import grey_of
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
 _LITTLE_ENDIAN = frozenset((IMPLICIT, EXPLICIT))
@@ -131,12 +131,12 @@ def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
 
 
 def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
-    """Luminance of a picture in colour; header.py lets through whole little-endian bytes and words only."""
+    """What is wanted of a picture in colour; header.py lets through whole little-endian bytes and words only."""
     count = 3 * pixels.rows * pixels.columns
     values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
     if pixels.colours == "planes":
-        return luminance(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1))
-    return luminance(values.reshape(pixels.rows, pixels.columns, 3))
+        return grey_of(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1), pixels.grey)
+    return grey_of(values.reshape(pixels.rows, pixels.columns, 3), pixels.grey)
 
 
 def _check_decoder(pixels: EncodedPixels) -> None:

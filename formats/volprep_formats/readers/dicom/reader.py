@@ -31,8 +31,8 @@ from volprep_formats.readers.dicom.pixels import (
 )
 from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
 from volprep_formats.readers.dicom.value_table import looked_up, table_range
-from volprep_formats.readers.luminance import LUMINANCE_REMARK
-from volprep_formats.source import RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
+from volprep_formats.readers.grey import grey_remark
+from volprep_formats.source import GreyOf, RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
 
 if TYPE_CHECKING:
     from volprep_formats.isolation import Workers
@@ -174,8 +174,9 @@ def _open(
 ) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
-    stack = stack_series(series if spec.rgb is None else _with_colours(series), repair, spec.volume)
-    images = [series.images[i] for i in stack.order]
+    readable = series if spec.rgb is None else _with_colours(series, spec.rgb)
+    stack = stack_series(readable, repair, spec.volume)
+    images = [readable.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
     one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
@@ -228,13 +229,16 @@ def _check_frame_of_reference(images: Sequence[SliceImage]) -> None:
         raise VolprepError("VP1051", folder=folder, count=len(firsts), first=first, other=second)
 
 
-def _with_colours(series: Series) -> Series:
+def _with_colours(series: Series, grey: GreyOf) -> Series:
     """The same series, in which it is no problem that images are in colour where they can be made grey."""
     images = []
     for image in series.images:
-        can_be_grey = image.pixels is not None and image.pixels.colours != ""
-        forgiven = can_be_grey and image.problem is not None and image.problem.code == "VP1035"
-        images.append(replace(image, problem=None) if forgiven else image)
+        if image.pixels is None or not image.pixels.colours:
+            images.append(image)
+            continue
+        forgiven = image.problem is not None and image.problem.code == "VP1035"
+        pixels = replace(image.pixels, grey=grey)
+        images.append(replace(image, pixels=pixels, problem=None if forgiven else image.problem))
     return replace(series, images=tuple(images))
 
 
@@ -295,8 +299,8 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
         )
     if any(not p.is_float and p.high_bit != p.bits_stored - 1 for p in pixels):
         remarks.append("HighBit is not BitsStored - 1: the stored bits were moved down, and those below them dropped")
-    if any(p.colours for p in pixels):
-        remarks.append(LUMINANCE_REMARK)
+    if coloured := [p for p in pixels if p.colours]:
+        remarks.append(grey_remark(coloured[0].grey))
     if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):
         remarks.append("integers of more than 24 bits are read as 32-bit floating point; those beyond 2^24 are rounded")
     if any(p.is_float and p.bits_allocated > 32 for p in pixels):
@@ -312,6 +316,8 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
 
 def _left_out(scanned: Scan, chosen: Series) -> list[str]:
     remarks = []
+    if any(image.is_localiser for image in chosen.images):
+        remarks.append(f"this is a localiser (scout) of {len(chosen.images)} slice(s), not a scan of a volume")
     others = [series for series in scanned.series if series is not chosen]
     if others:
         images = sum(len(series.images) for series in others)

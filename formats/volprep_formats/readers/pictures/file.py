@@ -20,11 +20,11 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
-from volprep_formats.readers.luminance import LUMINANCE_REMARK, luminance
+from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
-from volprep_formats.source import StoredType
+from volprep_formats.source import GreyOf, StoredType
 
 MAX_PIXELS = 2**28
 """Most pixels that one page may have."""
@@ -99,8 +99,8 @@ class Part:
     columns: int
     page: Page
     """What all of them are."""
-    makes_grey: bool = False
-    """Whether colours become luminance; else they are refused."""
+    grey: GreyOf | None = None
+    """What colours become; if None, they are refused."""
 
 
 def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> list[tuple[Page, ...]]:
@@ -120,11 +120,11 @@ def pages_at_once(rows: int, columns: int) -> int:
     return max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (rows * columns)))
 
 
-def page_remarks(page: Page, name: str, *, makes_grey: bool) -> list[str]:
+def page_remarks(page: Page, name: str, *, grey: GreyOf | None) -> list[str]:
     """What a user should know about pictures that are as `page`, the first in file `name`."""
     remarks = []
-    if makes_grey and page.channels - (page.alpha >= 0) == 3:
-        remarks.append(LUMINANCE_REMARK)
+    if grey is not None and page.channels - (page.alpha >= 0) == 3:
+        remarks.append(grey_remark(grey))
     if page.has_resolution:
         remarks.append("the resolution in the pictures is meant for paper and not used")
     if page.spread:
@@ -311,12 +311,12 @@ def _values(picture: Any, index: int, part: Part) -> NDArray[np.generic] | None:
 
 
 def _grey(part: Part, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The one value that all colour channels share, or their luminance."""
+    """The one value that all colour channels share, or what of them is wanted."""
     path, page = part.path, part.page
     colours = [channel for channel in range(page.channels) if channel != page.alpha]
     first: NDArray[np.generic] = values[..., colours[0] if colours else 0]
-    if part.makes_grey and len(colours) == 3:
-        first = luminance(values[..., colours])
+    if part.grey is not None and len(colours) == 3:
+        first = grey_of(values[..., colours], part.grey)
     elif not all(np.array_equal(values[..., channel], first) for channel in colours[1:]):
         raise VolprepError("VP1164", path=path, what=f"{len(colours)} colour channels that differ")
     opaque = 1.0 if page.stored_type == "float32" else np.iinfo(page.stored_type).max

@@ -27,19 +27,19 @@ from volprep_formats.readers.pictures.file import (
 )
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.pictures.names import in_order
-from volprep_formats.source import SourceInfo, SourceSpec, StackLayout
+from volprep_formats.source import GreyOf, SourceInfo, SourceSpec, StackLayout
 
 
 class StackSource(DecodedSource):
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, makes_grey: bool) -> None:
+    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, grey: GreyOf | None) -> None:
         """Take `files` in their order, each with the number of its pages; all pages are as `page`.
 
-        `makes_grey` says whether colours become luminance.
+        `grey` says what colours become; if None, they are refused.
         """
         super().__init__(info)
-        self._makes_grey = makes_grey
+        self._grey = grey
         self._page = page
         self._files = tuple(files)
         self._starts = (0, *accumulate(count for _, count in files))
@@ -67,7 +67,7 @@ class StackSource(DecodedSource):
         for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):
                 last = min(z + at_once, z1, end)
-                parts.append((z, Part(path, z - start, last - start, 0, *whole, self._page, self._makes_grey)))
+                parts.append((z, Part(path, z - start, last - start, 0, *whole, self._page, self._grey)))
         return parts
 
 
@@ -102,10 +102,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             format="stack",
             grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
             stored_type=first.stored_type,
-            remarks=(*remarks, *page_remarks(first, names[0], makes_grey=spec.rgb is not None)),
+            remarks=(*remarks, *page_remarks(first, names[0], grey=spec.rgb)),
         )
         each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
-        source = StackSource(info, first, each, makes_grey=spec.rgb is not None)
+        source = StackSource(info, first, each, grey=spec.rgb)
     if first.channels > 1:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)

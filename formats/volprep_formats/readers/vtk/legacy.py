@@ -40,6 +40,16 @@ _TYPES = {
     "double": "f8",
 }
 
+# VTK looks at the case of the first words alone.
+_START = re.compile(
+    rb"# vtk DataFile Version [0-9]+(?:\.[0-9]+)?[ \t]*\r?\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.IGNORECASE
+)
+_TABLE = re.compile(rb"\s*LOOKUP_TABLE\b", re.IGNORECASE)
+_ARRAY = "ARRAY"
+"""Stands before the name of the first array of a FIELD, whose line has no keyword."""
+_LAST = frozenset(("LOOKUP_TABLE", "COLOR_SCALARS", _ARRAY))
+"""What the voxels follow."""
+
 Lines = list[list[str]]
 
 
@@ -69,12 +79,14 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
     """Whether the data are text, the words of each line from DATASET on, and where the data begin."""
     with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
-    start = re.match(rb"# vtk DataFile Version [0-9]+\.[0-9]+[ \t]*\r?\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", head)
+    start = _START.match(head)
     if start is None:
         raise VolprepError("VP1140", path=path, error="it does not begin as a legacy VTK file")
     lines: Lines = []
     end = start.end()
-    while not lines or lines[-1][0] not in {"LOOKUP_TABLE", "COLOR_SCALARS"}:
+    while not lines or lines[-1][0] not in _LAST:
+        if lines and lines[-1][0] == "SCALARS" and not _TABLE.match(head, end):
+            break  # files of version 1.0 may name no table
         line_end = head.find(b"\n", end)
         if line_end < 0:
             raise VolprepError("VP1140", path=path, error="its header has no end")
@@ -82,16 +94,18 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
         end = line_end + 1
         if not words:
             continue
+        if lines and lines[-1][0] == "FIELD":
+            words = [_ARRAY, *words]
         words[0] = words[0].upper()
         _check_line(path, lines, words)
         lines.append(words)
-    return start.group(1) == b"ASCII", lines, end
+    return start.group(1).upper() == b"ASCII", lines, end
 
 
 def _check_line(path: Path, lines: Lines, words: list[str]) -> None:
     """Refuse a line that cannot come after `lines` in the header of a volume."""
     key = words[0]
-    if not lines and (key != "DATASET" or words[1:] != ["STRUCTURED_POINTS"]):
+    if not lines and (key != "DATASET" or [word.upper() for word in words[1:]] != ["STRUCTURED_POINTS"]):
         raise VolprepError("VP1142", path=path, what=f"{' '.join(words)[:60]!r} instead of DATASET STRUCTURED_POINTS")
     if key == "CELL_DATA":
         raise VolprepError("VP1141", path=path, problem="an array of cells where one of points is needed")
@@ -99,7 +113,7 @@ def _check_line(path: Path, lines: Lines, words: list[str]) -> None:
     if "POINT_DATA" not in before:
         wanted = ["DATASET", "DIMENSIONS", "SPACING", "ASPECT_RATIO", "ORIGIN", "POINT_DATA"]
     else:
-        wanted = ["LOOKUP_TABLE"] if before[-1] == "SCALARS" else ["SCALARS", "COLOR_SCALARS"]
+        wanted = {"SCALARS": ["LOOKUP_TABLE"], "FIELD": [_ARRAY]}.get(before[-1], ["SCALARS", "COLOR_SCALARS", "FIELD"])
     if key in before or key not in wanted:
         raise VolprepError("VP1142", path=path, what=f"{key[:60]!r} where {' or '.join(wanted)} can be")
 
@@ -112,6 +126,11 @@ def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
     """Type of the scalars. VTK writes bytes as colours of one component."""
     colour = _field(lines, "COLOR_SCALARS")
     words = _field(lines, "SCALARS") or []
+    if (array := _field(lines, _ARRAY)) is not None:
+        points = _field(lines, "POINT_DATA")
+        if len(array) != 4 or array[2:3] != points:
+            raise VolprepError("VP1142", path=path, what=f"the array {' '.join(array)[:60]!r} as the first of a FIELD")
+        words = [array[0], array[3], array[1]]
     components = colour[1:2] if colour is not None else words[2:3]
     if components not in ([], ["1"]):
         raise VolprepError("VP1141", path=path, problem=f"{components[0][:20]} components at each point")

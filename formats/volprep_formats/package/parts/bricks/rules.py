@@ -56,5 +56,5 @@ def _of_level(texture: Texture, level: Level) -> Iterator[str]:
 
 def _program(program: Program) -> Iterator[str]:
     roles = [sampler.role for sampler in program.samplers]
-    if roles.count("bricks") != (1 if program.technique == "raycast_bricks" else 0):
-        yield f"program {program.name} must sample places of bricks if and only if it is raycast_bricks"
+    if roles.count("bricks") != (1 if program.sampling == "bricks" else 0):
+        yield f"program {program.name} must sample places of bricks if and only if its sampling is bricks"

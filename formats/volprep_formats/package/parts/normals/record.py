@@ -37,3 +37,8 @@ class Normals(NormalMeaning):
     largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
     """Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
     absent if the texels hold no length."""
+
+
+LEAST_SLOPE = 1e-3
+"""Where shaders take gradients, slopes below this are no surface: parts of the range of codes over the smallest spacing
+of level 0."""

@@ -33,7 +33,9 @@ def normals_contradictions(manifest: Manifest) -> Iterator[str]:
             )
     for program in manifest.programs:
         samples = any(sampler.role == "normals" for sampler in program.samplers)
-        if samples != (program.lighting != "none"):
+        if (program.light is not None) != (program.lighting in {"phong", "blinn-phong"}):
+            yield f"program {program.name} has lighting {program.lighting}, and {'a' if program.light else 'no'} light"
+        if samples != (program.lighting != "none" and program.normals_from == "volume"):
             yield f"program {program.name} has lighting {program.lighting}, and {'' if samples else 'no '}normals"
         if samples and not set(program.levels) <= held:
             yield f"program {program.name} reads normals, which not all of its levels have"
@@ -41,13 +43,13 @@ def normals_contradictions(manifest: Manifest) -> Iterator[str]:
 
 
 def _sampled(manifest: Manifest, program: Program) -> Iterator[str]:
-    """A program samples the normals of its levels in the form that its technique reads, in all their parts."""
+    """A program samples the normals of its levels in the form that its sampling reads, in all their parts."""
     parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "normals")
     if not parts:
         return
     drawn = [each for each in manifest.textures if each.role == "normals" and each.level in program.levels]
-    if any((each.mosaic is not None) != (program.technique == "raycast_mosaic") for each in drawn):
-        yield f"reads normals in another form than {program.technique} does"
+    if any((each.mosaic is not None) != (program.sampling == "mosaic") for each in drawn):
+        yield f"reads normals in another form than {program.sampling} does"
     if any(parts != list(range(each.mosaic.textures if each.mosaic else 1)) for each in drawn):
         yield "does not sample each part of its normals once"
 

@@ -45,7 +45,7 @@ def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) 
     sampled = set[str]().union(*(held for held in volumes if held & named))
     unread = sorted({of_transfer[name] for name in transfers} - sampled)
     yield from (f"samples no volume of channel {name}" for name in unread)
-    if program.classification not in {"lookup", "palette"} or program.lighting != "none":
+    if program.classification not in {"lookup", "palette", "control-points"} or program.lighting != "none":
         yield f"classifies {program.classification} and lights {program.lighting}, which several channels cannot"
     if len(program.samplers) > manifest.profile.texture_units:
         yield f"reads {len(program.samplers)} textures; the profile has {manifest.profile.texture_units} units"

@@ -1,0 +1,21 @@
+"""Whether transfer functions have what the compositing of their programs needs; SPEC.md states the rules."""
+
+from collections.abc import Iterator
+
+from volprep_formats.package.manifest import Manifest
+
+
+def compositing_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Return every problem of compositings in a manifest of one channel."""
+    functions = {function.name: function for function in manifest.transfer_functions}
+    pieces = manifest.subvolumes.programs if manifest.subvolumes else ()
+    meshes = manifest.proxy.programs if manifest.proxy else ()
+    for program in (*manifest.programs, *pieces, *meshes):
+        function = functions.get(program.transfer)
+        if function is None:
+            continue
+        if program.compositing in {"first-hit", "isosurface"} and function.isovalue is None:
+            yield f"program {program.name} shows a surface, but {function.name} has no isovalue"
+        low, high = function.intensity_range
+        if program.compositing == "mida" and not low < high:
+            yield f"program {program.name} needs intensities, but those of {function.name} go from {low:g} to {high:g}"

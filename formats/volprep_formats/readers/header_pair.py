@@ -1,0 +1,26 @@
+"""Pairs of files of Analyze and NIfTI: NAME.hdr says what the voxels of NAME.img are."""
+
+from pathlib import Path
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.detached import data_file
+
+_VOXELS = (".img", ".img.gz", ".IMG")
+_HEADERS = (".hdr", ".HDR")
+
+
+def header_beside(path: Path) -> Path:
+    """Return the header of a file of voxels, or `path` itself if it is none or has none beside it."""
+    ending = next((each for each in _VOXELS if path.name.endswith(each)), None)
+    if ending is None:
+        return path
+    stem = path.name.removesuffix(ending)
+    return next((path.with_name(stem + each) for each in _HEADERS if path.with_name(stem + each).is_file()), path)
+
+
+def voxels_beside(header: Path) -> Path:
+    """Return the file of the voxels of a header. Raises VP1006 if it is missing or not a file of the same folder."""
+    there = [each for each in _VOXELS if header.with_suffix(each).is_file()]
+    if not there:
+        raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem="is missing")
+    return data_file(header, header.with_suffix(there[0]).name)
