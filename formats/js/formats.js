@@ -1,0 +1,92 @@
+/** Formats of texels: what a file has, and what WebGL takes. SPEC section 6. */
+
+/**
+ * @typedef {object} Format
+ * @property {number} vk vkFormat in the file
+ * @property {number} typeSize bytes of a component
+ * @property {number} bytes of a texel, or of a block of texels
+ * @property {number} block width and height of a block; 1 if texels are not compressed
+ * @property {string} [format] pixel format for the upload
+ * @property {string} [type] pixel type for the upload
+ * @property {number} components
+ * @property {string} [extension] without which WebGL 2 does not have it
+ */
+
+/** @param {number} vk @param {string} format @param {number} components @param {string} [type] @param {string} [extension] @returns {Format} */
+function plain(vk, format, components, type = "UNSIGNED_BYTE", extension) {
+  const typeSize = type.endsWith("BYTE") ? 1 : type === "FLOAT" ? 4 : 2;
+  return { vk, typeSize, bytes: typeSize * components, block: 1, format, type, components, extension };
+}
+
+/** @param {number} vk @param {number} block @param {number} bytes @param {number} components @param {string} extension @returns {Format} */
+const packed = (vk, block, bytes, components, extension) => ({ vk, typeSize: 1, bytes, block, components, extension });
+
+const ETC = "WEBGL_compressed_texture_etc";
+const ASTC = "WEBGL_compressed_texture_astc";
+
+/** By the name of the internal format. @type {Record<string, Format>} */
+export const FORMATS = {
+  LUMINANCE: plain(9, "LUMINANCE", 1),
+  LUMINANCE_ALPHA: plain(16, "LUMINANCE_ALPHA", 2),
+  RGB: plain(23, "RGB", 3),
+  RGBA: plain(37, "RGBA", 4),
+  R8: plain(9, "RED", 1),
+  RG8: plain(16, "RG", 2),
+  RGB8: plain(23, "RGB", 3),
+  RGBA8: plain(37, "RGBA", 4),
+  RGB8_SNORM: plain(24, "RGB", 3, "BYTE"),
+  RGBA8_SNORM: plain(38, "RGBA", 4, "BYTE"),
+  R16_EXT: plain(70, "RED", 1, "UNSIGNED_SHORT", "EXT_texture_norm16"),
+  R16F: plain(76, "RED", 1, "HALF_FLOAT"),
+  RGBA16F: plain(97, "RGBA", 4, "HALF_FLOAT"),
+  RGBA32F: plain(109, "RGBA", 4, "FLOAT"),
+  COMPRESSED_R11_EAC: packed(153, 4, 8, 1, ETC),
+  COMPRESSED_RGBA8_ETC2_EAC: packed(151, 4, 16, 4, ETC),
+  COMPRESSED_RGBA_ASTC_4x4_KHR: packed(157, 4, 16, 1, ASTC),
+  COMPRESSED_RGBA_ASTC_5x5_KHR: packed(161, 5, 16, 1, ASTC),
+  COMPRESSED_RGBA_ASTC_6x6_KHR: packed(165, 6, 16, 1, ASTC),
+  COMPRESSED_RGBA_ASTC_8x8_KHR: packed(171, 8, 16, 1, ASTC),
+};
+
+/** @typedef {WebGLRenderingContext | WebGL2RenderingContext} Gl */
+
+/** @param {Gl} gl @returns {gl is WebGL2RenderingContext} */
+export const isWebGl2 = (gl) => "texImage3D" in gl;
+
+/**
+ * The number of a constant of WebGL or of an extension; undefined if the context does not have it.
+ * @param {Gl} gl @param {string} name @param {string} [extension]
+ * @returns {number | undefined}
+ */
+export function constant(gl, name, extension) {
+  return /** @type {any} */ (extension ? gl.getExtension(extension) : gl)?.[name];
+}
+
+/** @param {number} half bits of a half float */
+export function fromHalf(half) {
+  const exponent = (half >> 10) & 31;
+  const fraction = half & 1023;
+  const size = exponent === 31 ? (fraction ? NaN : Infinity) : exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : fraction * 2 ** -24;
+  return half & 0x8000 ? -size : size;
+}
+
+/**
+ * Bits of the half float that is nearest to a number from 0 to 65504.
+ * @param {number} value
+ */
+export function toHalf(value) {
+  if (value < 2 ** -14) return even(value * 2 ** 24);
+  const exponent = Math.min(Math.floor(Math.log2(value)), 15);
+  // A fraction that rounds up to 1024 carries into the exponent, as it should.
+  return ((exponent + 15) << 10) + even((value / 2 ** exponent - 1) * 1024);
+}
+
+/** @param {number} value to the nearest whole number, half to even */
+function even(value) {
+  const down = Math.floor(value);
+  const rest = value - down;
+  return rest > 0.5 || (rest === 0.5 && down % 2) ? down + 1 : down;
+}
+
+/** Texels of an axis of a table of which each is several. @param {number} n @param {number} finer */
+export const finerSize = (n, finer) => (n > 1 ? n * finer : n);

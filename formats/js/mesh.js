@@ -1,0 +1,170 @@
+/**
+ * Proxy geometry: rays begin at a mesh around what is seen. SPEC section 15. Meshes that are compressed with Draco are
+ * left out, and the picture is drawn from the box: it is the same, and a decoder would weigh more than all of this.
+ */
+import { invert } from "./camera.js";
+import { VolpkgError } from "./rarer.js";
+import { isWebGl2 } from "./formats.js";
+
+/** @typedef {import("./formats.js").Gl} Gl */
+/** @typedef {import("./program.js").Linked} Linked */
+/** @typedef {import("./types.js").Program} Program */
+/** @typedef {{positions: Float32Array, indices: Uint16Array}} Part */
+
+const LARGEST_JSON = 1 << 20;
+/** Units of a mesh in a voxel. */
+const UNITS = 4;
+
+/** What a mesh is made of. @typedef {{parts: Part[], program: Program, drawing: Linked, first: Linked, scale: readonly number[], extent: readonly number[]}} Loaded */
+
+/**
+ * The mesh of a choice, or null if rays begin at the box.
+ * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice
+ */
+export async function loadMesh({ gl, pack, device, use, signal }, { program: { transfer }, level }) {
+  const { proxy, grid } = pack.manifest;
+  const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
+  const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
+  if (!proxy || !record || !program || record.draco) return null;
+  const parts = record.file ? partsOf(await pack.read(record.file, { signal }), record.file, record.triangles ?? 0) : [];
+  const vertex = await pack.text(program.vertex, { signal });
+  const [fragment, depth] = [await pack.text(program.fragment, { signal }), await pack.text(proxy.depth, { signal })];
+  const drawing = await device.linked(program.name, { name: program.name, vertex, fragment, paths: [program.vertex, program.fragment] });
+  const first = await device.linked(`${program.name} depth`, { name: "depth", vertex, fragment: depth, paths: [program.vertex, proxy.depth] });
+  signal.throwIfAborted();
+  /** @type {Mesh | null} */
+  let mesh = null;
+  use(() => (mesh = new Mesh(gl, { parts, program, drawing, first, scale: record.box_from_mesh_mm_xyz, extent: grid.extent_mm_zyx })));
+  return /** @type {Mesh | null} */ (mesh);
+}
+
+/** A mesh on the GPU, and the two passes that draw it. */
+export class Mesh {
+  #gl;
+  #programs;
+  #ends;
+  #array;
+  /** @type {{vertices: WebGLBuffer | null, indices: WebGLBuffer | null, count: number}[]} */
+  #parts;
+  /** Values of uniforms, by their source. @type {Record<string, readonly number[]>} */
+  values;
+
+  /** @param {Gl} gl @param {Loaded} loaded */
+  constructor(gl, { parts, scale, extent, ...programs }) {
+    this.#gl = gl;
+    this.#programs = programs;
+    this.values = { box_from_mesh: scale };
+    // The last voxel of a coarse level may reach beyond the extent, and the shader moves the border a voxel outwards.
+    this.#ends = [0, 1, 2].map((axis) => [-UNITS * scale[axis], extent[2 - axis] + 2 * UNITS * scale[axis]]);
+    this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
+    if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
+    this.#parts = parts.map(({ positions, indices }) => {
+      const made = { vertices: gl.createBuffer(), indices: gl.createBuffer(), count: indices.length };
+      gl.bindBuffer(gl.ARRAY_BUFFER, made.vertices);
+      gl.bufferData(gl.ARRAY_BUFFER, positions, gl.STATIC_DRAW);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, made.indices);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+      return made;
+    });
+    if (isWebGl2(gl)) gl.bindVertexArray(null);
+  }
+
+  /**
+   * Itself, for a camera in front of it; null if the near plane cuts it, or the eye is within the volume.
+   * @param {ArrayLike<number>} boxFromClip
+   */
+  front(boxFromClip) {
+    const sign = boxFromClip[15] < 0 ? -1 : 1;
+    const clipFromBox = invert(boxFromClip).map((each) => sign * each);
+    const [x, y, z] = this.#ends;
+    for (let corner = 0; corner < 8; corner++) {
+      const at = [x[corner & 1], y[(corner >> 1) & 1], z[corner >> 2], 1];
+      const [depth, w] = [2, 3].map((row) => at.reduce((sum, each, column) => sum + each * clipFromBox[4 * column + row], 0));
+      if (depth < -w) return null;
+    }
+    this.values.clip_from_box = clipFromBox;
+    return this;
+  }
+
+  /** Draws into the framebuffer that is bound, which has a depth buffer. @param {(linked: Linked, program: Program) => void} bind */
+  draw(bind) {
+    const gl = this.#gl;
+    const { program, drawing, first } = this.#programs;
+    gl.clearColor(0, 0, 0, 0);
+    gl.clearDepth(1);
+    gl.depthMask(true);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
+    for (const [linked, writes, test] of /** @type {const} */ ([[first, true, gl.LESS], [drawing, false, gl.EQUAL]])) {
+      gl.colorMask(!writes, !writes, !writes, !writes);
+      gl.depthMask(writes);
+      gl.depthFunc(test);
+      bind(linked, program);
+      for (const { vertices, indices, count } of this.#parts) {
+        gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
+        gl.enableVertexAttribArray(0);
+        gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
+        gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_SHORT, 0);
+      }
+    }
+    gl.depthMask(true);
+    gl.disable(gl.DEPTH_TEST);
+  }
+
+  dispose() {
+    const gl = this.#gl;
+    for (const { vertices, indices } of this.#parts) {
+      gl.deleteBuffer(vertices);
+      gl.deleteBuffer(indices);
+    }
+    if (isWebGl2(gl)) gl.deleteVertexArray(this.#array);
+  }
+}
+
+/**
+ * The primitives of a glTF binary of the kind in SPEC section 15, without compression.
+ * @param {Uint8Array<ArrayBuffer>} data @param {string} name @param {number} triangles how many it must have
+ * @returns {Part[]}
+ */
+export function partsOf(data, name, triangles) {
+  /** @param {string} problem @returns {never} */
+  const refuse = (problem) => {
+    throw new VolpkgError("VP4039", { name, problem });
+  };
+  const view = new DataView(data.buffer, data.byteOffset, data.length);
+  const words = (/** @type {number[]} */ ...at) => at.map((each) => (each + 4 <= data.length ? view.getUint32(each, true) : -1));
+  const [magic, version, length, size, kind] = words(0, 4, 8, 12, 16);
+  if (magic !== 0x46546c67 || version !== 2 || length !== data.length || kind !== 0x4e4f534a || size > LARGEST_JSON || 20 + size > length) refuse("it is no glTF binary");
+  const [binarySize, binaryKind] = words(20 + size, 24 + size);
+  const start = 28 + size;
+  if (binaryKind !== 0x004e4942 || start + binarySize !== length) refuse("it has no binary chunk that ends with it");
+  /** @type {any} */
+  let gltf;
+  try {
+    gltf = JSON.parse(new TextDecoder().decode(data.subarray(20, 20 + size)));
+  } catch (error) {
+    refuse(`its JSON cannot be read: ${/** @type {Error} */ (error).message}`);
+  }
+  /** @param {any} index @param {number} type @param {string} shape @param {number} bytes */
+  const read = (index, type, shape, bytes) => {
+    const { bufferView, componentType, type: found, count, byteOffset = 0 } = gltf?.accessors?.[index] ?? {};
+    const { byteOffset: at = 0, byteLength } = gltf?.bufferViews?.[bufferView] ?? {};
+    const sizes = [count, byteOffset, at, byteLength];
+    if (componentType !== type || found !== shape || !sizes.every((each) => Number.isSafeInteger(each) && each >= 0)) refuse(`accessor ${index} is not of the kind that packages have`);
+    if (byteOffset + count * bytes > byteLength || at + byteLength > binarySize) refuse(`accessor ${index} reaches beyond its bytes`);
+    const from = data.byteOffset + start + at + byteOffset;
+    return data.buffer.slice(from, from + count * bytes);
+  };
+  const parts = /** @type {any[]} */ (Array.isArray(gltf?.meshes?.[0]?.primitives) ? gltf.meshes[0].primitives : []).map((each) => {
+    if ((each?.mode ?? 4) !== 4) refuse("it has primitives other than triangles");
+    const positions = new Float32Array(read(each?.attributes?.POSITION, 5126, "VEC3", 12));
+    const indices = new Uint16Array(read(each?.indices, 5123, "SCALAR", 2));
+    if (!positions.every(Number.isFinite) || indices.length % 3 || indices.some((index) => 3 * index >= positions.length)) refuse("an index names no vertex, or a position is no number");
+    return { positions, indices };
+  });
+  const found = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);
+  if (!parts.length || found !== triangles) refuse(`it has ${found} triangles instead of ${triangles}`);
+  return parts;
+}

@@ -1,0 +1,279 @@
+/** Textures: from a file that comes in pieces to the GPU, without ever holding more than a slab of it here. */
+import { sharing } from "./choose.js";
+import { VolpkgError } from "./error.js";
+import { FORMATS, constant, finerSize, isWebGl2 } from "./formats.js";
+import { HEAD_BYTES, readHead, texelBytes } from "./ktx2.js";
+import { driverOf } from "./program.js";
+
+/** @typedef {import("./formats.js").Gl} Gl */
+/** @typedef {import("./package.js").Package} Package */
+/** @typedef {import("./types.js").Texture} Texture */
+/** @typedef {import("./ktx2.js").Place} Place */
+/**
+ * How the texels of a file reach the device: as they are, or in another format.
+ * @typedef {object} Form
+ * @property {string} internal internal format of the texture
+ * @property {string} [note] what is lost, in words
+ * @property {(texels: Uint8Array, width: number) => ArrayBufferView} [convert] from rows of the file's texels
+ * @property {number} [finer] of a table: how many texels stand for one, because the device does not filter
+ */
+/** @typedef {{handle: WebGLTexture, target: number, bytes: number}} Made */
+
+/**
+ * A level of a texture while it is filled.
+ * @typedef {object} Level
+ * @property {number} level
+ * @property {Place} place
+ * @property {number} unit bytes of a slice, or of a row of blocks
+ * @property {Uint8Array} slab what was not sent yet
+ * @property {number} filled bytes of the slab
+ * @property {number} at bytes that were sent
+ */
+
+const SLAB = 1 << 20;
+
+/** The textures of a renderer. Each is uploaded once, whatever reads it. */
+export class Textures {
+  #gl;
+  #pack;
+  /** By file, or by the texels themselves where these were made here. @type {Map<unknown, Made>} */
+  #made = new Map();
+
+  /** @param {Gl} gl @param {Package} pack */
+  constructor(gl, pack) {
+    this.#gl = gl;
+    this.#pack = pack;
+  }
+
+  /** Bytes on the GPU. */
+  get bytes() {
+    return [...this.#made.values()].reduce((sum, each) => sum + each.bytes, 0);
+  }
+
+  /**
+   * @param {Texture} texture @param {Form} form
+   * @param {Uint8Array | undefined} texels in place of those of the file
+   * @param {AbortSignal} signal
+   * @param {(work: () => void) => void} use called with each use of the context
+   * @returns {Promise<Made>}
+   */
+  async get(texture, form, texels, signal, use) {
+    const key = texels ?? texture.file;
+    const before = this.#made.get(key);
+    if (before) return before;
+    const entries = texels ? [texture] : sharing(this.#pack.manifest, texture);
+    const target = new Target(this.#gl, entries, form, use);
+    try {
+      if (texels) target.fill(texels);
+      else await this.#load(target, entries, signal);
+      target.finish();
+    } catch (error) {
+      this.#gl.deleteTexture(target.made.handle);
+      throw error;
+    }
+    this.#made.set(key, target.made);
+    return target.made;
+  }
+
+  /**
+   * Frees every texture that is not among these.
+   * @param {readonly Made[]} kept
+   */
+  keep(kept) {
+    for (const [key, made] of this.#made) {
+      if (kept.includes(made)) continue;
+      this.#gl.deleteTexture(made.handle);
+      this.#made.delete(key);
+    }
+  }
+
+  /** @param {Target} target @param {Texture[]} entries @param {AbortSignal} signal */
+  async #load(target, entries, signal) {
+    const [{ file }] = entries;
+    const size = this.#pack.size(file);
+    const head = new Uint8Array(Math.min(HEAD_BYTES, size));
+    let at = 0;
+    for await (const piece of this.#pack.stream(file, { signal })) {
+      if (at < head.length) {
+        head.set(piece.subarray(0, head.length - at), at);
+        if (at + piece.length >= head.length) {
+          target.begin(readHead(head, size, entries));
+          target.take(head, 0);
+        }
+      }
+      const rest = Math.max(head.length - at, 0);
+      if (rest < piece.length) target.take(piece.subarray(rest), at + rest);
+      at += piece.length;
+    }
+  }
+}
+
+/** One texture while it is filled. */
+class Target {
+  #gl;
+  #entries;
+  #form;
+  #use;
+  #volume;
+  #source;
+  /** @type {Level[]} */
+  #levels = [];
+
+  /** @param {Gl} gl @param {Texture[]} entries @param {Form} form @param {(work: () => void) => void} use */
+  constructor(gl, entries, form, use) {
+    const [{ gl: how }] = entries;
+    this.#gl = gl;
+    this.#use = use;
+    this.#entries = entries;
+    this.#form = form;
+    this.#volume = how.target === "TEXTURE_3D";
+    this.#source = FORMATS[how.internal_format];
+    const handle = gl.createTexture();
+    if (!handle) throw new VolpkgError("VP7018", { problem: "the context is lost" });
+    /** @type {Made} */
+    this.made = { handle, target: /** @type {any} */ (gl)[how.target], bytes: 0 };
+  }
+
+  /** @param {Uint8Array} texels of the only level */
+  fill(texels) {
+    this.begin([{ offset: 0, size: texels.length, shape: this.#entries[0].shape_zyx }]);
+    this.take(texels, 0);
+  }
+
+  /** Makes room on the GPU. @param {Place[]} places */
+  begin(places) {
+    this.#use(() => this.#room(places));
+  }
+
+  /** @param {Place[]} places */
+  #room(places) {
+    const finer = this.#form.finer ?? 1;
+    while (this.#gl.getError() !== this.#gl.NO_ERROR && !this.#gl.isContextLost());
+    this.#bind();
+    this.#levels = places.map((place, level) => {
+      const [z, y, x] = place.shape;
+      // What is uploaded at one time: whole slices of a volume, whole rows of blocks of a picture, a table whole.
+      const unit = finer > 1 ? place.size : this.#volume ? place.size / z : place.size / Math.ceil(y / this.#source.block);
+      const slab = new Uint8Array(Math.min(place.size, unit * Math.max(1, Math.floor(SLAB / unit))));
+      const shape = [z, finerSize(y, finer), finerSize(x, finer)];
+      this.#reserve(level, shape, places.length);
+      this.made.bytes += texelBytes(this.#form.internal, shape);
+      return { level, place, unit, slab, filled: 0, at: 0 };
+    });
+    this.#parameters(places.length);
+    this.#check("making room for");
+  }
+
+  /** Bytes of the file from `start` on. @param {Uint8Array} piece @param {number} start */
+  take(piece, start) {
+    for (const level of this.#levels) {
+      const { offset, size } = level.place;
+      let from = Math.max(offset - start, 0);
+      const to = Math.min(offset + size - start, piece.length);
+      while (from < to) {
+        const part = piece.subarray(from, Math.min(to, from + level.slab.length - level.filled));
+        level.slab.set(part, level.filled);
+        level.filled += part.length;
+        from += part.length;
+        const done = level.at + level.filled === size;
+        if (done || level.filled === level.slab.length) this.#use(() => this.#send(level));
+        if (done) level.slab = new Uint8Array(0);
+      }
+    }
+  }
+
+  /** Throws if the driver could not do it. */
+  finish() {
+    this.#check("uploading");
+  }
+
+  #bind() {
+    const gl = this.#gl;
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(this.made.target, this.made.handle);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+    if (isWebGl2(gl)) {
+      gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+      for (const each of [gl.UNPACK_ROW_LENGTH, gl.UNPACK_IMAGE_HEIGHT, gl.UNPACK_SKIP_PIXELS, gl.UNPACK_SKIP_ROWS, gl.UNPACK_SKIP_IMAGES]) gl.pixelStorei(each, 0);
+    }
+  }
+
+  /** @param {number} level @param {number[]} shape z, y, x @param {number} levels */
+  #reserve(level, [z, y, x], levels) {
+    const gl = this.#gl;
+    const [internal, format, type] = this.#names();
+    if (format === undefined) {
+      if (isWebGl2(gl) && level === 0) gl.texStorage2D(gl.TEXTURE_2D, levels, internal, x, y);
+    } else if (this.#volume) {
+      /** @type {WebGL2RenderingContext} */ (gl).texImage3D(this.made.target, level, internal, x, y, z, 0, format, type, null);
+    } else gl.texImage2D(this.made.target, level, internal, x, y, 0, format, type, null);
+  }
+
+  /** @param {number} levels */
+  #parameters(levels) {
+    const gl = this.#gl;
+    const { target } = this.made;
+    const near = this.#form.finer || this.#entries[0].filter === "nearest" ? "NEAREST" : "LINEAR";
+    const far = levels > 1 ? /** @type {const} */ (`${near}_MIPMAP_${near}`) : near;
+    gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, gl[near]);
+    gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, /** @type {any} */ (gl)[far]);
+    gl.texParameteri(target, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(target, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    if (isWebGl2(gl)) {
+      gl.texParameteri(target, gl.TEXTURE_WRAP_R, gl.CLAMP_TO_EDGE);
+      gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, levels - 1);
+    }
+  }
+
+  /** @param {Level} level */
+  #send(level) {
+    const gl = this.#gl;
+    const [internal, format, type] = this.#names();
+    const [, height, width] = level.place.shape;
+    const first = level.at / level.unit;
+    const units = level.filled / level.unit;
+    const finer = this.#form.finer ?? 1;
+    const bytes = level.slab.subarray(0, level.filled);
+    const data = this.#form.convert?.(bytes, width) ?? typed(gl, bytes, type);
+    this.#bind();
+    const { target } = this.made;
+    if (format === undefined) {
+      const { block } = this.#source;
+      const rows = Math.min(units * block, height - first * block);
+      gl.compressedTexSubImage2D(target, level.level, 0, first * block, width, rows, internal, data);
+    } else if (this.#volume) {
+      /** @type {WebGL2RenderingContext} */ (gl).texSubImage3D(target, level.level, 0, 0, first, width, height, units, format, type, data);
+    } else {
+      const rows = finer > 1 ? finerSize(height, finer) : units;
+      gl.texSubImage2D(target, level.level, 0, first, finerSize(width, finer), rows, format, type, data);
+    }
+    level.at += level.filled;
+    level.filled = 0;
+  }
+
+  /** Numbers of internal format, pixel format and type. @returns {[number, number | undefined, number]} */
+  #names() {
+    const { internal } = this.#form;
+    const { extension, format, type } = FORMATS[internal];
+    const gl = /** @type {any} */ (this.#gl);
+    return [/** @type {number} */ (constant(this.#gl, internal, extension)), format && gl[format], type && gl[type]];
+  }
+
+  /** @param {string} operation */
+  #check(operation) {
+    const gl = this.#gl;
+    if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });
+    const error = gl.getError();
+    if (error === gl.NO_ERROR) return;
+    const name = { [gl.OUT_OF_MEMORY]: "GL_OUT_OF_MEMORY", [gl.INVALID_VALUE]: "GL_INVALID_VALUE" }[error] ?? `error ${error}`;
+    throw new VolpkgError("VP5007", { error: name, operation: `${operation} texture ${this.#entries[0].name}`, driver: driverOf(gl) });
+  }
+}
+
+/** Bytes as the numbers that WebGL wants for a type. @param {Gl} gl @param {Uint8Array} bytes @param {number} type */
+function typed(gl, bytes, type) {
+  if (type === gl.BYTE) return new Int8Array(bytes.buffer, bytes.byteOffset, bytes.length);
+  return type === gl.UNSIGNED_BYTE ? bytes : new Uint16Array(bytes.buffer, bytes.byteOffset, bytes.length / 2);
+}

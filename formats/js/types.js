@@ -1,0 +1,64 @@
+/**
+ * What the manifest holds, as far as this reader uses it. SPEC.md says what each field means.
+ *
+ * @typedef {[number, number, number]} Three
+ * @typedef {{shape_zyx: Three, spacing_mm_zyx: Three, origin_mm_xyz: Three, direction: [Three, Three, Three], extent_mm_zyx: Three}} Grid
+ * @typedef {{path: string, role: string, size_bytes: number, sha256: string}} FileRecord
+ * @typedef {{value: number, colour: Three, extinction_per_mm: number}} TransferPoint
+ * @typedef {{name: string, points: TransferPoint[], reference_mm?: number, isovalue?: number}} TransferFunction
+ * @typedef {{index: number, factors_zyx: Three, grid: Grid, texture_from_box_per_mm_xyz: Three, filter: string}} Level
+ * @typedef {{bits: number, window: [number, number]}} Quantization
+ * @typedef {{name: string, quantization: Quantization, levels: Level[], transfer_functions: TransferFunction[]}} Channel
+ * @typedef {{target: "TEXTURE_2D" | "TEXTURE_3D", internal_format: string, format?: string, type?: string}} GlFormat
+ * @typedef {{tile_shape_yx: [number, number], slices: number, gutter?: number, padding_yx?: [number, number], tiles_x: number, tiles_y: number, texture_shape_yx: [number, number]}} Mosaic
+ * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number}} Texture
+ * @typedef {{name: string, role: string, transfer?: string, part?: number}} Sampler
+ * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
+ * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices"} Geometry
+ * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
+ * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
+ * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[]}} Pass
+ * @typedef {object} Program
+ * @property {string} name
+ * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks"} sampling
+ * @property {string} [technique] ray-casting if absent
+ * @property {string} [classification]
+ * @property {string} [compositing]
+ * @property {{place_mm_xyz: Three}} [light]
+ * @property {string} [rays]
+ * @property {string} vertex
+ * @property {string} fragment
+ * @property {number[]} levels
+ * @property {string} transfer
+ * @property {Uniform[]} uniforms
+ * @property {Sampler[]} samplers
+ * @property {number} [step_mm_min]
+ * @property {Geometry} [geometry] triangle if absent
+ * @property {Pass[]} [before]
+ * @property {Blend} [blend]
+ * @property {number} [slab_samples]
+ * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three, blocks_from_box_per_mm_xyz: Three}} SkipTable
+ * @typedef {{texture: string, level: number, block: number, blocks_zyx: Three}} BlockRanges
+ * @typedef {{epsilon?: number, tables?: SkipTable[], ranges?: BlockRanges[]}} Skipping
+ * @typedef {{transfer: string, level: number, file?: string, triangles?: number, draco?: boolean, box_from_mesh_mm_xyz: Three}} ProxyMesh
+ * @typedef {{meshes?: ProxyMesh[], depth: string, programs?: Program[]}} Proxy
+ * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
+ * @typedef {{grid: string, pieces?: string[], programs?: Program[]}} SubvolumeFiles
+ * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number}} Profile
+ * @typedef {object} Manifest
+ * @property {string} name
+ * @property {Profile} profile
+ * @property {Grid} grid
+ * @property {{name: string, transfers: string[]}} [together]
+ * @property {{step_mm: number, level_steps?: {level: number, step_mm: number}[], opacity_cutoff?: number, projection?: "orthographic" | "perspective"}} render
+ * @property {Channel[]} channels
+ * @property {Texture[]} textures
+ * @property {Program[]} programs
+ * @property {Skipping} [skipping]
+ * @property {{histograms?: JointHistogram[]}} [editing]
+ * @property {SubvolumeFiles} [subvolumes]
+ * @property {Proxy} [proxy]
+ * @property {string} [preview]
+ * @property {FileRecord[]} files
+ */
+export {};

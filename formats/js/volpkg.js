@@ -1,0 +1,4 @@
+/** Opens volume packages of volprep and draws them with WebGL 1 and 2. What a package is: SPEC.md. */
+export { VolpkgError } from "./error.js";
+export { Package, openPackage } from "./package.js";
+export { Renderer, createRenderer } from "./renderer.js";

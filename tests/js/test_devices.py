@@ -1,0 +1,206 @@
+"""What a device lacks: a right picture all the same, or a refusal with a code; never black. Nothing is left behind."""
+
+import numpy as np
+import pytest
+from browser import PageError
+from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
+
+LINEAR = "filters"
+EMPTY = "is black"
+LACKS: dict[str, tuple[str, str, list[list[str]], str | None]] = {
+    "float filtering": ("half floats", "webgl2", [["R16F", LINEAR], ["RGBA16F", LINEAR]], None),
+    "half floats at all": ("half floats", "webgl2", [["R16F", EMPTY], ["RGBA16F", EMPTY]], None),
+    "float tables at all": ("half floats", "webgl2", [["RGBA16F", EMPTY], ["RGBA32F", EMPTY]], "VP7014"),
+    "filtering of big tables": ("pre-integrated", "webgl2", [["RGBA16F", LINEAR]], None),
+    "half floats under norm16": ("norm16, perspective", "webgl2", [["R16F", EMPTY]], None),
+    "signed or plain bytes": ("lit, skips by distance", "webgl2", [["RGB8", EMPTY]], "VP7014"),
+    "bytes": ("half floats", "webgl2", [["R16F", EMPTY], ["R8", EMPTY]], "VP7014"),
+    "compressed texels": ("EAC", "webgl2", [["COMPRESSED_R11_EAC", EMPTY]], "VP7014"),
+    "luminance": ("meshes on OpenGL ES 2", "webgl", [["LUMINANCE", EMPTY]], "VP7014"),
+}
+
+
+@pytest.mark.parametrize("lack", LACKS)
+def test_what_a_device_claims_and_does_not_do(browser, server, scene_package, lack) -> None:
+    name, kind, broken, code = LACKS[lack]
+    package = scene_package(name)
+    matrices = box_from_clip_of(package)[6:7]
+    picture = package.manifest.programs[-1].transfer
+    how = {"kind": kind, "options": {"level": 0, "program": picture}, "broken": broken}
+    if code is not None:
+        with pytest.raises(PageError) as caught:
+            drawn_in_page(browser, server, package.path, matrices, **how)
+        assert caught.value.value["code"] == code
+        return
+    found = drawn_in_page(browser, server, package.path, matrices, **how)
+    assert found.said["notes"]
+    (wanted,) = drawn_by_reference(package, matrices, level=0, transfer=picture)
+    assert rmse(found.pictures[0], wanted) < TWO_STEPS
+
+
+@pytest.mark.parametrize("kind", ["webgl2", "webgl"])
+@pytest.mark.parametrize("lacks", ["RGBA16F", "SRGB8_ALPHA8"])
+def test_a_target_that_keeps_nothing_is_replaced(browser, server, scene_package, kind, lacks) -> None:
+    package = scene_package("half floats" if kind == "webgl2" else "meshes on OpenGL ES 2")
+    matrices = box_from_clip_of(package)[6:7]
+    targets = ["RGBA16F", lacks]
+    found = drawn_in_page(browser, server, package.path, matrices, kind=kind, options={"level": 0}, targets=targets)
+    (wanted,) = drawn_by_reference(package, matrices, level=0)
+    assert rmse(found.pictures[0], wanted) < TWO_STEPS
+
+
+def test_limits_are_checked_before_anything_is_uploaded(browser, server, scene_package) -> None:
+    package = scene_package("half floats")
+    matrices = box_from_clip_of(package)[:1]
+    limits = {
+        "VP7011": {"limits": {"MAX_3D_TEXTURE_SIZE": 5}},
+        "VP7012": {"limits": {"MAX_TEXTURE_IMAGE_UNITS": 1}},
+        "VP7013": {"options": {"maxTextureBytes": 100}},
+        "VP7010": {"kind": "webgl"},
+    }
+    for code, how in limits.items():
+        with pytest.raises(PageError) as caught:
+            drawn_in_page(browser, server, package.path, matrices, **how)
+        assert caught.value.value["code"] == code
+
+
+def test_a_level_that_does_not_fit_is_replaced_by_a_coarser_one(browser, server, scene_package) -> None:
+    package = scene_package("half floats")
+    matrices = box_from_clip_of(package)[:1]
+    found = drawn_in_page(browser, server, package.path, matrices, options={"maxTextureBytes": 30_000})
+    assert found.said["level"] == 1
+    assert found.said["levels"] == [1, 2]
+    (wanted,) = drawn_by_reference(package, matrices, level=1)
+    assert rmse(found.pictures[0], wanted) < TWO_STEPS
+
+
+SCRIPT_PROBES = """
+const { openPackage, createRenderer } = await import("/js/volpkg.js");
+const pack = await openPackage(given[0]);
+const took = [];
+for (let i = 0; i < 12; i++) {
+  const renderer = await createRenderer(new OffscreenCanvas(8, 8).getContext("webgl2"), pack);
+  await renderer.ready;
+  took.push(renderer.probes.milliseconds);
+  renderer.dispose();
+}
+return Math.min(...took);
+"""
+
+
+def test_probes_take_less_than_50_milliseconds(browser, server, scene_package) -> None:
+    package = scene_package("half floats")
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    assert browser.run(SCRIPT_PROBES, f"/package/{package.path.name}") < 50
+
+
+SCRIPT_LEAKS = """
+const { openPackage, createRenderer } = await import("/js/volpkg.js");
+const { counted } = await import("/support/page.mjs");
+const canvas = new OffscreenCanvas(32, 32);
+const gl = counted(canvas.getContext(given[1]));
+const pack = await openPackage(given[0]);
+const renderer = await createRenderer(gl, pack);
+await renderer.ready;
+const drawn = [];
+const show = () => {
+  renderer.draw({ boxFromClip: given[2] });
+  renderer.present();
+  drawn.push(renderer.readPixels().pixels.some((each) => each > 0.1));
+};
+show();
+for (const { name, levels } of renderer.programs) {
+  await renderer.setProgram(name);
+  for (const level of levels) {
+    await renderer.setLevel(level);
+    show();
+  }
+}
+await renderer.setClip({ planes: [[0, 0, 1, 0]] });
+show();
+await renderer.setClip(null);
+const during = gl.alive();
+renderer.dispose();
+return { during, after: gl.alive(), drawn, error: gl.getError() };
+"""
+
+
+@pytest.mark.parametrize("name", ["half floats", "meshes on OpenGL ES 2"])
+def test_dispose_frees_every_object(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    matrix = box_from_clip_of(package)[6].T.ravel().tolist()
+    found = browser.run(SCRIPT_LEAKS, f"/package/{package.path.name}", kind, matrix)
+    assert found["during"] > 5
+    assert (found["after"], found["error"]) == (0, 0)
+    assert all(found["drawn"])
+
+
+SCRIPT_LOST = """
+const { openPackage, createRenderer } = await import("/js/volpkg.js");
+const canvas = new OffscreenCanvas(32, 32);
+const gl = canvas.getContext("webgl2");
+const pack = await openPackage(given[0]);
+const renderer = await createRenderer(gl, pack);
+await renderer.ready;
+const picture = () => (renderer.draw({ boxFromClip: given[1] }), [...renderer.readPixels().pixels]);
+const before = picture();
+const loses = gl.getExtension("WEBGL_lose_context");
+const event = (name) => new Promise((resolve) => canvas.addEventListener(name, resolve, { once: true }));
+const lost = event("webglcontextlost");
+loses.loseContext();
+await lost;
+const drew = renderer.draw({ boxFromClip: given[1] });
+const changed = new Promise((resolve) => (renderer.onchange = resolve));
+await new Promise((resolve) => setTimeout(resolve, 10));
+loses.restoreContext();
+await changed;
+await renderer.ready;
+const after = picture();
+const off = Math.max(...before.map((each, i) => Math.abs(each - after[i])));
+return { drew, level: renderer.level, most: Math.max(...before), off };
+"""
+
+
+def test_a_context_that_was_lost_comes_back_with_the_same_picture(browser, server, scene_package) -> None:
+    package = scene_package("half floats")
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    matrix = box_from_clip_of(package)[6].T.ravel().tolist()
+    found = browser.run(SCRIPT_LOST, f"/package/{package.path.name}", matrix)
+    assert found["drew"] is False
+    assert (found["level"], found["off"]) == (0, 0)
+    assert found["most"] > 0.1
+
+
+SCRIPT_PRESENT = """
+const { openPackage, createRenderer } = await import("/js/volpkg.js");
+const gl = new OffscreenCanvas(24, 24).getContext(given[2]);
+const pack = await openPackage(given[0]);
+const renderer = await createRenderer(gl, pack);
+await renderer.ready;
+renderer.draw({ boxFromClip: given[1] });
+const { pixels } = renderer.readPixels();
+renderer.present({ background: [0.5, 0.25, 0] });
+const shown = new Uint8Array(24 * 24 * 4);
+gl.readPixels(0, 0, 24, 24, gl.RGBA, gl.UNSIGNED_BYTE, shown);
+return { pixels: [...pixels], shown: [...shown] };
+"""
+
+
+def test_the_picture_is_shown_as_srgb_over_its_background(browser, server, scene_package) -> None:
+    package = scene_package("meshes on OpenGL ES 2")
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    matrix = box_from_clip_of(package)[6].T.ravel().tolist()
+    kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
+    found = browser.run(SCRIPT_PRESENT, f"/package/{package.path.name}", matrix, kind)
+    linear = np.array(found["pixels"]).reshape(24, 24, 4)
+    light = np.clip(linear[..., :3] + (1 - linear[..., 3:]) * [0.5, 0.25, 0.0], 0, 1)
+    wanted = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    shown = np.array(found["shown"]).reshape(24, 24, 4)[::-1]
+    assert np.abs(shown[..., :3] - wanted).max() < 1.5
+    assert (shown[..., 3] == 255).all()

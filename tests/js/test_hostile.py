@@ -1,0 +1,182 @@
+"""Damaged, truncated and hostile packages: a message with a code, never a blank, never a hang."""
+
+import json
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from browser import Browser, PageError
+from web_pictures import box_from_clip_of, drawn_in_page
+from web_server import WebServer
+
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.single_file import write_single_file
+from volprep_formats.progress import Silent
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="module")
+def package(scene_package) -> Package:
+    return scene_package("meshes on OpenGL ES 2")
+
+
+@pytest.fixture
+def copy(package, tmp_path) -> Path:
+    return Path(shutil.copytree(package.path, tmp_path / "copy.volpkg"))
+
+
+@pytest.fixture(scope="module")
+def zipped(package) -> Path:
+    target = package.path.parent / "p.volpkg.zip"
+    names = ["manifest.json", *(each.path for each in package.manifest.files)]
+    with target.open("wb") as file:
+        write_single_file(package.path, names, file, Silent())
+    return target
+
+
+def opened(browser: Browser, server: WebServer, path: Path, script: str = "", **options: object) -> object:
+    server.folders["package"] = path.parent
+    browser.open(f"{server.url}/")
+    begin = 'const { openPackage, createRenderer } = await import("/js/volpkg.js"); const [url, options] = given;'
+    begin += "const pack = await openPackage(url, options);"
+    return browser.run(f"{begin} {script}", f"/package/{path.name}", options)
+
+
+READ_ALL = "for (const { path } of pack.manifest.files) await pack.read(path); return pack.manifest.files.length;"
+
+
+def code_of(browser: Browser, server: WebServer, path: Path, script: str = READ_ALL, **options: object) -> str:
+    start = time.monotonic()
+    with pytest.raises(PageError) as caught:
+        opened(browser, server, path, script, **options)
+    assert time.monotonic() - start < 5
+    return str(caught.value.value["code"])
+
+
+def test_damaged_zips_end_in_a_code_and_soon(zipped) -> None:
+    command = ["node", str(HERE / "hostile.mjs"), str(zipped), "5", "400"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert set(said["found"]) <= {
+        "whole",
+        "VP4002",
+        "VP4003",
+        "VP4004",
+        "VP4005",
+        "VP4007",
+        "VP4008",
+        "VP4009",
+        "VP4011",
+    }
+    assert said["found"]["whole"] >= 1
+    assert said["found"]["VP4002"] > 100
+    assert said["longest"] < 5000
+
+
+def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, package) -> None:
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    matrix = box_from_clip_of(package)[6].T.ravel().tolist()
+    script = 'return (await import("/support/mutants.mjs")).mutants(...given)'
+    said = browser.run(script, f"/package/{package.path.name}", matrix, 60, "webgl", "shell", timeout=120)
+    assert said["wrong"] == []
+    assert said["found"]["VP4004"] > 15
+    assert said["found"]["drawn"] > 5
+
+
+def test_a_file_with_a_wrong_byte_is_found_by_its_digest(browser, server, copy) -> None:
+    file = copy / Package.open(copy).manifest.textures[0].file
+    data = bytearray(file.read_bytes())
+    data[-3] ^= 1
+    file.write_bytes(data)
+    assert code_of(browser, server, copy) == "VP4009"
+
+
+def test_a_file_that_is_cut_off_or_gone_says_so(browser, server, copy) -> None:
+    file = copy / Package.open(copy).manifest.textures[0].file
+    file.write_bytes(file.read_bytes()[:-1])
+    assert code_of(browser, server, copy) == "VP4008"
+    file.unlink()
+    assert code_of(browser, server, copy) == "VP4007"
+    (copy / "manifest.json").unlink()
+    assert code_of(browser, server, copy) == "VP4001"
+
+
+def test_an_answer_that_ends_early_and_one_that_stops_say_so(browser, package) -> None:
+    for fault, options, code in (
+        (("cut_after", 50), {}, "VP7015"),
+        (("stall_after", 50), {"idleSeconds": 1}, "VP7016"),
+    ):
+        folders = {"js": HERE.parents[1] / "formats" / "js"}
+        with WebServer(folders) as faulty:
+            setattr(faulty, *fault)
+            assert code_of(browser, faulty, package.path, **options) == code
+
+
+def test_a_manifest_that_is_none_says_so(browser, server, copy) -> None:
+    manifest = copy / "manifest.json"
+    text = manifest.read_text()
+    for changed, code in (
+        (text[:-9], "VP4002"),
+        (text.replace('"state"', '"name": "twice", "state"'), "VP4002"),
+        ("[" * 200_000, "VP4002"),
+        (text.replace('"version": "1.0"', '"version": "2.0"'), "VP4003"),
+        (text.replace('"sealed"', '"draft"'), "VP4005"),
+        (text + " " * (4 << 20), "VP4002"),
+    ):
+        manifest.write_text(changed)
+        assert code_of(browser, server, copy, "") == code
+
+
+def test_slices_for_devices_without_shaders_are_refused(browser, server, scene_package) -> None:
+    package = scene_package("slices")
+    with pytest.raises(PageError) as caught:
+        drawn_in_page(browser, server, package.path, box_from_clip_of(package)[:1])
+    assert caught.value.value["code"] == "VP7010"
+
+
+def test_a_zip_is_drawn_by_ranges_that_hold_only_what_is_drawn(browser, package, zipped) -> None:
+    draw = """const gl = new OffscreenCanvas(8, 8).getContext("webgl");
+    const renderer = await createRenderer(gl, pack, { program: "core", level: 3 });
+    await renderer.ready;
+    return renderer.level;"""
+    folders = {"js": HERE.parents[1] / "formats" / "js"}
+    with WebServer(folders) as ranged:
+        assert opened(browser, ranged, zipped, draw) == 3
+        program = next(each for each in package.manifest.programs if (each.transfer, each.levels) == ("core", (3,)))
+        sizes = {each.path: each.size_bytes for each in package.manifest.files}
+        drawn = {each.file for each in package.manifest.textures if each.level == 3 and each.transfer != "shell"}
+        needed = sum(sizes[path] for path in {*drawn, program.vertex, program.fragment})
+        manifest = (package.path / "manifest.json").stat().st_size
+        meshes = sum(
+            size for path, size in sizes.items() if path.startswith(("meshes/", "shaders/proxy", "shaders/depth"))
+        )
+        # The tail of 64 KiB is all that is read beside it.
+        assert ranged.sent[f"/package/{zipped.name}"] < needed + manifest + meshes + 2**16 + 4096
+    with WebServer(folders, ranges=False) as whole:
+        assert opened(browser, whole, zipped, draw) == 3
+
+
+def test_bytes_and_files_are_opened_as_addresses_are(browser, server, zipped) -> None:
+    server.folders["package"] = zipped.parent
+    browser.open(f"{server.url}/")
+    script = """
+    const { openPackage } = await import("/js/volpkg.js");
+    const bytes = await (await fetch(given[0])).arrayBuffer();
+    const found = [];
+    for (const from of [bytes, new Blob([bytes]), new File([bytes], "p.volpkg.zip")]) {
+      const pack = await openPackage(from);
+      for (const { path } of pack.manifest.files) await pack.read(path);
+      found.push([pack.name, pack.unverified]);
+    }
+    const trusting = await openPackage(bytes, { digests: false });
+    found.push(trusting.unverified);
+    return found;
+    """
+    found = browser.run(script, f"/package/{zipped.name}")
+    assert found == [["package", None], ["package", None], ["p.volpkg.zip", None], "the page asked for no digests"]
+    assert code_of(browser, server, zipped, "await openPackage(7);") == "VP7017"

@@ -1,0 +1,167 @@
+"""Small scenes for tests of formats/js: among them they have everything that a package for WebGL may have."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from channel_scene import write_channel_scene
+from phantom_scene import SHAPE_ZYX, write_phantom_scene
+
+from volprep.pipeline.build import build
+from volprep.scene.request import load_request
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+_SMALL = """name = "small"
+api = "es2.0"
+max_texture_size = 64
+max_3d_texture_size = 0
+texture_units = 8
+texture_formats = ["LUMINANCE8", "LUMINANCE_ALPHA8", "RGB8", "RGBA8"]
+index_bits = 16
+max_texture_bytes = 67_108_864
+"""
+"""A device whose textures are so small that a mosaic needs several."""
+EDIT = [
+    {"value": 20.0, "colour": [0.01, 0.05, 1.0], "extinction_per_mm": 0.0},
+    {"value": 45.0, "colour": [0.05, 1.0, 0.2], "extinction_per_mm": 0.08},
+    {"value": 300.0, "colour": [1.0, 0.02, 0.01], "extinction_per_mm": 0.9},
+    {"value": 640.0, "colour": [1.0, 0.02, 0.01], "extinction_per_mm": 0.0},
+]
+"""Shows the noise around the blobs, which the scene's own functions leave empty, and hides the core of the larger."""
+
+
+def _phantom(tables: str, profile: str = "gles3", before: str = "") -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        (folder / "small.toml").write_text(_SMALL)
+        scene = write_phantom_scene(folder, profile)
+        scene.write_text(f"{before}\n{scene.read_text()}\n{tables}")
+        return scene
+
+    return write
+
+
+def _one(table: str, profile: str = "gles3") -> Callable[[Path], Path]:
+    """The phantom with its first transfer function only."""
+
+    def write(folder: Path) -> Path:
+        scene = _phantom(table, profile)(folder)
+        text = scene.read_text()
+        scene.write_text(text[: text.index('[[transfer]]\nname = "core"')] + table)
+        return scene
+
+    return write
+
+
+def _compressed(form: str, profile: str = "gles3") -> Callable[[Path], Path]:
+    """A volume that is smooth enough for every compressed form."""
+
+    def write(folder: Path) -> Path:
+        tables = f'[textures]\ncompression = "{form}"\n[quantize]\nbits = 8\n[render]\npicture_size = 16\n{_ANY_ERROR}'
+        scene = _one(tables, profile)(folder)
+        waves = [np.sin(np.arange(n) / n * 7 + shift) for shift, n in enumerate(SHAPE_ZYX)]
+        field = 450 + 150 * (waves[0][:, None, None] + waves[1][:, None] + waves[2])
+        field.astype("<u2").tofile(folder / "phantom.raw")
+        text = scene.read_text().replace("[pyramid]", '[pyramid]\nfilter = "box"')
+        scene.write_text(f'crop = "none"\n{text}')
+        return scene
+
+    return write
+
+
+def _labels(folder: Path) -> Path:
+    volume = np.zeros((11, 14, 18), np.uint8)
+    volume[2:9, 3:10, 4:12] = 3
+    volume[5:, 7:, 9:] = 200
+    volume.tofile(folder / "labels.raw")
+    scene = folder / "labels.toml"
+    scene.write_text(_LABELS)
+    return scene
+
+
+def _surface(folder: Path) -> Path:
+    scene = _phantom('[render]\ncompositing = "isosurface"\n')(folder)
+    scene.write_text(scene.read_text().replace("points = [", "isovalue = 800.0\npoints = ["))
+    return scene
+
+
+def _together(profile: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        scene = write_channel_scene(folder, profile)
+        scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n')
+        return scene
+
+    return write
+
+
+_ANY_ERROR = "[tolerance]\nrmse = 1.0\nmaximum = 1.0\n"
+_LABELS = """name = "labels"
+crop = "none"
+[source]
+path = "labels.raw"
+labels = true
+[source.raw]
+shape_zyx = [11, 14, 18]
+dtype = "uint8"
+[pyramid]
+coarsest_longest_axis = 9
+[[transfer]]
+name = "things"
+points = [
+    { value = 1.0, colour = "#804020", extinction_per_mm = 0.0 },
+    { value = 3.0, colour = "#ffc080", extinction_per_mm = 0.3 },
+    { value = 200.0, colour = "#4080ff", extinction_per_mm = 0.5 },
+]
+"""
+_SKIP = '[skip]\nkind = "{}"\nblock = 4\n'
+_LIT = '[render]\nlighting = "headlight"\n'
+SCENES: dict[str, Callable[[Path], Path]] = {
+    "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
+    "lit mosaic, skips by octants": _phantom(_LIT + _SKIP.format("octants"), "gles2-4096"),
+    "mipmaps": _phantom("[textures]\nmipmaps = true\n"),
+    "pre-integrated": _phantom('[render]\nclassification = "preintegrated"\n'),
+    "palette": _phantom('[render]\nclassification = "palette"\n'),
+    "mosaic of several textures": _phantom("", "small.toml"),
+    "classified voxels": _one('[render]\nclassification = "preclassified"\n'),
+    "labels": _labels,
+    "maximum": _phantom('[render]\ncompositing = "maximum"\n'),
+    "channels together": _together("gles3"),
+    "channels together in a mosaic": _together("gles2-2048"),
+    "bricks": _phantom("[bricks]\nsize = 4\n"),
+    "half floats": _phantom("[quantize]\nbits = 16\n"),
+    "norm16, perspective": _phantom('[quantize]\nbits = 16\n[render]\nprojection = "perspective"\n', "gles3-norm16"),
+    "EAC": _compressed("eac"),
+    "ETC2": _compressed("etc2"),
+    "ASTC": _compressed("astc-5x5", "gles3-astc"),
+    "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\ndraco = "none"\n'),
+    "meshes on OpenGL ES 2": _phantom('[proxy]\nform = "blocks"\nblock = 4\ndraco = "none"\n', "gles2-2048"),
+    "slabs": _phantom('[render]\ntechnique = "slabs"\n'),
+    "slabs on OpenGL ES 2": _phantom('[render]\ntechnique = "slabs"\n', "gles2-4096"),
+    "two passes": _phantom('[render]\ntechnique = "two-pass"\n'),
+    "two passes on OpenGL ES 2": _phantom('[render]\ntechnique = "two-pass"\n', "gles2-4096"),
+    "two passes as published": _phantom('[render]\ntechnique = "two-pass-as-published"\n'),
+    "slices across an axis": _phantom('[render]\ntechnique = "axis-slices"\n', "gles2-4096"),
+    "slices across the view": _phantom('[render]\ntechnique = "view-slices"\nprojection = "perspective"\n'),
+    "light with a place": _phantom(
+        '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
+    ),
+    "isosurface": _surface,
+    "control points": _phantom('[render]\nclassification = "control-points"\n'),
+    "steps of levels": _one("[render]\nstep_voxels = 0.8\n"),
+    "mida": _one('[render]\ncompositing = "mida"\n'),
+    "pieces": _phantom('[grid]\nsize = 12\nlayout = "both"\n'),
+    "editable": _phantom(_SKIP.format("distance"), before="editable = true"),
+    "editable mosaic": _phantom(_SKIP.format("octants"), "gles2-2048", before="editable = true"),
+}
+OTHERS = {
+    "slices": _one("", "gles1"),
+    "slices as published": _phantom('[render]\ntechnique = "view-slices-as-published"\n'),
+}
+
+
+def build_scene(name: str, folder: Path) -> Package:
+    """Build the scene of a name."""
+    scene = (SCENES | OTHERS)[name](folder)
+    target = folder / "p.volpkg"
+    build(load_request(scene), target, Silent())
+    return Package.open(target)
