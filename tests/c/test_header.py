@@ -1,0 +1,167 @@
+"""volpkg.h compiles wherever apps have C, and damaged packages end in codes."""
+
+import json
+import shutil
+import struct
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+from every_kind import single_file
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.files import MANIFEST, names_in
+
+from .conftest import HEADER, WARNINGS, told
+
+LANGUAGES = {
+    "C by GCC": ("gcc", "-x", "c", "-std=c99"),
+    "C by Clang": ("clang", "-x", "c", "-std=c99"),
+    "C++ by GCC": ("g++", "-x", "c++", "-std=c++17"),
+    "C++ by Clang": ("clang++", "-x", "c++", "-std=c++17"),
+    "Objective-C": ("clang", "-x", "objective-c", "-std=c99"),
+}
+
+
+def installed(compiler: str) -> str:
+    names = [compiler, *(f"{compiler}-{version}" for version in range(30, 12, -1))]
+    found = next((name for name in names if shutil.which(name)), None)
+    if found is None:
+        pytest.skip(f"{compiler} is not installed")
+    return found
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_it_compiles_without_a_warning(language, tmp_path: Path):
+    compiler, *words = LANGUAGES[language]
+    source = tmp_path / "one.source"
+    source.write_text(f'#define VOLPKG_IMPLEMENTATION\n#include "{HEADER}"\n')
+    command = [installed(compiler), *words, *WARNINGS, "-c", str(source), "-o", str(tmp_path / "one.o")]
+    subprocess.run(command, check=True)
+
+
+def test_damaged_packages_are_read_or_refused_and_nothing_else(fuzz_program, packages):
+    kinds = [packages[kind] for kind in ("house", "together", "bricks", "mipmaps", "editable")]
+    status, text = told(fuzz_program, "3", "400", *kinds)
+    assert status == 0, text
+    assert {"VP4002", "VP4004", "VP4008", "VP4011", "VP4030", "VP4039"} <= {*text.split()}, text
+
+
+def test_every_beginning_of_a_package_is_refused(fuzz_program, packages, tmp_path: Path):
+    whole = packages["mipmaps"].read_bytes()
+    sizes = [*range(60), *range(60, len(whole), len(whole) // 60), len(whole) - 1]
+    files = [tmp_path / f"{size}.zip" for size in sizes]
+    for size, file in zip(sizes, files, strict=True):
+        file.write_bytes(whole[:size])
+    _, text = told(fuzz_program, "--try", *files)
+    assert [line.split()[0] for line in text.splitlines()] == ["4002"] * len(files)
+
+
+def leaves(record: object, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    """Paths of all numbers, words and truths of a JSON value; of a long list only those of its first two entries."""
+    if isinstance(record, dict):
+        return [each for key, value in record.items() for each in leaves(value, (*path, key))]
+    if isinstance(record, list):
+        return [each for index, value in enumerate(record[:2]) for each in leaves(value, (*path, index))]
+    return [path]
+
+
+def changed(manifest: dict, path: tuple[str | int, ...]) -> str:
+    """Give the manifest with another value of the same type at a path."""
+    copy = json.loads(json.dumps(manifest))
+    place = copy
+    for key in path[:-1]:
+        place = place[key]
+    value = place[path[-1]]
+    other = not value if isinstance(value, bool) else f"{value}x" if isinstance(value, str) else value + 1
+    place[path[-1]] = other
+    return json.dumps(copy)
+
+
+def verdicts_of_the_reader(folder: Path) -> set[str]:
+    """Codes of all that the Python reader finds in a package, or nothing."""
+    try:
+        Package.open(folder)
+    except VolprepError as error:
+        return {error.code, *(finding.code for finding in check(folder))}
+    return {finding.code for finding in check(folder)}
+
+
+@pytest.mark.parametrize("kind", ["house", "together", "slices", "several-units"])
+def test_a_lie_in_any_field_of_the_manifest_ends_as_in_the_reader(kind, fuzz_program, packages, tmp_path: Path):
+    """Both take the manifest, or both refuse it, the header with one of the reader's codes."""
+    folder = packages[kind].with_suffix("")
+    copy = tmp_path / "p.volpkg"
+    shutil.copytree(folder, copy)
+    manifest = json.loads((folder / MANIFEST).read_text())
+    # Nothing can contradict the first four; the reader leaves internal formats to the renderer, which says VP5011.
+    skipped = {"reason", "generator", "statistics", "sha256", "internal_format"}
+    paths = [path for path in leaves(manifest) if not skipped & {*path}][::4]
+    files, expected = [], []
+    for number, path in enumerate(paths):
+        (copy / MANIFEST).write_text(changed(manifest, path))
+        expected.append(verdicts_of_the_reader(copy))
+        files.append(single_file(copy, tmp_path / f"{number}.zip"))
+    _, lines = told(fuzz_program, "--try", *files)
+    wrong = []
+    for path, codes, line in zip(paths, expected, lines.splitlines(), strict=True):
+        number, text = line.split(" ", 1)
+        if (number == "0") != (not codes) or (codes and f"VP{number}" not in codes):
+            wrong.append(f"{'.'.join(map(str, path))}: the reader says {codes or 'nothing'}, the header {text}")
+    assert wrong == []
+    assert any(codes for codes in expected)
+
+
+def test_a_file_with_another_digest_is_found_when_it_is_asked_for(dump_program, packages, tmp_path: Path):
+    copy = tmp_path / "p.volpkg"
+    shutil.copytree(packages["mipmaps"].with_suffix(""), copy)
+    name = json.loads((copy / MANIFEST).read_text())["programs"][0]["fragment"]
+    (copy / name).write_bytes((copy / name).read_bytes().replace(b"0", b"1", 1))
+    status, text = told(dump_program, single_file(copy))
+    assert status == 1
+    assert f"VP4009 {name}" in text
+
+
+def test_an_internal_format_that_does_not_go_with_its_texels_is_refused(fuzz_program, packages, tmp_path: Path):
+    copy = tmp_path / "p.volpkg"
+    shutil.copytree(packages["mipmaps"].with_suffix(""), copy)
+    manifest = json.loads((copy / MANIFEST).read_text())
+    manifest["textures"][0]["gl"]["internal_format"] = "R16F"
+    (copy / MANIFEST).write_text(json.dumps(manifest))
+    _, text = told(fuzz_program, "--try", single_file(copy))
+    assert text.startswith("4011 VP4011")
+
+
+def wide(package: Path, target: Path) -> Path:
+    """Write the files of a package as a zip that says all of its sizes in fields of 64 bits (ZIP64)."""
+    with zipfile.ZipFile(target, "w") as archive:
+        for name in sorted(names_in(package), key=lambda name: (name != MANIFEST, name)):
+            with archive.open(zipfile.ZipInfo(name), "w", force_zip64=True) as file:
+                file.write((package / name).read_bytes())
+    data = target.read_bytes()
+    count, directory_bytes, directory_at = struct.unpack_from("<H2I", data, len(data) - 12)
+    record = struct.pack("<IQ2H2I4Q", 0x06064B50, 44, 45, 45, 0, 0, count, count, directory_bytes, directory_at)
+    locator = struct.pack("<IIQI", 0x07064B50, 0, len(data) - 22, 1)
+    end = struct.pack("<I4H2IH", 0x06054B50, 0, 0, 65535, 65535, 2**32 - 1, 2**32 - 1, 0)
+    target.write_bytes(data[:-22] + record + locator + end)
+    return target
+
+
+def test_a_zip_with_sizes_of_64_bits_is_read(fuzz_program, packages, tmp_path: Path):
+    folder = packages["mipmaps"].with_suffix("")
+    whole = wide(folder, tmp_path / "wide.zip")
+    assert Package.open(whole).manifest == Package.open(folder).manifest
+    _, text = told(fuzz_program, "--try", whole)
+    assert text == "0 read\n"
+
+
+def test_two_end_records_that_differ_are_refused(fuzz_program, packages, tmp_path: Path):
+    data = bytearray(wide(packages["mipmaps"].with_suffix(""), tmp_path / "wide.zip").read_bytes())
+    data[-12:-10] = struct.pack("<H", 3)  # the number of files, which the other record says, too
+    data[-14:-12] = data[-12:-10]
+    (tmp_path / "lie.zip").write_bytes(data)
+    _, text = told(fuzz_program, "--try", tmp_path / "lie.zip")
+    assert "the two end records of the zip differ" in text
