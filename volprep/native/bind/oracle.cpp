@@ -1,72 +1,27 @@
 #include "volprep/oracle.hpp"
 
-#include <nanobind/stl/array.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-
-#include <optional>
-
-#include "checks.hpp"
 #include "described.hpp"
-#include "kernels.hpp"
-#include "voxels.hpp"
+#include "oracle_source.hpp"
 
 namespace volprep::bind {
 namespace {
 
-using Vector3 = std::array<double, 3>;
-using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
-using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
-using Pixels = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-void require_source(Shape3 shape, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz, int threads) {
-    require_voxels(shape);
-    require_threads(threads);
-    for (const double length : {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2], extent_mm_xyz[0],
-                                extent_mm_xyz[1], extent_mm_xyz[2]}) {
-        require(length > 0.0, "spacing_mm_xyz and extent_mm_xyz must be above 0");
-    }
-}
-
-OracleVolume source_of(Shape3 shape, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz) {
-    return {shape,
-            slope,
-            intercept,
-            {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
-            {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
-            false,
-            nullptr};
-}
-
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound, bool nearest,
-            const std::string& kernel, const std::optional<Vectors>& normals, int threads) {
+            const std::string& kernel, const std::optional<Vectors>& normals, double slope_scale, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
-    const std::size_t count = values.shape(0);
-    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
-            "values, colours and extinctions_per_mm must have one length, at least 1");
+    const OracleTransfer transfer = transfer_of(values, colours, extinctions_per_mm);
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
-    const bool lit = normals.has_value() || !kernel.empty();
-    require(!(lit && nearest), "labels are not lit");
-    if (normals.has_value()) require_shape("normals", *normals, shape);
-    const OracleNormals vectors{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
-                                normals.has_value() ? normals->data() : nullptr};
+    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
+    require(!(vectors.has_value() && nearest), "labels are not lit");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     source.nearest = nearest;
-    if (lit) source.normals = &vectors;
-    const OracleTransfer transfer{static_cast<int64_t>(count), values.data(), colours.data(),
-                                  extinctions_per_mm.data()};
-    const OraclePicture picture{
-        {static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)), box_from_clip.data()},
-        rgba.data(),
-        bound.data()};
+    if (vectors.has_value()) source.normals = &*vectors;
+    const OraclePicture picture{view_of(bound, box_from_clip), rgba.data(), bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
         volprep::render_oracle(static_cast<const T*>(volume.data()), source, transfer, tolerance, picture, threads);
@@ -81,10 +36,7 @@ void render_maximum(const AnyVolume& volume, double slope, double intercept, Vec
     require(bound.shape(0) == value.shape(0) && bound.shape(1) == value.shape(1),
             "value and bound must have the same height and width");
     const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
-    const OracleMaximum maximum{
-        {static_cast<int64_t>(value.shape(0)), static_cast<int64_t>(value.shape(1)), box_from_clip.data()},
-        value.data(),
-        bound.data()};
+    const OracleMaximum maximum{view_of(value, box_from_clip), value.data(), bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
         volprep::render_maximum(static_cast<const T*>(volume.data()), source, maximum, threads);
@@ -135,7 +87,7 @@ void oracle(nb::module_& module) {
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
                nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
                nb::arg("bound").noconvert(), nb::arg("nearest") = false, nb::arg("kernel") = "",
-               nb::arg("normals").noconvert().none() = nb::none(), nb::arg("threads") = 0,
+               nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
                nb::sig("def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                        "spacing_mm_xyz: "
                        "Sequence[float], "
@@ -145,7 +97,7 @@ void oracle(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = "
-                       "None, threads: int = 0) -> None"),
+                       "None, slope_scale: float = 0.0, threads: int = 0) -> None"),
                described(R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
@@ -172,6 +124,9 @@ kernel, normals
     With either one, colours are multiplied by the absolute cosine between ray and normal, where the trilinear
     interpolation of the voxels' normals is longer than 0.01. Normals are the directions of the gradients that a kernel
     ("forward", "central", "thesis", "sobel", "isotropic") gives, or float32 [z, y, x, 3] along x, y, z. Not with nearest.
+slope_scale
+    Above 0 with the kernel "forward" or "central": in place of directions, slopes of stored values per millimetre as a
+    shader takes them, from samples one voxel apart, times this.
 )",
                          "a size does not fit")
                    .c_str());

@@ -1,11 +1,15 @@
 // Cells between two slices of the level in parallel, first those that begin at an even slice, then the others: no two
-// of one kind add to the same slice, and the order of the sums is always the same.
+// of one kind add to the same slice, and the order of the sums is always the same. A row of samples is taken by phases,
+// those that lie alike between two voxels of the level, so that all but the looks are loops over neighbours.
 #include "volprep/fit_level.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "volprep/box_reduce.hpp"
+#include "volprep/clones.hpp"
+#include "volprep/look.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {
@@ -17,11 +21,11 @@ struct Tap {
     float weight;  // of the upper one
 };
 
-// Where each voxel of an axis lies between the voxels of the level.
-std::vector<Tap> taps_of(int64_t voxels, int64_t factor) {
-    const int64_t length = reduced_length(voxels, factor);
-    std::vector<Tap> taps(voxels);
-    for (int64_t i = 0; i < voxels; ++i) {
+// Where each sample of an axis lies between the voxels of the level.
+std::vector<Tap> taps_of(int64_t samples, int64_t factor) {
+    const int64_t length = reduced_length(samples, factor);
+    std::vector<Tap> taps(samples);
+    for (int64_t i = 0; i < samples; ++i) {
         const double position = std::clamp((static_cast<double>(i) + 0.5) / static_cast<double>(factor) - 0.5, 0.0,
                                            static_cast<double>(length - 1));
         const auto lower = static_cast<int64_t>(position);
@@ -30,51 +34,205 @@ std::vector<Tap> taps_of(int64_t voxels, int64_t factor) {
     return taps;
 }
 
-inline float mix(float a, float b, float weight) noexcept { return a + weight * (b - a); }
-
-// Sums of what pulls a voxel of the level, and of how stiff it is.
-struct Pull {
-    float force;
-    float stiffness;
+// Samples begin, begin + factor, ... of a row: all lie at `weight` between a voxel and the next. Voxels are counted
+// from one before the first, which repeats it.
+struct Phase {
+    int64_t begin;
+    int64_t count;
+    int64_t lower;  // of the first sample
+    float weight;   // of the upper one
 };
 
-inline void add(Pull& to, const Pull& pull, float weight) noexcept {
-    to.force += weight * pull.force;
-    to.stiffness += weight * pull.stiffness;
+std::vector<Phase> phases_of(int64_t samples, int64_t factor) {
+    std::vector<Phase> phases;
+    for (int64_t begin = 0; begin < std::min(samples, factor); ++begin) {
+        const double position = (static_cast<double>(begin) + 0.5) / static_cast<double>(factor) + 0.5;
+        const auto lower = static_cast<int64_t>(position);
+        phases.push_back({begin, reduced_length(samples - begin, factor), lower,
+                          static_cast<float>(position - static_cast<double>(lower))});
+    }
+    return phases;
 }
 
-// Planes of one thread.
+VOLPREP_CLONES void mix(const float* a, const float* b, float weight, int64_t count, float* __restrict to) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        to[i] = a[i] + weight * (b[i] - a[i]);
+    }
+}
+
+VOLPREP_CLONES void add_scaled(const float* from, float factor, int64_t count, float* __restrict to) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        to[i] += factor * from[i];
+    }
+}
+
+// What pulls voxels of the level, and how stiff they are: two planes or rows of sums.
+struct Pulls {
+    explicit Pulls(int64_t count) : force(count), stiffness(count) {}
+
+    void clear() {
+        std::fill(force.begin(), force.end(), 0.0f);
+        std::fill(stiffness.begin(), stiffness.end(), 0.0f);
+    }
+    void add(const Pulls& pulls, int64_t from, float factor, int64_t count, int64_t to) {
+        add_scaled(pulls.force.data() + from, factor, count, force.data() + to);
+        add_scaled(pulls.stiffness.data() + from, factor, count, stiffness.data() + to);
+    }
+
+    std::vector<float> force;
+    std::vector<float> stiffness;
+};
+
+// Planes and rows of one thread. Rows of the level have a voxel more at both ends, which repeats the last one.
 struct Scratch {
-    explicit Scratch(int64_t plane, int64_t row) : plane(plane), row(row), pulls(plane), row_pulls(row) {}
+    Scratch(int64_t plane_size, int64_t row_size, int64_t samples, int64_t functions)
+        : plane(plane_size),
+          row(row_size + 2),
+          field(row_size),
+          weights(functions * samples),
+          plane_pulls(plane_size),
+          row_pulls(row_size + 2),
+          phase_pulls(row_size) {}
 
     std::vector<float> plane;
     std::vector<float> row;
-    std::vector<Pull> pulls;
-    std::vector<Pull> row_pulls;
+    std::vector<float> field;
+    std::vector<float> weights;
+    Pulls plane_pulls;
+    Pulls row_pulls;
+    Pulls phase_pulls;
+};
+
+// What a transfer function makes of the bins k of the level: looks, how they change to the next bin, and the square of
+// that change.
+struct Slopes {
+    Slopes(const float* looks, int64_t bins) : looks(looks), bins(bins), slopes(look_size * bins), squares(bins) {
+        for (int64_t k = 0; k + 1 < bins; ++k) {
+            const LookVector slope = load_look(looks + look_size * (k + 1)) - load_look(looks + look_size * k);
+            store_look(slope, slopes.data() + look_size * k);
+            squares[k] = dot(slope, slope);
+        }
+    }
+
+    // The change at bin k times what is missing from its look to another.
+    float product(int64_t k, const LookVector& look) const noexcept {
+        return dot(load_look(slopes.data() + look_size * k), look - load_look(looks + look_size * k));
+    }
+
+    const float* looks;
+    int64_t bins;
+    std::vector<float> slopes;
+    std::vector<float> squares;
+};
+
+// Codes have the look of a bin: all products are known before. 4 MB for 1024 bins, of which a row meets few.
+template <typename T>
+struct CodesRow {
+    struct Function : Slopes {
+        Function(const float* table, int64_t count) : Slopes(table, count), products(count * count) {
+            for (int64_t k = 0; k + 1 < count; ++k) {
+                for (int64_t bin = 0; bin < count; ++bin) {
+                    products[k * count + bin] = product(k, load_look(table + look_size * bin));
+                }
+            }
+        }
+        std::vector<float> products;
+    };
+
+    const T* voxels;
+    float bins_per_code;
+
+    float value(int64_t x) const noexcept { return static_cast<float>(voxels[x]) * bins_per_code; }
+    float missing(const Function& function, int64_t, int64_t k, int64_t x) const noexcept {
+        const auto bin = static_cast<int64_t>(static_cast<int32_t>(value(x) + 0.5f));
+        return function.products[k * function.bins + bin];
+    }
+};
+
+struct MeansRow {
+    using Function = Slopes;
+
+    const float* values;
+    const float* looks;
+    int64_t slice;  // samples of one
+
+    float value(int64_t x) const noexcept { return values[x]; }
+    float missing(const Function& function, int64_t index, int64_t k, int64_t x) const noexcept {
+        return function.product(k, load_look(looks + look_size * (index * slice + x)));
+    }
 };
 
 template <typename T>
+CodesRow<T> row_of(const Codes<T>& samples, const FitTask& task, int64_t z, int64_t y) noexcept {
+    return {samples.voxels + (z * task.shape.y + y) * task.shape.x, samples.bins_per_code};
+}
+MeansRow row_of(const Means& samples, const FitTask& task, int64_t z, int64_t y) noexcept {
+    const int64_t slice = task.shape.slice();
+    const int64_t row = y * task.shape.x;
+    return {samples.values + z * slice + row, samples.looks + look_size * (z * task.functions * slice + row), slice};
+}
+
+template <int64_t stride, typename Row>
+VOLPREP_CLONES void pull_values(const Row row, const Phase phase, float linear, const float* field,
+                                float* __restrict force, float* __restrict stiffness) noexcept {
+    for (int64_t i = 0; i < phase.count; ++i) {
+        force[i] = linear * (row.value(phase.begin + i * stride) - field[i]);
+        stiffness[i] = linear;
+    }
+}
+
+template <typename Row>
+void pull_values(const Row row, const Phase phase, int64_t stride, float linear, const float* field,
+                 float* __restrict force, float* __restrict stiffness) noexcept {
+    for (int64_t i = 0; i < phase.count; ++i) {
+        force[i] = linear * (row.value(phase.begin + i * stride) - field[i]);
+        stiffness[i] = linear;
+    }
+}
+
+template <typename Row>
+void pull_looks(const Row row, const Phase phase, int64_t stride, const typename Row::Function& function, int64_t index,
+                const float* weights, const float* field, float* __restrict force,
+                float* __restrict stiffness) noexcept {
+    const auto last = static_cast<int32_t>(function.bins - 2);
+    const float* const squares = function.squares.data();
+    for (int64_t i = 0; i < phase.count; ++i) {
+        const int64_t x = phase.begin + i * stride;
+        const int32_t k = std::min(static_cast<int32_t>(field[i]), last);
+        const float fraction = field[i] - static_cast<float>(k);
+        force[i] += weights[x] * (row.missing(function, index, k, x) - fraction * squares[k]);
+        stiffness[i] += weights[x] * squares[k];
+    }
+}
+
+template <typename Samples>
 class Fit {
+    using Row = decltype(row_of(std::declval<const Samples&>(), std::declval<const FitTask&>(), int64_t{}, int64_t{}));
+
   public:
-    Fit(const T* src, const FitTask& task, float* level)
-        : src_(src),
+    Fit(const Samples& samples, const FitTask& task, float* level)
+        : samples_(samples),
           task_(task),
           level_(level),
           reduced_(reduced_shape(task.shape, task.factors)),
           z_(taps_of(task.shape.z, task.factors.z)),
           y_(taps_of(task.shape.y, task.factors.y)),
-          x_(taps_of(task.shape.x, task.factors.x)),
-          pulls_(reduced_.voxels()) {}
+          x_(phases_of(task.shape.x, task.factors.x)),
+          pulls_(reduced_.voxels()) {
+        for (int64_t function = 0; function < task.functions; ++function) {
+            functions_.emplace_back(task.looks + function * task.bins * look_size, task.bins);
+        }
+    }
 
     void iterate(float step, int threads) noexcept {
-        std::fill(pulls_.begin(), pulls_.end(), Pull{});
+        pulls_.clear();
         const int64_t first_cell = task_.first / task_.factors.z;
         for (int64_t parity = 0; parity < 2; ++parity) {
             // Even as the whole volume counts, so that a slab adds in the same order.
             const int64_t begin = (first_cell + parity) % 2;
 #pragma omp parallel num_threads(threads)
             {
-                Scratch scratch(reduced_.slice(), reduced_.x);
+                Scratch scratch(reduced_.slice(), reduced_.x, task_.shape.x, task_.functions);
 #pragma omp for schedule(dynamic)
                 for (int64_t cell = begin; cell < reduced_.z; cell += 2) {
                     add_cell(cell, scratch);
@@ -82,10 +240,10 @@ class Fit {
             }
         }
         const auto largest = static_cast<float>(task_.bins - 1);
+#pragma omp parallel for num_threads(threads) schedule(static)
         for (int64_t i = 0; i < reduced_.voxels(); ++i) {
-            const Pull pull = pulls_[i];
-            if (pull.stiffness > 0.0f) {
-                level_[i] = std::clamp(level_[i] + step * pull.force / pull.stiffness, 0.0f, largest);
+            if (pulls_.stiffness[i] > 0.0f) {
+                level_[i] = std::clamp(level_[i] + step * pulls_.force[i] / pulls_.stiffness[i], 0.0f, largest);
             }
         }
     }
@@ -95,90 +253,109 @@ class Fit {
         const int64_t begin = std::max<int64_t>(0, (cell - 1) * task_.factors.z);
         const int64_t end = std::min(task_.shape.z, (cell + 2) * task_.factors.z);
         for (int64_t z = begin; z < end; ++z) {
-            if (z_[z].lower != cell) {
+            const Tap& tap = z_[z];
+            if (tap.lower != cell) {
                 continue;
             }
-            const float* const lower = level_ + z_[z].lower * reduced_.slice();
-            const float* const upper = level_ + z_[z].upper * reduced_.slice();
-            for (int64_t i = 0; i < reduced_.slice(); ++i) {
-                scratch.plane[i] = mix(lower[i], upper[i], z_[z].weight);
-            }
-            std::fill(scratch.pulls.begin(), scratch.pulls.end(), Pull{});
+            const int64_t lower = tap.lower * reduced_.slice();
+            const int64_t upper = tap.upper * reduced_.slice();
+            mix(level_ + lower, level_ + upper, tap.weight, reduced_.slice(), scratch.plane.data());
+            scratch.plane_pulls.clear();
             for (int64_t y = 0; y < task_.shape.y; ++y) {
+                if (y % task_.weight_factors.y == 0) {
+                    find_weights(z, y, scratch);
+                }
                 add_row(z, y, scratch);
             }
-            Pull* const to_lower = pulls_.data() + z_[z].lower * reduced_.slice();
-            Pull* const to_upper = pulls_.data() + z_[z].upper * reduced_.slice();
-            for (int64_t i = 0; i < reduced_.slice(); ++i) {
-                add(to_lower[i], scratch.pulls[i], 1.0f - z_[z].weight);
-                add(to_upper[i], scratch.pulls[i], z_[z].weight);
+            pulls_.add(scratch.plane_pulls, 0, 1.0f - tap.weight, reduced_.slice(), lower);
+            pulls_.add(scratch.plane_pulls, 0, tap.weight, reduced_.slice(), upper);
+        }
+    }
+
+    // Repeats the weight of each block for its samples.
+    void find_weights(int64_t z, int64_t y, Scratch& scratch) noexcept {
+        const int64_t block =
+            ((task_.first + z) / task_.weight_factors.z * task_.weight_shape.y + y / task_.weight_factors.y) *
+            task_.weight_shape.x;
+        for (int64_t function = 0; function < task_.functions; ++function) {
+            const float* const of_blocks = task_.weights + function * task_.weight_shape.voxels() + block;
+            float* const of_samples = scratch.weights.data() + function * task_.shape.x;
+            for (int64_t x = 0; x < task_.shape.x; ++x) {
+                of_samples[x] = of_blocks[x / task_.weight_factors.x];
             }
         }
     }
 
     void add_row(int64_t z, int64_t y, Scratch& scratch) noexcept {
-        const float* const lower = scratch.plane.data() + y_[y].lower * reduced_.x;
-        const float* const upper = scratch.plane.data() + y_[y].upper * reduced_.x;
-        for (int64_t x = 0; x < reduced_.x; ++x) {
-            scratch.row[x] = mix(lower[x], upper[x], y_[y].weight);
+        const Tap& tap = y_[y];
+        const int64_t lower = tap.lower * reduced_.x;
+        const int64_t upper = tap.upper * reduced_.x;
+        float* const row = scratch.row.data();
+        mix(scratch.plane.data() + lower, scratch.plane.data() + upper, tap.weight, reduced_.x, row + 1);
+        row[0] = row[1];
+        row[reduced_.x + 1] = row[reduced_.x];
+        scratch.row_pulls.clear();
+        const auto samples = row_of(samples_, task_, z, y);
+        Pulls& pulls = scratch.phase_pulls;
+        for (const Phase& phase : x_) {
+            mix(row + phase.lower, row + phase.lower + 1, phase.weight, phase.count, scratch.field.data());
+            const float* const field = scratch.field.data();
+            if (task_.factors.x == 2) {
+                pull_values<2>(samples, phase, task_.linear, field, pulls.force.data(), pulls.stiffness.data());
+            } else {
+                pull_values(samples, phase, task_.factors.x, task_.linear, field, pulls.force.data(),
+                            pulls.stiffness.data());
+            }
+            for (int64_t function = 0; function < task_.functions; ++function) {
+                pull_looks(samples, phase, task_.factors.x, functions_[function], function,
+                           scratch.weights.data() + function * task_.shape.x, field, pulls.force.data(),
+                           pulls.stiffness.data());
+            }
+            scratch.row_pulls.add(pulls, 0, 1.0f - phase.weight, phase.count, phase.lower);
+            scratch.row_pulls.add(pulls, 0, phase.weight, phase.count, phase.lower + 1);
         }
-        std::fill(scratch.row_pulls.begin(), scratch.row_pulls.end(), Pull{});
-        const T* const voxels = src_ + (z * task_.shape.y + y) * task_.shape.x;
-        const int64_t block =
-            ((task_.first + z) / task_.weight_factors.z * task_.weight_shape.y + y / task_.weight_factors.y) *
-            task_.weight_shape.x;
-        for (int64_t x = 0; x < task_.shape.x; ++x) {
-            const Tap tap = x_[x];
-            const float field = mix(scratch.row[tap.lower], scratch.row[tap.upper], tap.weight);
-            const float value = static_cast<float>(voxels[x]) * task_.bins_per_code;
-            const Pull pull = pull_of(field, value, block + x / task_.weight_factors.x);
-            add(scratch.row_pulls[tap.lower], pull, 1.0f - tap.weight);
-            add(scratch.row_pulls[tap.upper], pull, tap.weight);
+        for (std::vector<float>* const sums : {&scratch.row_pulls.force, &scratch.row_pulls.stiffness}) {
+            (*sums)[1] += (*sums)[0];
+            (*sums)[reduced_.x] += (*sums)[reduced_.x + 1];
         }
-        Pull* const to_lower = scratch.pulls.data() + y_[y].lower * reduced_.x;
-        Pull* const to_upper = scratch.pulls.data() + y_[y].upper * reduced_.x;
-        for (int64_t x = 0; x < reduced_.x; ++x) {
-            add(to_lower[x], scratch.row_pulls[x], 1.0f - y_[y].weight);
-            add(to_upper[x], scratch.row_pulls[x], y_[y].weight);
-        }
+        scratch.plane_pulls.add(scratch.row_pulls, 1, 1.0f - tap.weight, reduced_.x, lower);
+        scratch.plane_pulls.add(scratch.row_pulls, 1, tap.weight, reduced_.x, upper);
     }
 
-    Pull pull_of(float field, float value, int64_t block) const noexcept {
-        Pull pull{task_.linear * (value - field), task_.linear};
-        const int64_t k = std::min(static_cast<int64_t>(field), task_.bins - 2);
-        const float fraction = field - static_cast<float>(k);
-        const auto bin = static_cast<int64_t>(value + 0.5f);
-        for (int64_t function = 0; function < task_.functions; ++function) {
-            const Appearance& look = task_.appearances[function];
-            const float weight = task_.weights[function * task_.weight_shape.voxels() + block];
-            const float slope = look.slope[k];
-            pull.force += weight * (look.product[k * task_.bins + bin] - look.own[k] - fraction * slope);
-            pull.stiffness += weight * slope;
-        }
-        return pull;
-    }
-
-    const T* src_;
+    const Samples& samples_;
     const FitTask& task_;
     float* level_;
     Shape3 reduced_;
     std::vector<Tap> z_;
     std::vector<Tap> y_;
-    std::vector<Tap> x_;
-    std::vector<Pull> pulls_;
+    std::vector<Phase> x_;
+    std::vector<typename Row::Function> functions_;
+    Pulls pulls_;
 };
 
-}  // namespace
-
-template <typename T>
-void fit_level(const T* src, const FitTask& task, int iterations, float step, float* level, int threads) noexcept {
-    Fit<T> fit(src, task, level);
+template <typename Samples>
+void improve(const Samples& samples, const FitTask& task, int iterations, float step, float* level,
+             int threads) noexcept {
+    Fit<Samples> fit(samples, task, level);
     for (int i = 0; i < iterations; ++i) {
         fit.iterate(step, resolve_threads(threads));
     }
 }
 
-template void fit_level(const uint8_t*, const FitTask&, int, float, float*, int) noexcept;
-template void fit_level(const uint16_t*, const FitTask&, int, float, float*, int) noexcept;
+}  // namespace
+
+template <typename T>
+void fit_level(const Codes<T>& samples, const FitTask& task, int iterations, float step, float* level,
+               int threads) noexcept {
+    improve(samples, task, iterations, step, level, threads);
+}
+
+void fit_level(const Means& samples, const FitTask& task, int iterations, float step, float* level,
+               int threads) noexcept {
+    improve(samples, task, iterations, step, level, threads);
+}
+
+template void fit_level(const Codes<uint8_t>&, const FitTask&, int, float, float*, int) noexcept;
+template void fit_level(const Codes<uint16_t>&, const FitTask&, int, float, float*, int) noexcept;
 
 }  // namespace volprep

@@ -10,26 +10,6 @@
 
 namespace volprep {
 
-namespace {
-
-// Weights of centre, edge and corner of the 3×3 voxels across, as in gradient.hpp.
-oracle::Normals normals_of(const OracleNormals* normals) {
-    if (normals == nullptr) return {};
-    const bool forward = normals->kernel == GradientKernel::forward;
-    switch (normals->kernel) {
-        case GradientKernel::thesis:
-            return {normals->vectors, forward, 6.0, 3.0, 1.0};
-        case GradientKernel::sobel:
-            return {normals->vectors, forward, 4.0, 2.0, 1.0};
-        case GradientKernel::isotropic:
-            return {normals->vectors, forward, 16.0, 4.0, 1.0};
-        default:
-            return {normals->vectors, forward, 1.0, 0.0, 0.0};
-    }
-}
-
-}  // namespace
-
 template <typename Voxel>
 void render_oracle(const Voxel* voxels, const OracleVolume& volume, const OracleTransfer& transfer, double tolerance,
                    const OraclePicture& picture, int threads) noexcept {
@@ -37,7 +17,7 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
         oracle::prepare_transfer(transfer.count, transfer.values, transfer.colours, transfer.extinctions_per_mm);
     const std::vector<uint8_t> empty_blocks =
         oracle::find_empty_blocks(voxels, volume.shape, volume.slope, volume.intercept, prepared, threads);
-    const oracle::Normals normals = normals_of(volume.normals);
+    const oracle::Normals normals = oracle::normals_of(volume.normals);
     oracle::Field<Voxel> field{voxels,
                                volume.shape,
                                volume.slope,

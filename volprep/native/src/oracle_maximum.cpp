@@ -128,14 +128,7 @@ template <typename Voxel>
 void render_maximum(const Voxel* voxels, const OracleVolume& volume, const OracleMaximum& picture,
                     int threads) noexcept {
     const std::vector<Block> blocks = find_blocks(voxels, volume, threads);
-    oracle::Field<Voxel> field{};
-    field.voxels = voxels;
-    field.shape = volume.shape;
-    field.slope = volume.slope;
-    field.intercept = volume.intercept;
-    field.blocks = minmax_shape(volume.shape, oracle::kBlockCells);
-    std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
-    std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
+    const oracle::Field<Voxel> field = oracle::field_of(voxels, volume, nullptr);
     const int64_t width = picture.view.width;
     const int64_t pixels = picture.view.height * width;
 #pragma omp parallel num_threads(resolve_threads(threads))

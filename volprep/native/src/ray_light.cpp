@@ -29,7 +29,8 @@ inline Medium look_up(const LightTable& table, double value) noexcept {
     return {{mix(0), mix(1), mix(2)}, mix(3)};
 }
 
-// Calls each(value, medium, transmittance in front, transmittance of the segment) front to back; gives what is left.
+// Calls each(value, medium, transmittance in front, transmittance of the segment) front to back, for segments in which
+// there is anything; gives what is left.
 template <typename Each>
 double march(const RaySamples& rays, const LightTable& table, int64_t ray, const Each& each) noexcept {
     const int64_t begin = rays.offsets[ray];
@@ -39,7 +40,10 @@ double march(const RaySamples& rays, const LightTable& table, int64_t ray, const
     for (int64_t i = begin; i < end && transmittance >= least_transmittance; ++i) {
         const double value = rays.scale * static_cast<double>(rays.samples[i]);
         const Medium medium = look_up(table, value);
-        const double through = medium.extinction_per_mm > 0 ? std::exp(-medium.extinction_per_mm * segment_mm) : 1.0;
+        if (!(medium.extinction_per_mm > 0)) {
+            continue;
+        }
+        const double through = std::exp(-medium.extinction_per_mm * segment_mm);
         each(value, medium, transmittance, through);
         transmittance *= through;
     }

@@ -8,36 +8,48 @@
 
 namespace volprep {
 
-// How far two values look apart, for one transfer function. Values are counted in bins 0 to bins - 1. With a feature
-// vector F(bin), linear between bins, and its slopes d[k] = F[k + 1] - F[k]:
-struct Appearance {
-    const float* own;      // [bins] F[k] · d[k]
-    const float* slope;    // [bins] d[k] · d[k]
-    const float* product;  // [bins][bins] d[k] · F[v] for the bin k of the level and v of level 0
-};
+// Numbers that a transfer function makes of a value.
+inline constexpr int64_t look_size = 4;
 
-// What is fitted to what.
+// What is fitted to what. Values are counted in bins 0 to bins - 1. Each transfer function has a look F[bin], linear
+// between bins.
 struct FitTask {
-    Shape3 shape;                   // slices of level 0 that src holds
-    int64_t first;                  // number of the first of them, a multiple of the factor
-    Shape3 factors;                 // voxels of level 0 that make one of the level
-    float bins_per_code;            // a voxel v lies at v · bins_per_code
-    float linear;                   // weight of the square of the difference of values, in bins
-    int64_t bins;                   // at least 2
-    int64_t functions;              // number of transfer functions, 0 or more
-    const Appearance* appearances;  // [functions]
-    const float* weights;           // [functions][weight_shape] how much each block of level 0 matters
-    Shape3 weight_shape;            // blocks, of the whole volume
-    Shape3 weight_factors;          // voxels of level 0 along the edges of a block
+    Shape3 shape;           // samples: voxels of level 0, or means of some
+    int64_t first;          // number of the first slice of them, a multiple of the factor
+    Shape3 factors;         // samples that make one voxel of the level
+    float linear;           // weight of the square of the difference of values, in bins
+    int64_t bins;           // at least 2
+    int64_t functions;      // number of transfer functions, 0 or more
+    const float* looks;     // [functions][bins][look_size]
+    const float* weights;   // [functions][weight_shape] how much each block of samples matters
+    Shape3 weight_shape;    // blocks, of the whole volume
+    Shape3 weight_factors;  // samples along the edges of a block
 };
 
-// Improves `level`, float32 in bins with reduced_shape(shape, factors), `iterations` times: with u the trilinear field
-// of the level at the voxels of level 0 (outside its outer centres: their value), each voxel moves by
-//   step · Σ h (linear (v - u) + Σ weight (product - own - fraction · slope)) / Σ h (linear + Σ weight · slope)
-// over the voxels of level 0 on which it has influence h, and stays within 0 and bins - 1. A voxel sees after n
-// iterations what lies up to n voxels of the level away, so that slabs that reach so much further give the same level.
-// The sums do not depend on the number of threads. T: uint8_t, uint16_t.
+// Samples that are voxels of level 0.
 template <typename T>
-void fit_level(const T* src, const FitTask& task, int iterations, float step, float* level, int threads) noexcept;
+struct Codes {
+    const T* voxels;
+    float bins_per_code;  // a voxel v lies at v · bins_per_code, and has the look of the nearest bin
+};
+
+// Samples that are means over some voxels of level 0 (sample_means.hpp).
+struct Means {
+    const float* values;  // [shape]
+    const float* looks;   // [z][functions][y][x][look_size]
+};
+
+// Improves `level`, float32 in bins with reduced_shape(shape, factors), `iterations` times. With u the trilinear field
+// of the level at a sample (outside its outer centres: their value), k = floor(u), d = F[k + 1] - F[k], v the value and
+// V the look of the sample, each voxel moves by
+//   step · Σ h (linear (v - u) + Σ weight d · (V - F[k] - (u - k) d)) / Σ h (linear + Σ weight d · d)
+// over the samples on which it has influence h, and stays within 0 and bins - 1. A voxel sees after n iterations what
+// lies up to n voxels of the level away, so that slabs that reach so much further give the same level. The sums do not
+// depend on the number of threads. T: uint8_t, uint16_t.
+template <typename T>
+void fit_level(const Codes<T>& samples, const FitTask& task, int iterations, float step, float* level,
+               int threads) noexcept;
+void fit_level(const Means& samples, const FitTask& task, int iterations, float step, float* level,
+               int threads) noexcept;
 
 }  // namespace volprep

@@ -30,10 +30,12 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
-// The normals of voxels that are lit from where the viewer is; where `vectors` is none, directions of gradients.
+// The normals of voxels that are lit; where `vectors` is none, directions of gradients; or, where `slope_scale` is
+// above 0, slopes as a shader takes them by forward or central differences of stored values, times this.
 struct OracleNormals {
     GradientKernel kernel;
     const float* vectors;  // [z, y, x, (x, y, z)], as long as they are
+    double slope_scale = 0.0;
 };
 
 struct OracleVolume {

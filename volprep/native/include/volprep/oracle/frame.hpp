@@ -41,6 +41,38 @@ inline Ray pixel_ray(const OracleView& view, int64_t row, int64_t column) {
     return ray;
 }
 
+// Weights of centre, edge and corner of the 3×3 voxels across, as in gradient.hpp.
+inline Normals normals_of(const OracleNormals* normals) {
+    if (normals == nullptr) return {};
+    const bool forward = normals->kernel == GradientKernel::forward;
+    const double scale = normals->slope_scale;
+    switch (normals->kernel) {
+        case GradientKernel::thesis:
+            return {normals->vectors, forward, 6.0, 3.0, 1.0, scale};
+        case GradientKernel::sobel:
+            return {normals->vectors, forward, 4.0, 2.0, 1.0, scale};
+        case GradientKernel::isotropic:
+            return {normals->vectors, forward, 16.0, 4.0, 1.0, scale};
+        default:
+            return {normals->vectors, forward, 1.0, 0.0, 0.0, scale};
+    }
+}
+
+// A volume as its cells are walked, without blocks that are left out.
+template <typename Voxel>
+Field<Voxel> field_of(const Voxel* voxels, const OracleVolume& volume, const Normals* normals) {
+    Field<Voxel> field{};
+    field.voxels = voxels;
+    field.shape = volume.shape;
+    field.slope = volume.slope;
+    field.intercept = volume.intercept;
+    field.blocks = minmax_shape(volume.shape, kBlockCells);
+    field.normals = normals;
+    std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
+    std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
+    return field;
+}
+
 template <typename Voxel>
 std::vector<uint8_t> find_empty_blocks(const Voxel* voxels, Shape3 shape, double slope, double intercept,
                                        const Transfer& transfer, int threads) {

@@ -18,6 +18,7 @@ struct Normals {
     double centre;
     double edge;
     double corner;
+    double slope_scale = 0.0;  // above 0: vectors are slopes as a shader takes them, times this, as long as they are
 };
 
 // The 3×3×3 voxels around one, edges repeated: value(x, y, z) with offsets 0, 1, 2.
@@ -68,6 +69,16 @@ inline double slope_along(const Neighbours& around, const Normals& normals, int 
     return sum * (one_sided ? 2.0 : 1.0) / spacing_mm;
 }
 
+// The slope along an axis as a shader takes it from samples one voxel apart: beyond the last voxel is the last voxel,
+// so that a difference there is half as long as one inside, or 0 where it looks forward.
+inline double shader_slope(const Neighbours& around, const Normals& normals, int axis, double spacing_mm) noexcept {
+    const auto value = [&](int along) {
+        return axis == 0 ? around.at(along, 1, 1) : axis == 1 ? around.at(1, along, 1) : around.at(1, 1, along);
+    };
+    const double difference = normals.forward ? value(2) - value(1) : 0.5 * (value(2) - value(0));
+    return difference * normals.slope_scale / spacing_mm;
+}
+
 // The normal of a voxel: a unit vector, or as it is given; 0 where there is no gradient.
 template <typename Voxel>
 void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
@@ -78,6 +89,10 @@ void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3],
         return;
     }
     const Neighbours around(voxels, shape, index_xyz);
+    if (normals.slope_scale > 0.0) {
+        for (int axis = 0; axis < 3; ++axis) out[axis] = shader_slope(around, normals, axis, spacing_mm[axis]);
+        return;
+    }
     const int64_t counts[3] = {shape.x, shape.y, shape.z};
     double largest = 0.0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,0 +1,96 @@
+#include "volprep/oracle_refined.hpp"
+
+#include "described.hpp"
+#include "oracle_source.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using LightNumbers = nb::ndarray<const double, nb::shape<7>, nb::c_contig, nb::device::cpu>;
+
+void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
+            const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
+            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
+            const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
+            bool halfway, const std::string& kernel, const std::optional<Vectors>& normals, double slope_scale,
+            int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
+    const OracleTransfer transfer = transfer_of(values, colours, extinctions_per_mm);
+    require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
+            "rgba and bound must have the same height and width");
+    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
+    require(vectors.has_value() || !light.has_value(), "a light needs normals");
+    OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    if (vectors.has_value()) source.normals = &*vectors;
+    OracleLight placed{};
+    if (light.has_value()) {
+        const double* number = light->data();
+        placed = {{number[0], number[1], number[2]}, number[3], number[4], number[5], number[6], halfway};
+    }
+    const std::array<double, 2> range = intensities.value_or(std::array<double, 2>{0.0, 0.0});
+    require(!intensities.has_value() || range[0] < range[1], "intensities must ascend");
+    const OracleRefined picture{view_of(bound, box_from_clip),         tolerance,   range[0],    range[1],
+                                light.has_value() ? &placed : nullptr, rgba.data(), bound.data()};
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::render_refined(static_cast<const T*>(volume.data()), source, transfer, picture, threads);
+    });
+}
+
+}  // namespace
+
+void oracle_refined(nb::module_& module) {
+    module.def(
+        "render_refined", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
+        nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
+        nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(), nb::arg("box_from_clip").noconvert(),
+        nb::arg("tolerance"), nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(),
+        nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
+        nb::arg("halfway") = false, nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(),
+        nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
+        nb::sig(
+            "def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
+            "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
+            "extent_mm_xyz: collections.abc.Sequence[float], values: numpy.typing.NDArray[numpy.float64], "
+            "colours: numpy.typing.NDArray[numpy.float64], "
+            "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], "
+            "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
+            "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
+            "intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, "
+            "halfway: bool = False, kernel: str = '', "
+            "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
+            "threads: int = 0) -> None"),
+        described(R"(Write a picture by refinement, for light that has no proven bound, and how far it has settled.
+
+Each ray is refined until two halvings of its steps in a row change no channel by more than `tolerance`.
+
+Parameters
+----------
+volume
+    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+spacing_mm_xyz, extent_mm_xyz
+    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+values, colours, extinctions_per_mm
+    Control points of the transfer function, as in render_oracle.
+box_from_clip
+    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+tolerance
+    Largest change by a halving that counts as settled, at least 1e-12.
+rgba, bound
+    float64 [height, width, 4] and [height, width], written: premultiplied linear colours, row 0 on top; and the larger of
+    the last two changes, an estimate of the error.
+intensities
+    Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
+light, halfway
+    Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
+    those of Blinn and Phong instead of Phong's. Without them, with normals, light comes from the viewer.
+kernel, normals, slope_scale
+    What normals are, as in render_oracle; without them nothing is lit.
+)",
+                  "a size does not fit")
+            .c_str());
+}
+
+}  // namespace volprep::bind

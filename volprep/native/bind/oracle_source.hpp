@@ -1,0 +1,67 @@
+// What the bindings of all oracles take: a volume and its place, a transfer function, normals, a camera.
+#pragma once
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include <optional>
+
+#include "checks.hpp"
+#include "kernels.hpp"
+#include "volprep/oracle.hpp"
+#include "voxels.hpp"
+
+namespace volprep::bind {
+
+using Vector3 = std::array<double, 3>;
+using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
+using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
+using Pixels = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+inline void require_source(Shape3 shape, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz, int threads) {
+    require_voxels(shape);
+    require_threads(threads);
+    for (const double length : {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2], extent_mm_xyz[0],
+                                extent_mm_xyz[1], extent_mm_xyz[2]}) {
+        require(length > 0.0, "spacing_mm_xyz and extent_mm_xyz must be above 0");
+    }
+}
+
+inline OracleVolume source_of(Shape3 shape, double slope, double intercept, Vector3 spacing_mm_xyz,
+                              Vector3 extent_mm_xyz) {
+    return {shape,
+            slope,
+            intercept,
+            {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
+            {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
+            false,
+            nullptr};
+}
+
+inline OracleTransfer transfer_of(const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm) {
+    const std::size_t count = values.shape(0);
+    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
+            "values, colours and extinctions_per_mm must have one length, at least 1");
+    return {static_cast<int64_t>(count), values.data(), colours.data(), extinctions_per_mm.data()};
+}
+
+// What voxels are lit by; none where they are not.
+inline std::optional<OracleNormals> normals_of(Shape3 shape, const std::string& kernel,
+                                               const std::optional<Vectors>& normals, double slope_scale) {
+    if (kernel.empty() && !normals.has_value()) return std::nullopt;
+    require(slope_scale == 0.0 || kernel == "forward" || kernel == "central",
+            "slope_scale goes with the kernels forward and central");
+    if (normals.has_value()) require_shape("normals", *normals, shape);
+    return OracleNormals{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
+                         normals.has_value() ? normals->data() : nullptr, slope_scale};
+}
+
+inline OracleView view_of(const Pixels& pixels, const Matrix4& box_from_clip) {
+    return {static_cast<int64_t>(pixels.shape(0)), static_cast<int64_t>(pixels.shape(1)), box_from_clip.data()};
+}
+
+}  // namespace volprep::bind

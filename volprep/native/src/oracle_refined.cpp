@@ -1,0 +1,385 @@
+// Light along a ray by refinement, in float64. The ray is cut into parts on which everything is smooth: at the faces of
+// cells, where the field crosses a control point, where it turns, and where it passes the greatest value so far; and
+// where a normal turns away from the viewer or the light, or gets too short, as far as nine places on a part tell. Each
+// part is taken in n equal steps, n = 1, 2, 4, ...; S(n) is the sum over the ray, of order 2, and R(n) = (4 S(n) -
+// S(n / 2)) / 3. The ray is finished when R changes by at most the tolerance twice in a row.
+//
+// Maximum intensity difference accumulation (Bruckner and Groeller 2009), with f the value as a part of the range of
+// the transfer function and m the greatest f so far: a sample multiplies what is in front of it by 1 - (f - m) where f
+// > m. With fine steps that is
+//
+//   dC = -C dm + (1 - A) tau c dt,   dA = -A dm + (1 - A) tau dt.
+//
+// A step takes tau, c and dm / dt as constant; of that the solution is exact, however large tau is.
+#include "volprep/oracle_refined.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "volprep/oracle/frame.hpp"
+#include "volprep/oracle/walk.hpp"
+#include "volprep/threads.hpp"
+
+namespace volprep {
+
+namespace {
+
+constexpr double kLeastLength = 0.01;
+constexpr double kDeepest = 40.0;  // optical depth: exp(-40) is 4e-18
+constexpr int kMostSteps = 1024;
+
+struct Light {
+    double rgba[4] = {0.0, 0.0, 0.0, 0.0};
+};
+
+// A part of a ray: value(y) + base on [-1, 1].
+struct Part {
+    const oracle::Segment* segment;
+    oracle::Cubic value;
+    double base;
+    double t_mm;  // of its middle
+    double length_mm;
+    double from;  // on the path of its cell
+    double to;
+    std::size_t normals;  // number of its normals, or none
+    double rise;          // of f per physical value; 0 where f is not above the greatest so far
+};
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+struct Parts {
+    std::vector<Part> list;
+    std::vector<oracle::CellNormals> normals;
+    oracle::Cuts cuts;
+    std::vector<double> kinks;
+    std::vector<double> turns;
+
+    void clear() {
+        list.clear();
+        normals.clear();
+    }
+};
+
+// What is asked of every ray.
+struct Wanted {
+    const oracle::Transfer& transfer;
+    const OracleRefined& picture;
+    double low;    // values of f = 0 and 1
+    double width;  // 0 where nothing rises
+};
+
+double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Colour [3] of the medium, lit by a light at a place. `n` is of any length above 0.
+void light_at(const OracleLight& light, const double n[3], const double at_mm[3], const double direction[3],
+              double colour[3]) noexcept {
+    const double length = std::sqrt(dot(n, n));
+    const double side = dot(n, direction) > 0.0 ? -1.0 : 1.0;
+    double normal[3];
+    double to_light[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        normal[axis] = side * n[axis] / length;
+        to_light[axis] = light.place_mm[axis] - at_mm[axis];
+    }
+    const double distance = std::sqrt(dot(to_light, to_light));
+    for (double& component : to_light) component = distance > 0.0 ? component / distance : 0.0;
+    const double facing = dot(normal, to_light);
+    double shine = 0.0;
+    if (facing > 0.0) {
+        double middle[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            middle[axis] =
+                light.halfway ? to_light[axis] - direction[axis] : 2.0 * facing * normal[axis] - to_light[axis];
+        }
+        const double cosine =
+            light.halfway ? dot(normal, middle) / std::sqrt(dot(middle, middle)) : -dot(middle, direction);
+        shine = light.specular * std::pow(std::max(cosine, 0.0), light.shininess);
+    }
+    const double diffuse = light.ambient + light.diffuse * std::max(facing, 0.0);
+    for (int channel = 0; channel < 3; ++channel) colour[channel] = std::min(colour[channel] * diffuse + shine, 1.0);
+}
+
+void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double y,
+               double colour[3], double& extinction) noexcept {
+    const double offset = (part.base - part.segment->origin) + part.value.at(y);
+    extinction = std::max(part.segment->extinction + part.segment->extinction_slope * offset, 0.0);
+    for (int channel = 0; channel < 3; ++channel) {
+        colour[channel] = part.segment->colour[channel] + part.segment->colour_slope[channel] * offset;
+    }
+    if (part.normals == kNone) return;
+    const double place = 0.5 * (part.from + part.to) + 0.5 * (part.to - part.from) * y;
+    double n[3];
+    for (int axis = 0; axis < 3; ++axis) n[axis] = parts.normals[part.normals].axes[axis].at(place);
+    const double square = dot(n, n);
+    if (!(square > kLeastLength * kLeastLength)) return;
+    if (wanted.picture.light == nullptr) {
+        const double cosine = std::fabs(dot(n, ray.direction)) / std::sqrt(square);
+        for (int channel = 0; channel < 3; ++channel) colour[channel] *= cosine;
+        return;
+    }
+    double at_mm[3];
+    const double t_mm = part.t_mm + 0.5 * part.length_mm * y;
+    for (int axis = 0; axis < 3; ++axis) at_mm[axis] = ray.origin_mm[axis] + t_mm * ray.direction[axis];
+    light_at(*wanted.picture.light, n, at_mm, ray.direction, colour);
+}
+
+// One step of optical depth `depth`, over which the greatest value rises by `rise`.
+void step(Light& light, const double colour[3], double depth, double rise) noexcept {
+    const double sum = depth + rise;
+    if (!(sum > 0.0)) return;
+    const double settled = rise / sum;
+    const double kept = std::exp(-rise);
+    const double before = (1.0 - light.rgba[3]) - settled;
+    const double gain = -std::expm1(-rise) * depth / sum - before * kept * std::expm1(-depth);
+    for (int channel = 0; channel < 3; ++channel)
+        light.rgba[channel] = light.rgba[channel] * kept + colour[channel] * gain;
+    light.rgba[3] = light.rgba[3] * kept + gain;
+}
+
+Light sum_of(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, int steps) noexcept {
+    Light light;
+    for (const Part& part : parts.list) {
+        const double width = 2.0 / steps;
+        double before = part.value.at(-1.0);
+        for (int i = 0; i < steps; ++i) {
+            const double end = i + 1 == steps ? 1.0 : -1.0 + width * (i + 1);
+            double colour[3];
+            double extinction = 0.0;
+            medium_at(part, parts, wanted, ray, -1.0 + width * (i + 0.5), colour, extinction);
+            const double after = part.value.at(end);
+            step(light, colour, extinction * part.length_mm / steps, std::max(after - before, 0.0) * part.rise);
+            before = after;
+        }
+    }
+    return light;
+}
+
+double difference(const Light& one, const Light& other) noexcept {
+    double largest = 0.0;
+    for (int channel = 0; channel < 4; ++channel) {
+        largest = std::max(largest, std::fabs(one.rgba[channel] - other.rgba[channel]));
+    }
+    return largest;
+}
+
+// The light of the ray, and the larger of its last two changes.
+Light refined(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double& change) noexcept {
+    Light sum = sum_of(parts, wanted, ray, 1);
+    Light result = sum;
+    change = std::numeric_limits<double>::infinity();
+    double last = change;
+    for (int steps = 2; steps <= kMostSteps && !(change <= wanted.picture.tolerance); steps *= 2) {
+        const Light finer = sum_of(parts, wanted, ray, steps);
+        Light better;
+        for (int channel = 0; channel < 4; ++channel) {
+            better.rgba[channel] = (4.0 * finer.rgba[channel] - sum.rgba[channel]) / 3.0;
+        }
+        const double now = difference(better, result);
+        change = std::max(now, last);
+        last = now;
+        sum = finer;
+        result = better;
+    }
+    return result;
+}
+
+// The cell's part of the ray from `begin` to `end`, on one segment.
+Part part_of(const oracle::CellPath& path, const oracle::Segment* segment, double t_mm, double begin, double end,
+             std::size_t normals) noexcept {
+    const double half_mm = 0.5 * path.length_mm;
+    return {segment,
+            path.value.between(begin, end),
+            path.base,
+            t_mm + half_mm * (1.0 + 0.5 * (begin + end)),
+            half_mm * (end - begin),
+            begin,
+            end,
+            normals,
+            0.0};
+}
+
+// Adds the places in (begin, end) where a function changes its sign, as far as the ends of eight intervals tell.
+template <typename Function>
+void find_changes(std::vector<double>& places, double begin, double end, Function&& function) {
+    constexpr int kIntervals = 8;
+    double before = begin;
+    bool above = function(begin) > 0.0;
+    for (int i = 1; i <= kIntervals; ++i) {
+        const double after = begin + (end - begin) * i / kIntervals;
+        const bool next = function(after) > 0.0;
+        if (next != above) {
+            double low = before;
+            double high = after;
+            for (int k = 0; k < 48; ++k) {
+                const double middle = 0.5 * (low + high);
+                ((function(middle) > 0.0) == above ? low : high) = middle;
+            }
+            places.push_back(high);
+        }
+        before = after;
+        above = next;
+    }
+}
+
+// Finds where light has a kink or a jump on a part of a cell's path, and puts its ends around these places.
+void find_kinks(Parts& parts, double length_mm, double t_mm, double begin, double end, std::size_t normals,
+                const Wanted& wanted, const oracle::Ray& ray) {
+    parts.kinks.assign(1, begin);
+    if (normals != kNone) {
+        const oracle::CellNormals& cell = parts.normals[normals];
+        const auto along = [&](double y, const double direction[3]) {
+            double sum = 0.0;
+            for (int axis = 0; axis < 3; ++axis) sum += cell.axes[axis].at(y) * direction[axis];
+            return sum;
+        };
+        find_changes(parts.kinks, begin, end, [&](double y) { return along(y, ray.direction); });
+        // A normal may be too short on a small part only: its length is looked at between where it is least or
+        // greatest.
+        const auto product = [&](double y, bool slopes) {
+            double sum = slopes ? 0.0 : -kLeastLength * kLeastLength;
+            for (const oracle::Cubic& axis : cell.axes) sum += axis.at(y) * (slopes ? axis.slope(y) : axis.at(y));
+            return sum;
+        };
+        parts.turns.assign(1, begin);
+        find_changes(parts.turns, begin, end, [&](double y) { return product(y, true); });
+        parts.turns.push_back(end);
+        for (std::size_t i = 1; i < parts.turns.size(); ++i) {
+            find_changes(parts.kinks, parts.turns[i - 1], parts.turns[i], [&](double y) { return product(y, false); });
+        }
+        if (wanted.picture.light != nullptr) {
+            find_changes(parts.kinks, begin, end, [&](double y) {
+                const double at_mm = t_mm + 0.5 * length_mm * (1.0 + y);
+                double to_light[3];
+                for (int axis = 0; axis < 3; ++axis) {
+                    to_light[axis] =
+                        wanted.picture.light->place_mm[axis] - ray.origin_mm[axis] - at_mm * ray.direction[axis];
+                }
+                return along(y, to_light);
+            });
+        }
+        std::sort(parts.kinks.begin(), parts.kinks.end());
+    }
+    parts.kinks.push_back(end);
+}
+
+// Adds what of a cell is seen or rises; returns its optical depth. `greatest` is f so far.
+double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::size_t normals, const Wanted& wanted,
+                double& greatest, const oracle::Ray& ray) {
+    double depth = 0.0;
+    find_cuts(parts.cuts, path, wanted.transfer);
+    visit_media(path, parts.cuts, [&](const oracle::Cuts::Medium& medium, double from, double to, bool ascending) {
+        if (!(to > from)) return true;
+        // Within rounding of a jump: what lies ahead.
+        const oracle::Segment* segment = medium.segment != nullptr ? medium.segment
+                                         : ascending               ? &medium.jump->above
+                                                                   : &medium.jump->below;
+        double rises = to;  // where f begins to exceed the greatest so far, and where it is 1
+        double ends = to;
+        const double last = path.base + path.value.at(to);
+        if (wanted.width > 0.0 && ascending && last > wanted.low + greatest * wanted.width && greatest < 1.0) {
+            const double level = wanted.low + greatest * wanted.width - path.base;
+            const double full = wanted.low + wanted.width - path.base;
+            rises = path.value.at(from) >= level ? from : oracle::crossing(path.value, from, to, level);
+            if (last - path.base > full) ends = oracle::crossing(path.value, rises, to, full);
+            greatest = std::min((last - wanted.low) / wanted.width, 1.0);
+        }
+        const auto add = [&](double begin, double end, double rise) {
+            if (!(end > begin) || (segment->empty && rise == 0.0)) return;
+            find_kinks(parts, path.length_mm, t_mm, begin, end, normals, wanted, ray);
+            for (std::size_t i = 1; i < parts.kinks.size(); ++i) {
+                if (!(parts.kinks[i] > parts.kinks[i - 1])) continue;
+                parts.list.push_back(part_of(path, segment, t_mm, parts.kinks[i - 1], parts.kinks[i], normals));
+                parts.list.back().rise = rise;
+            }
+        };
+        add(from, rises, 0.0);
+        if (rises < to) add(rises, ends, 1.0 / wanted.width);
+        if (ends < to) add(ends, to, 0.0);
+        const oracle::Cubic whole = path.value.between(from, to);
+        const double mean = (path.base - segment->origin) + whole.c0 + whole.c2 / 3.0;
+        depth += (segment->extinction + segment->extinction_slope * mean) * 0.5 * path.length_mm * (to - from);
+        return true;
+    });
+    return depth;
+}
+
+template <typename Voxel>
+void find_parts(Parts& parts, const oracle::Field<Voxel>& field, const oracle::Ray& ray, const Wanted& wanted) {
+    parts.clear();
+    oracle::RayWalk walk;
+    if (!enter_box(walk, field, ray)) return;
+    const oracle::Transfer all{};
+    const bool rises = wanted.width > 0.0;
+    double depth = 0.0;
+    double greatest = 0.0;
+    bool begun = false;
+    while (walk.inside() && (rises || depth < kDeepest)) {
+        if (!rises && field.empty_blocks[walk.block()] != 0) {
+            walk.leave_block(walk.block_end_mm());
+            continue;
+        }
+        const double end = walk.cell_end_mm();
+        double middle[3];
+        double half[3];
+        for (int axis = 0; axis < 3; ++axis) walk.axes[axis].inside(walk.t_mm, end, middle[axis], half[axis]);
+        oracle::CellPath path;
+        if (find_path(path, field, walk.axes, middle, half, walk.relative_error, rises ? all : wanted.transfer)) {
+            path.length_mm = end - walk.t_mm;
+            if (rises && !begun) {
+                // Nothing lies in front of the first value: that it exceeds 0 attenuates nothing.
+                const double entry = (path.base + path.value.at(-1.0) - wanted.low) / wanted.width;
+                greatest = std::clamp(entry, 0.0, 1.0);
+                begun = true;
+            }
+            std::size_t normals = kNone;
+            oracle::CellNormals found;
+            if (field.normals != nullptr && cell_normals(found, field, walk.axes, middle, half, walk.relative_error)) {
+                normals = parts.normals.size();
+                parts.normals.push_back(found);
+            }
+            depth += add_cell(parts, path, walk.t_mm, normals, wanted, greatest, ray);
+        }
+        walk.leave_cell(end);
+    }
+}
+
+}  // namespace
+
+template <typename Voxel>
+void render_refined(const Voxel* voxels, const OracleVolume& volume, const OracleTransfer& transfer,
+                    const OracleRefined& picture, int threads) noexcept {
+    const oracle::Transfer prepared =
+        oracle::prepare_transfer(transfer.count, transfer.values, transfer.colours, transfer.extinctions_per_mm);
+    const std::vector<uint8_t> empty_blocks =
+        oracle::find_empty_blocks(voxels, volume.shape, volume.slope, volume.intercept, prepared, threads);
+    const oracle::Normals normals = oracle::normals_of(volume.normals);
+    oracle::Field<Voxel> field = oracle::field_of(voxels, volume, volume.normals == nullptr ? nullptr : &normals);
+    field.empty_blocks = empty_blocks.data();
+    const Wanted wanted{prepared, picture, picture.low, picture.high - picture.low};
+    const int64_t width = picture.view.width;
+    const int64_t pixels = picture.view.height * width;
+#pragma omp parallel num_threads(resolve_threads(threads))
+    {
+        Parts parts;
+#pragma omp for schedule(dynamic, 64)
+        for (int64_t pixel = 0; pixel < pixels; ++pixel) {
+            const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
+            find_parts(parts, field, ray, wanted);
+            const Light light = refined(parts, wanted, ray, picture.bound[pixel]);
+            std::copy_n(light.rgba, 4, picture.rgba + 4 * pixel);
+        }
+    }
+}
+
+#define VOLPREP_INSTANTIATE(Voxel)                                                                \
+    template void render_refined<Voxel>(const Voxel*, const OracleVolume&, const OracleTransfer&, \
+                                        const OracleRefined&, int) noexcept;
+VOLPREP_INSTANTIATE(uint8_t)
+VOLPREP_INSTANTIATE(int16_t)
+VOLPREP_INSTANTIATE(uint16_t)
+VOLPREP_INSTANTIATE(float)
+#undef VOLPREP_INSTANTIATE
+
+}  // namespace volprep
