@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from volprep.compositing.record import Compositing, Normals
+from volprep.compositing.record import Compositing
 from volprep.transfer.rays import segments
 from volprep.transfer.table import Table
+from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.texture import SampleFilter
@@ -30,8 +32,8 @@ def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: Sampl
     return result
 
 
-def _visible(extinction_per_mm: Float64Array) -> Float64Array:
-    return extinction_per_mm
+def _visible(table: Table) -> Float64Array:
+    return table.extinction_per_mm
 
 
 def _oracle(
@@ -46,6 +48,18 @@ def _oracle(
     if len(media) > 1:
         return oracle_of_media(media, grid, box_from_clip, shape_hw)
     (medium,) = media
+    # A light with a place has no proven bound.
+    if isinstance(normals, Lit) and normals.light is not None:
+        return refined_picture(
+            medium.volume,
+            grid,
+            medium.slope,
+            medium.intercept,
+            medium.transfer_function,
+            box_from_clip,
+            shape_hw,
+            normals=normals,
+        )
     return oracle_picture(
         medium.volume,
         grid,
@@ -62,14 +76,19 @@ def _oracle(
 EMISSION_ABSORPTION = Compositing(
     name="emission-absorption",
     ends_early=True,
-    classifications=frozenset(("lookup", "preintegrated", "palette", "preclassified")),
+    meshes=True,
+    classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
     lit=True,
     several=True,
     labels=True,
     level_filter=None,
+    isovalue=False,
+    intensities=False,
+    every_value=False,
     visible=_visible,
     rays=_rays,
     oracle=_oracle,
+    truth="an integral of the scan",
     fixed_path=False,
     step_voxels=0.5,
     order=2.0,

@@ -4,67 +4,42 @@ The greatest value wins even if the function hides it: the pixel is then transpa
 definition in full.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from volprep.compositing.record import Compositing, Normals
-from volprep.transfer.rays import segments
+from volprep.compositing.projection import Segments, oracle_of, rays_of
+from volprep.compositing.record import Compositing
 from volprep.transfer.table import Table
 from volprep.truth.maximum import maximum_picture
-from volprep.truth.oracle import Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
-from volprep_formats.package.texture import SampleFilter
 
 
-def _visible(extinction_per_mm: Float64Array) -> Float64Array:
+def _visible(table: Table) -> Float64Array:
     # If something is shown of any value up to this one, then this one decides whether that is seen.
-    greatest: Float64Array = np.maximum.accumulate(extinction_per_mm)
+    greatest: Float64Array = np.maximum.accumulate(table.extinction_per_mm)
     return greatest
 
 
-def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
-    greatest = np.max([samples.max(axis=0) for samples, _ in segments(columns, spacing_mm, between)], axis=0)
-    opacity = -np.expm1(-np.interp(greatest, table.values, table.extinction_per_mm) * table.reference_mm)
-    colour = np.column_stack([np.interp(greatest, table.values, channel) for channel in table.colour.T])
-    return np.column_stack([colour * opacity[:, None], opacity])
-
-
-def _oracle(
-    media: Sequence[Medium],
-    grid: Grid,
-    box_from_clip: Float64Array,
-    shape_hw: tuple[int, int],
-    *,
-    nearest: bool,  # noqa: ARG001 - labels have no maximum
-    normals: Normals,  # noqa: ARG001 - nothing is lit
-) -> OraclePicture:
-    (medium,) = media
-    function = medium.transfer_function
-    return maximum_picture(
-        medium.volume,
-        grid,
-        medium.slope,
-        medium.intercept,
-        function,
-        box_from_clip,
-        shape_hw,
-        reference_mm=function.reference_mm,
-    )
+def _projected(segments: Segments) -> Float64Array:
+    greatest: Float64Array = np.max([samples.max(axis=0) for samples, _ in segments], axis=0)
+    return greatest
 
 
 MAXIMUM = Compositing(
     name="maximum",
     ends_early=False,
-    classifications=frozenset(("lookup",)),
+    meshes=True,
+    classifications=frozenset(("lookup", "control-points")),
     lit=False,
     several=False,
     labels=False,
     level_filter="maximum",
+    isovalue=False,
+    intensities=False,
+    every_value=False,
     visible=_visible,
-    rays=_rays,
-    oracle=_oracle,
+    rays=rays_of(_projected),
+    oracle=oracle_of(maximum_picture),
+    truth="the greatest value of the scan along each ray",
     fixed_path=True,
     # A step misses a peak by up to its half: 0.25 halves the error of 0.5 and costs no second texture fetch.
     step_voxels=0.25,

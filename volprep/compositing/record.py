@@ -5,22 +5,23 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from volprep.transfer.table import Table
+from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
-from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
-from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.program import ClassificationName, CompositingName
 from volprep_formats.package.texture import SampleFilter
-
-Normals = GradientKernel | Float32Array | None
 
 
 class Visible(Protocol):
     """What of a transfer function can be seen, whatever else lies on a ray."""
 
-    def __call__(self, extinction_per_mm: Float64Array) -> Float64Array:
-        """Turn extinctions of ascending values into others, 0 for each value up to which nothing changes a picture."""
+    def __call__(self, table: Table) -> Float64Array:
+        """Return extinctions for the values of a table, 0 for each value that cannot change a picture.
+
+        What lies between two such values that are neighbours in the table cannot change a picture either.
+        """
 
 
 class Rays(Protocol):
@@ -54,6 +55,8 @@ class Compositing:
     """Name in scenes and programs."""
     ends_early: bool
     """Whether a ray ends where its opacity passes `opacity_cutoff`."""
+    meshes: bool
+    """Whether rays may begin at proxy geometry."""
     classifications: frozenset[ClassificationName]
     """Kinds of classification that it goes with."""
     lit: bool
@@ -65,12 +68,20 @@ class Compositing:
     level_filter: LevelFilter | None
     """Filter of coarser levels where the scene names none. If None, pictures decide, and levels may have tables of
     their own."""
+    isovalue: bool
+    """Whether it shows a surface, so that each transfer function needs an isovalue."""
+    intensities: bool
+    """Whether values count as parts of a range, which each transfer function needs."""
+    every_value: bool
+    """Whether values that no transfer function tells apart make different pictures."""
     visible: Visible
     """What can be seen of extinctions, for crop, empty space, bricks and meshes."""
     rays: Rays
     """Pictures of sampled rays."""
     oracle: Oracle
     """The true picture."""
+    truth: str
+    """What the true picture is of, for people."""
     fixed_path: bool
     """Whether a value has the opacity of `reference_mm` of its transfer function, however long the ray is."""
     step_voxels: float
@@ -82,4 +93,5 @@ class Compositing:
 
     def visible_table(self, table: Table) -> Table:
         """Return a transfer function whose extinction is 0 where nothing can be seen."""
-        return replace(table, extinction_per_mm=self.visible(table.extinction_per_mm))
+        around = table.around_isovalue()
+        return replace(around, extinction_per_mm=self.visible(around))

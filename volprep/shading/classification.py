@@ -4,8 +4,11 @@ All give the loop of the ray caster one expression, so that any of them goes wit
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
-from volprep.shading.compose import Instance, literal
+import numpy as np
+
+from volprep.shading.compose import Dialect, Instance, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
@@ -15,13 +18,13 @@ from volprep_formats.package.texture import Texture
 _IN_THE_MIDDLE = "start + stride * i"
 
 
-def classification(manifest: Manifest, name: ClassificationName, transfer: str) -> Feature:
+def classification(manifest: Manifest, name: ClassificationName, transfer: str, dialect: Dialect) -> Feature:
     """Return how a program classifies with a transfer function. It offers MEDIUM, of the segment whose middle is i."""
     if name == "preclassified":
         return _preclassified(next(texture for texture in manifest.textures if texture.reference_mm is not None))
     if name == "preintegrated":
         return _preintegrated(_table(manifest, "preintegrated", transfer))
-    function = sample_classification(manifest, name, transfer, "")
+    function = sample_classification(manifest, name, transfer, "", dialect)
     return Feature(
         slots={"classification": function.slots["classification"], "classification_start": None},
         offers={"MEDIUM": f"classify(stored_value({_IN_THE_MIDDLE}))"},
@@ -29,7 +32,9 @@ def classification(manifest: Manifest, name: ClassificationName, transfer: str) 
     )
 
 
-def sample_classification(manifest: Manifest, name: ClassificationName, transfer: str, suffix: str) -> Feature:
+def sample_classification(
+    manifest: Manifest, name: ClassificationName, transfer: str, suffix: str, dialect: Dialect
+) -> Feature:
     """Return the function that classifies one stored value, with `suffix` behind its names.
 
     Raises ValueError for a kind that does not classify sample by sample.
@@ -37,30 +42,60 @@ def sample_classification(manifest: Manifest, name: ClassificationName, transfer
     if name not in _OF_SAMPLES:
         msg = f"{transfer} is not classified sample by sample"
         raise ValueError(msg)
-    return _OF_SAMPLES[name](manifest, transfer, suffix)
+    return _OF_SAMPLES[name](manifest, transfer, suffix, dialect)
 
 
-def _lookup(manifest: Manifest, transfer: str, suffix: str) -> Feature:
+def _lookup(manifest: Manifest, transfer: str, suffix: str, _dialect: Dialect) -> Feature:
     table = _table(manifest, "transfer", transfer)
     part = Instance(f"classification/lookup_{_form(table)}", {"OF": suffix, **_words(table)})
     return Feature({"classification": (part,)}, samplers=(Sampler(name=f"u_transfer{suffix}", role="transfer"),))
 
 
-def _palette(manifest: Manifest, transfer: str, suffix: str) -> Feature:
+def _palette(manifest: Manifest, transfer: str, suffix: str, dialect: Dialect) -> Feature:
     palette: Palette = next(each for each in manifest.palettes if each.transfer == transfer)
     entries = [literal(*entry.colour, entry.extinction_per_mm) for entry in palette.entries]
-    words = {
-        "OF": suffix,
-        "ENTRIES": str(len(entries)),
-        "LAST_ENTRY": literal(len(entries) - 1),
-        "PALETTE": ",\n  ".join(entries),
-    }
-    return Feature({"classification": (Instance("classification/palette", words),)})
+    words = {"OF": suffix, "ENTRIES": str(len(entries)), "LAST_ENTRY": literal(len(entries) - 1)}
+    if dialect == "es300":
+        words["PALETTE"] = ",\n  ".join(entries)
+    else:
+        words["FIRST"] = entries[0]
+        others = enumerate(entries[1:], start=1)
+        words["NEXT"] = "\n  ".join(f"medium = entry < {n - 0.5} ? medium : {entry};" for n, entry in others)
+    return Feature({"classification": (Instance(f"classification/palette_{dialect}", words),)})
 
 
-_OF_SAMPLES: dict[ClassificationName, Callable[[Manifest, str, str], Feature]] = {
+def _control_points(manifest: Manifest, transfer: str, suffix: str, _dialect: Dialect) -> Feature:
+    function = next(each for each in manifest.transfer_functions if each.name == transfer)
+    low, high = _window(manifest, transfer)
+    places = [(point.value - low) / (high - low) for point in function.points]
+    media = [literal(*point.colour, point.extinction_per_mm) for point in function.points]
+    lines = [
+        f"medium = mix(medium, {medium}, {_share(below, at)});"
+        for (below, at), medium in zip(pairwise(places), media[1:], strict=True)
+    ]
+    words = {"OF": suffix, "FIRST": media[0], "NEXT": "\n  ".join(lines)}
+    return Feature({"classification": (Instance("classification/control_points", words),)})
+
+
+def _share(below: float, at: float) -> str:
+    """How far a value is from one control point to the next, as GLSL; at a jump it is on the side above."""
+    if np.float32(below) == np.float32(at):
+        return f"step({literal(at)}, stored)"
+    return f"clamp((stored - {literal(below)}) * {literal(1 / (at - below))}, 0.0, 1.0)"
+
+
+def _window(manifest: Manifest, transfer: str) -> tuple[float, float]:
+    channel = next(each for each in manifest.channels if transfer in each.transfers)
+    if channel.quantization is None:
+        msg = f"channel {channel.name} has no codes"
+        raise ValueError(msg)
+    return channel.quantization.window
+
+
+_OF_SAMPLES: dict[ClassificationName, Callable[[Manifest, str, str, Dialect], Feature]] = {
     "lookup": _lookup,
     "palette": _palette,
+    "control-points": _control_points,
 }
 
 

@@ -1,29 +1,58 @@
-"""Diffuse light from where the viewer is (Lambert 1760), with normals that the package holds.
+"""Light on samples: diffuse light from where the viewer is (Lambert 1760), or a light with a place.
 
-What has no normal, because the gradient is zero or codes around it cancel, keeps its own colour: it is no surface.
+Normals are those that the package holds, or differences of values that the shader takes. What has no normal, because
+the gradient is nearly zero or codes around it cancel, keeps its own colour: it is no surface.
 """
 
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
-from volprep_formats.package.program import Sampler
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.program import Light, ProgramDesign, Sampler, Uniform
 from volprep_formats.package.texture import Texture
 
 # Linear filtering of 8-bit codes leaves about a thousandth of a zero vector.
 _LEAST_LENGTH = 0.01
+_SHINE = {
+    "phong": "dot(reflect(-to_light, normal), to_viewer)",
+    "blinn-phong": "dot(normal, normalize(to_light + to_viewer))",
+}
 
 
-def headlight(texture: Texture) -> Feature:
-    """Return light from the viewer, on normals of this kind: the same for every level that the program draws.
+def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Feature:
+    """Return the light of a program: the same for every level that it draws.
 
-    Of a mosaic in several textures, `texture` is any.
+    Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
+    levels of `grid`.
     """
-    normals = normals_of(texture)
+    if program.normals_from == "volume":
+        if normals is None:
+            msg = f"program {program.name} reads normals that its package does not hold"
+            raise ValueError(msg)
+        found, least = normals_of(normals), _LEAST_LENGTH
+    else:
+        found = Feature(slots={"lighting": f"light/gradient:{program.normals_from}"})
+        least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
+    words = {**found.words, "LEAST_SQUARED": literal(least**2)}
+    slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
+    if program.light is None:
+        return Feature({**slots, "light": "light/headlight:sample"}, words, samplers=found.samplers)
     return Feature(
-        slots={**normals.slots, "lighting_start": "light/headlight:start", "light": "light/headlight:sample"},
-        words={**normals.words, "LEAST_SQUARED": literal(_LEAST_LENGTH**2)},
-        samplers=normals.samplers,
+        slots={**slots, "normals": found.slots["lighting"], "lighting": "light/placed", "light": "light/placed:sample"},
+        words={**words, **_light_words(program.light), "SHINE": _SHINE[program.lighting]},
+        uniforms=(Uniform(name="u_light_mm", type="vec3", source="light_mm"),),
+        samplers=found.samplers,
     )
+
+
+def _light_words(light: Light) -> dict[str, str]:
+    return {
+        "AMBIENT": literal(light.ambient),
+        "DIFFUSE": literal(light.diffuse),
+        "SPECULAR": literal(light.specular),
+        "SHININESS": literal(light.shininess),
+    }
 
 
 def normals_of(texture: Texture) -> Feature:

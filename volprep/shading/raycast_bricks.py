@@ -5,7 +5,7 @@ The layout is constant in the shader. Empty bricks cost a fetch from the first t
 
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
-from volprep.shading.positions import voxel_positions
+from volprep.shading.positions import in_voxels, voxel_positions
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.program import Sampler
@@ -24,4 +24,5 @@ def sampling(layout: BrickLayout, grid: Grid) -> Feature:
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks", words))},
         samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_bricks", role="bricks")),
+        offers=in_voxels(grid.shape_zyx),
     )

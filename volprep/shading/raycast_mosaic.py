@@ -6,7 +6,7 @@ Each layout has its own text: no channel is chosen where there is one.
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
-from volprep.shading.positions import voxel_positions
+from volprep.shading.positions import in_voxels, voxel_positions
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.textures.mosaic import tiles_of
 
@@ -30,7 +30,11 @@ def sampling(
     else:
         reads = [_of_four(layout, between)]
     positions = voxel_positions(spacing_mm_zyx)
-    return Feature(slots={"sampling": (positions, mosaic.texels, *reads)}, samplers=mosaic.samplers)
+    return Feature(
+        slots={"sampling": (positions, mosaic.texels, *reads)},
+        samplers=mosaic.samplers,
+        offers=in_voxels((layout.slices, *layout.tile_shape_yx)),
+    )
 
 
 def _of_four(layout: MosaicLayout, between: SampleFilter) -> Instance:

@@ -43,4 +43,9 @@ def _feature(textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmap
         },
         uniforms=(place, Uniform(name="u_mipmap", type="float", source="mipmap")) if mipmaps else (place,),
         samplers=samplers,
+        offers={
+            "POSITION_PER_MM": "u_texture_from_box",
+            "VOXEL": "1.0 / vec3(textureSize(u_volume, 0))",
+            "LAST_POSITION": "1.0",
+        },
     )

@@ -12,13 +12,24 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.program import Rays, Uniform
 
 
-def ray_feature(rays: Rays, grid: Grid) -> Feature:
-    """Return how rays begin. It offers the first sample, and where the segment of that sample begins."""
+def ray_feature(rays: Rays, grid: Grid, *, backwards: bool = False) -> Feature:
+    """Return how rays begin. It offers the first sample, and where the segment of that sample begins.
+
+    `backwards` exchanges their ends. Raises ValueError for that at a mesh, where rays begin and do not end.
+    """
+    if rays == "mesh" and backwards:
+        msg = "a ray from its far end does not begin at proxy geometry"
+        raise ValueError(msg)
     if rays == "box":
+        first, last = ("v_far", "v_near") if backwards else ("v_near", "v_far")
         return Feature(
-            slots={"rays": "ray/from_box", "rays_ends": None, "rays_start": None},
-            words={"NEAR_END": "v_near", "FAR_END": "v_far"},
-            offers={"FIRST": "0.5", "FIRST_FRONT": "start"},
+            slots={
+                "rays": "ray/from_box",
+                "rays_ends": "ray/from_box:backwards" if backwards else None,
+                "rays_start": None,
+            },
+            words={"NEAR_END": first, "FAR_END": last},
+            offers={"FIRST": "0.5", "FIRST_FRONT": "start"} | ({"FROM_VIEWER": "-ray"} if backwards else {}),
         )
     return Feature(
         slots={"rays": "ray/from_mesh", "rays_ends": "ray/from_mesh:ends", "rays_start": "ray/from_mesh:start"},
@@ -27,7 +38,10 @@ def ray_feature(rays: Rays, grid: Grid) -> Feature:
             "FAR_END": "far_end",
             "ENTRY_MARGIN_MM": literal(min(grid.spacing_mm_zyx) / 2),
         },
-        offers={"FIRST": "entered", "FIRST_FRONT": "start + stride * (entered - 0.5)"},
+        offers={
+            "FIRST": "entered",
+            "FIRST_FRONT": "start + stride * (entered - 0.5)",
+        },
         uniforms=(
             Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
             Uniform(name="u_box_from_mesh", type="vec3", source="box_from_mesh"),

@@ -5,6 +5,7 @@ this ray leaves it. A table is read once for each block that a ray meets.
 """
 
 from volprep.shading.compose import Dialect, Slot, literal
+from volprep.shading.compositing import SURFACES
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep_formats.package.manifest import Manifest
@@ -32,10 +33,10 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     """
     table = skip_table(manifest, program.transfer, min(program.levels))
     # Blocks of a level are not blocks of its pieces.
-    if table is None or program.technique == "raycast_subvolumes":
+    if table is None or program.sampling == "subvolumes":
         return None
     texture = next(each for each in manifest.textures if each.name == table.texture)
-    segments = program.classification == "preintegrated"
+    segments = program.classification == "preintegrated" or program.compositing in SURFACES
     feature = _table_in_texture3d(table) if texture.mosaic is None else _table_in_mosaic(table, texture.mosaic)
     slots: dict[str, Slot] = {
         "skipping": "skip/skip",

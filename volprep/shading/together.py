@@ -10,6 +10,7 @@ from volprep.shading import raycast_mosaic, raycast_texture3d
 from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance
+from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import ProgramDesign, Sampler
@@ -62,7 +63,8 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
     samplers: list[Sampler] = []
     for index, (transfer, value) in enumerate(values.items()):
         suffix = f"_{index}"
-        own = sample_classification(manifest, program.classification, transfer, suffix)
+        dialect = DIALECTS[program.sampling]
+        own = sample_classification(manifest, program.classification, transfer, suffix, dialect)
         part = own.slots["classification"]
         assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance
         classify += part

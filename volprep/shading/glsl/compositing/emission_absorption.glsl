@@ -1,6 +1,6 @@
 //: Emission and absorption (Max 1995). Sections: about; start, before the loop; sample, in it, the segment whose middle
-//: is i; stop, where a ray may end early; picture. MEDIUM is the colour and the extinction of the segment; slot light
-//: changes its colour.
+//: is i; picture; and, where rays may end early, stop_start, stop and stop_picture. MEDIUM is the colour and the
+//: extinction of the segment; slot light changes its colour.
 //#section about
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
 // most. Gives premultiplied linear light; alpha is the opacity.
@@ -11,6 +11,7 @@ float segment_mm = length_mm / max(count, 1.0);
 float depth = 0.0;
 float transmittance = 1.0;
 vec3 colour = vec3(0.0);
+//#part stop_start
 //#section sample
 vec4 medium = $MEDIUM;
 //#part light
@@ -18,10 +19,19 @@ depth += medium.a * segment_mm;
 float remaining = exp(-depth);
 colour += medium.rgb * (transmittance - remaining);
 transmittance = remaining;
+//#section picture
+//#part stop_picture
+$PICTURE = vec4(colour, 1.0 - transmittance);
+//#section stop_start
+// A ray ends where what is behind adds at most this: with steps finer than the nominal one less, as their error is.
+float least_transmittance = $LEAST_TRANSMITTANCE * pow(min(u_step_mm / $NOMINAL_STEP_MM, 1.0), 2.0);
 //#section stop
-// What is behind adds at most what is left.
-if (transmittance < $LEAST_TRANSMITTANCE) {
+if (transmittance < least_transmittance) {
   break;
 }
-//#section picture
-$PICTURE = vec4(colour, 1.0 - transmittance);
+//#section stop_picture
+// What is behind the end of the ray looks as what is before it.
+if (transmittance < least_transmittance) {
+  colour /= 1.0 - transmittance;
+  transmittance = 0.0;
+}

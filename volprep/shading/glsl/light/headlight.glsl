@@ -1,11 +1,11 @@
 //: Diffuse light from the viewer, on both sides of a surface. Sections: start, before the loop; sample, in it, after
 //: `medium`.
 //#section start
-// Rays are straight: the direction to the viewer is the same along a ray.
-vec3 direction = normalize(ray);
+// Rays are straight: the direction from the viewer is the same along a ray.
+vec3 direction = normalize($FROM_VIEWER);
 //#section sample
 if (medium.a > 0.0) {
-  vec3 normal = normal_at(start + stride * i);
+  vec3 normal = normal_at($LIT_AT);
   float squared = dot(normal, normal);
   // What has no normal is no surface, and keeps its colour.
   if (squared > $LEAST_SQUARED) {

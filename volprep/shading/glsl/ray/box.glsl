@@ -12,3 +12,5 @@ vec2 clip_to_box(vec3 origin, vec3 ray) {
   vec3 leave = max(low, high);
   return vec2(max(max(enter.x, enter.y), max(enter.z, 0.0)), min(min(leave.x, leave.y), min(leave.z, 1.0)));
 }
+//#section inside
+vec2 inside = clip_to_box(origin, ray);

@@ -1,14 +1,15 @@
-//: Fragment shader of all ray casters, both dialects, highp throughout.
-//: In: the ends of the pixel's ray, homogeneous box millimetres; u_step_mm. Out: RGBA, premultiplied linear light, 0 to
-//: 1.
-//: Slots before main: dialect; rays; sampling gives position(millimetres) and what reads the volume at a position;
-//: classification makes (linear colour, extinction per millimetre) of it; box gives clip_to_box; skipping and lighting,
-//: where the package has them; about says what the picture is.
-//: Slots in main: rays_ends; compositing_start; rays_start finds the first sample; classification_start;
-//: skipping_start; lighting_start; loop takes the samples; picture writes the result.
+//: Fragment shader of all ray casters, both dialects, highp throughout. In: the ends of the pixel's ray, homogeneous
+//: box millimetres. Out: RGBA, premultiplied linear light, 0 to 1. Slots before main: dialect; rays; steps, what
+//: `count` needs; sampling gives position(millimetres) and what reads the volume at a position; classification makes
+//: (linear colour, extinction per millimetre) of it; box gives clip_to_box, where the ray is cut by arithmetic;
+//: skipping and lighting, where the package has them; about says what the picture is. Slots in main: rays_ends;
+//: inside, the fractions of the ray at which it enters and leaves the box; cut, where only a part of what is inside
+//: the box is drawn, leaves it in `inside`; count, the number of samples, and their length; compositing_start;
+//: rays_start finds the first sample; classification_start; skipping_start; lighting_start; loop takes the samples;
+//: picture writes the result.
 //#part dialect
 //#part rays
-uniform float u_step_mm;
+//#part steps
 
 //#part sampling
 
@@ -25,12 +26,10 @@ void main() {
   //#part rays_ends
   vec3 origin = $NEAR_END.xyz / $NEAR_END.w;
   vec3 ray = $FAR_END.xyz / $FAR_END.w - origin;
-  vec2 inside = clip_to_box(origin, ray);
+  //#part inside
+  //#part cut
   float part = max(inside.y - inside.x, 0.0);
-  float length_mm = part * length(ray);
-  // Rounding may make a ray longer than whole steps, often along an axis: it gets no more samples for that.
-  float steps = length_mm / u_step_mm;
-  float count = ceil(max(steps - 0.001, min(steps, 0.001)));
+  //#part count
   // A sample is the middle of a segment: at start + stride * i, with i = 0.5, 1.5, ... below count.
   vec3 start = position(origin + ray * inside.x);
   vec3 stride = position(ray * (part / max(count, 1.0)));

@@ -1,13 +1,13 @@
 //: As loop_es100, for rays that skip: the outer loop looks at the table, the inner one takes a run of samples.
 // GLSL ES 1.00 wants a constant bound: the longest ray at the finest step.
 for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
-  if (next > count) {
+  if (next > $LAST) {
     break;
   }
   //#part look
   for (float k = 0.0; k < RUN; k++) {
     float i = run_start + k;
-    if (i > count) {
+    if (i > $LAST) {
       break;
     }
     //#part sample

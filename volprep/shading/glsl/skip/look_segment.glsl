@@ -1,5 +1,5 @@
-//: As look.glsl, for pre-integration: a segment is empty where both its ends lie in what an entry tells of. The one
-//: across its end is drawn; its front is read anew.
+//: As look.glsl, for pre-integration and surfaces: a segment is empty where both its ends lie in what an entry tells
+//: of. The one across its end is drawn; its front is read anew.
 vec3 at = block_start + block_stride * (next - 0.5);
 vec3 block = floor(at);
 float entry = skip_entry(block, block_stride);

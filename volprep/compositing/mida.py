@@ -1,0 +1,75 @@
+"""Maximum intensity difference accumulation (Bruckner and Groeller 2009): between emission-absorption and a maximum.
+
+A sample whose intensity exceeds the greatest one so far hides part of what lies in front of it: what is bright stays
+visible without a transfer function that was made for it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from volprep.compositing.maximum import MAXIMUM
+from volprep.compositing.record import Compositing
+from volprep.transfer.rays import segments
+from volprep.transfer.table import Table
+from volprep.truth.lit import Normals
+from volprep.truth.mida import mida_picture
+from volprep.truth.oracle import Medium, OraclePicture
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.package.texture import SampleFilter
+
+
+def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+    low, high = table.intensities
+    result = np.zeros((columns.shape[1], 4))
+    greatest = np.zeros(columns.shape[1])
+    for samples, step_mm in segments(columns, spacing_mm, between):
+        for values in samples:
+            intensity = np.clip((values - low) / (high - low), 0.0, 1.0)
+            result *= 1.0 - np.maximum(intensity - greatest, 0.0)[:, None]
+            greatest = np.maximum(greatest, intensity)
+            opacity = -np.expm1(-step_mm * np.interp(values, table.values, table.extinction_per_mm))
+            gain = (1.0 - result[:, 3]) * opacity
+            colour = np.column_stack([np.interp(values, table.values, channel) for channel in table.colour.T])
+            result += gain[:, None] * np.column_stack([colour, np.ones_like(gain)])
+    return result
+
+
+def _oracle(
+    media: Sequence[Medium],
+    grid: Grid,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    *,
+    nearest: bool,  # noqa: ARG001 - labels have no intensity
+    normals: Normals,  # noqa: ARG001 - nothing is lit
+) -> OraclePicture:
+    (medium,) = media
+    return mida_picture(
+        medium.volume, grid, medium.slope, medium.intercept, medium.transfer_function, box_from_clip, shape_hw
+    )
+
+
+MIDA = Compositing(
+    name="mida",
+    ends_early=False,
+    meshes=True,
+    classifications=frozenset(("lookup",)),
+    lit=False,
+    several=False,
+    labels=False,
+    level_filter="box",
+    isovalue=False,
+    intensities=True,
+    every_value=True,
+    # As of a maximum: a value up to which nothing is shown is less than any that something in front of it has.
+    visible=MAXIMUM.visible,
+    rays=_rays,
+    oracle=_oracle,
+    truth="maximum intensity difference accumulation in the scan, refined until two halvings of the steps agree",
+    fixed_path=False,
+    step_voxels=0.5,
+    order=1.0,
+    order_limit="A step that rises by d hides all of what lies in front of it by 1 - d before it absorbs: order 1.",
+)

@@ -1,0 +1,48 @@
+"""Minimum intensity projection: the least value on the ray, as the transfer function shows it.
+
+The least value wins even if the function hides it: the pixel is then transparent. Radiologists look at airways so.
+"""
+
+import numpy as np
+
+from volprep.compositing.projection import Segments, oracle_of, rays_of
+from volprep.compositing.record import Compositing
+from volprep.transfer.table import Table
+from volprep.truth.minimum import minimum_picture
+from volprep_formats.arrays import Float64Array
+
+
+def _visible(table: Table) -> Float64Array:
+    # If something is shown of any value from this one on, then this one decides whether that is seen.
+    greatest: Float64Array = np.maximum.accumulate(table.extinction_per_mm[::-1])[::-1]
+    return greatest
+
+
+def _projected(segments: Segments) -> Float64Array:
+    least: Float64Array = np.min([samples.min(axis=0) for samples, _ in segments], axis=0)
+    return least
+
+
+MINIMUM = Compositing(
+    name="minimum",
+    ends_early=False,
+    meshes=True,
+    classifications=frozenset(("lookup",)),
+    lit=False,
+    several=False,
+    labels=False,
+    level_filter="minimum",
+    isovalue=False,
+    intensities=False,
+    every_value=False,
+    visible=_visible,
+    rays=rays_of(_projected),
+    oracle=oracle_of(minimum_picture),
+    truth="the least value of the scan along each ray",
+    fixed_path=True,
+    # A step misses a trough by up to its half: 0.25 halves the error of 0.5 and costs no second texture fetch.
+    step_voxels=0.25,
+    order=1.0,
+    order_limit="A step misses a minimum by half its length at most: order 2 where the field is smooth, order 1 at the "
+    "faces of cells, where most minima are.",
+)

@@ -1,0 +1,104 @@
+"""What isosurface and first hit share: the first place on the ray where the value passes the isovalue."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.compositing.projection import shown
+from volprep.compositing.record import Compositing, Oracle, Rays, Visible
+from volprep.transfer.rays import segments
+from volprep.transfer.table import Table
+from volprep.truth.lit import Normals
+from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.surface import surface_picture
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.package.program import CompositingName
+from volprep_formats.package.texture import SampleFilter
+
+
+def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str) -> Compositing:
+    """Return the record of a compositing that shows a surface.
+
+    If `solid`, a ray that enters the box at the isovalue or above meets the surface there.
+    """
+    return Compositing(
+        name=name,
+        ends_early=False,
+        meshes=True,
+        classifications=frozenset(("lookup",)),
+        lit=True,
+        several=False,
+        labels=False,
+        level_filter="box",
+        isovalue=True,
+        intensities=False,
+        every_value=True,
+        visible=visible,
+        rays=_rays(solid=solid),
+        oracle=_oracle(solid=solid),
+        truth=truth,
+        fixed_path=True,
+        step_voxels=0.5,
+        order=1.0,
+        order_limit="A surface that a ray touches only just, between two samples, is missed: the part of such pixels "
+        "falls with the square of the step, the root mean square error with the step.",
+    )
+
+
+def isovalue_of(table: Table) -> float:
+    """Return the isovalue. Raises ValueError for a table without one, which a plan refuses."""
+    if table.isovalue is None:
+        msg = "a surface needs an isovalue"
+        raise ValueError(msg)
+    return table.isovalue
+
+
+def next_values(table: Table) -> tuple[Float64Array, Float64Array]:
+    """Return for each value of a table the one before and the one after it, infinite at the ends."""
+    before = np.concatenate([[-np.inf], table.values[:-1]])
+    after = np.concatenate([table.values[1:], [np.inf]])
+    return before, after
+
+
+def _rays(*, solid: bool) -> Rays:
+    def rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+        isovalue = isovalue_of(table)
+        samples = np.concatenate([values for values, _ in segments(columns, spacing_mm, between)])
+        inside = samples >= isovalue
+        values = np.full(samples.shape[1], isovalue)
+        met: NDArray[np.bool_] = (inside != inside[0]).any(axis=0)
+        if solid:
+            values = np.where(inside[0], samples[0], isovalue)
+            met |= inside[0]
+        return shown(values, table) * met[:, None]
+
+    return rays
+
+
+def _oracle(*, solid: bool) -> Oracle:
+    def oracle(
+        media: Sequence[Medium],
+        grid: Grid,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        *,
+        nearest: bool,  # noqa: ARG001 - labels have no surface
+        normals: Normals,
+    ) -> OraclePicture:
+        (medium,) = media
+        function = medium.transfer_function
+        return surface_picture(
+            medium.volume,
+            grid,
+            medium.slope,
+            medium.intercept,
+            function,
+            box_from_clip,
+            shape_hw,
+            solid=solid,
+            normals=normals,
+        )
+
+    return oracle

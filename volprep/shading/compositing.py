@@ -1,0 +1,69 @@
+"""What a ray makes of its samples: the file glsl/compositing/NAME.glsl of each compositing, and what it needs."""
+
+from volprep.shading.compose import Slot, literal
+from volprep.shading.feature import Feature
+from volprep.shading.walk import Walk
+from volprep_formats.package.manifest import Manifest, RenderSettings
+from volprep_formats.package.program import CompositingName, ProgramDesign
+from volprep_formats.package.transfer_function import TransferFunction
+
+SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
+"""Both ends of each segment are sampled, and rays end at the surface."""
+_SAMPLE = "start + stride * i"
+
+
+def compositing(
+    manifest: Manifest, program: ProgramDesign, render: RenderSettings, walk: Walk, *, ends_early: bool
+) -> Feature:
+    """Return the parts of a compositing: the file of its name, with three sections for rays that may end early."""
+    function = next((each for each in manifest.transfer_functions if each.name == program.transfer), None)
+    offers = {"REFERENCE_MM": literal(1.0 if function is None else function.reference_mm), "LIT_AT": _SAMPLE}
+    glsl = walk.compositing or f"compositing/{program.compositing.replace('-', '_')}"
+    slots: dict[str, Slot] = {
+        "about": f"{glsl}:about",
+        "compositing_start": f"{glsl}:start",
+        "sample": f"{glsl}:sample",
+        "picture": f"{glsl}:picture",
+    }
+    if program.compositing in SURFACES:
+        # Only light asks for the place of a surface, not just its segment.
+        is_lit = program.lighting != "none"
+        slots |= {
+            "stop": f"{glsl}:stop",
+            "refinement": "compositing/refinement" if is_lit else None,
+            "hit": f"{glsl}:hit" if is_lit else None,
+            "classification_start": "compositing/refinement:start",
+        }
+        words = {"ISOVALUE": literal(_stored(manifest, function))}
+        return Feature(slots, words, {**offers, "LIT_AT": "hit"})
+    if program.compositing == "mida":
+        return Feature(slots, _intensity_words(manifest, function), offers)
+    if render.opacity_cutoff is None or not ends_early or not walk.loops:
+        return Feature(slots, offers=offers)
+    words = {
+        "LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff),
+        "NOMINAL_STEP_MM": literal(render.step_of(min(program.levels))),
+    }
+    slots |= {name: f"{glsl}:{name}" for name in ("stop_start", "stop", "stop_picture")}
+    return Feature(slots, words, offers)
+
+
+def _intensity_words(manifest: Manifest, function: TransferFunction | None) -> dict[str, str]:
+    """Return what turns normalised stored values into intensities."""
+    if manifest.quantization is None or function is None:
+        msg = "intensities need codes"
+        raise ValueError(msg)
+    (low, high), (none, full) = manifest.quantization.window, function.intensity_range
+    return {
+        "INTENSITY_SCALE": literal((high - low) / (full - none)),
+        "INTENSITY_OFFSET": literal((low - none) / (full - none)),
+    }
+
+
+def _stored(manifest: Manifest, function: TransferFunction | None) -> float:
+    """Return the normalised stored value of an isovalue."""
+    if manifest.quantization is None or function is None or function.isovalue is None:
+        msg = "a surface needs codes and an isovalue"
+        raise ValueError(msg)
+    low, high = manifest.quantization.window
+    return (function.isovalue - low) / (high - low)

@@ -1,0 +1,34 @@
+//: The first place where the value passes ISOVALUE. Sections: about; start, before the loop; sample, in it, the
+//: segment whose middle is i; stop, where the ray ends; picture. Of a segment both ends are sampled; `front` is the
+//: value at its first one, from refinement.glsl. Slots, where it is lit: refinement; hit, the section hit; light,
+//: which changes the colour of `medium` at the place `hit`.
+//#section about
+// The first place on the pixel's ray where the value passes ISOVALUE, from either side, as the transfer function shows
+// ISOVALUE with the opacity of REFERENCE_MM. Gives premultiplied linear light.
+const float ISOVALUE = $ISOVALUE;
+const float REFERENCE_MM = $REFERENCE_MM;
+//#part refinement
+//#section start
+// The segment in which the ray meets the surface; none so far.
+float passed = 0.0;
+//#section sample
+float back = stored_value(start + stride * (i + 0.5));
+if ((front < ISOVALUE) != (back < ISOVALUE)) {
+  passed = i;
+}
+front = back;
+//#section stop
+if (passed > 0.0) {
+  break;
+}
+//#section picture
+$PICTURE = vec4(0.0);
+if (passed > 0.0) {
+  //#part hit
+  vec4 medium = classify(ISOVALUE);
+  //#part light
+  float opacity = 1.0 - exp(-medium.a * REFERENCE_MM);
+  $PICTURE = vec4(medium.rgb * opacity, opacity);
+}
+//#section hit
+vec3 hit = passed_between(start + stride * (passed - 0.5), start + stride * (passed + 0.5));

@@ -1,0 +1,28 @@
+//: A light with a place (Phong 1975; Blinn 1977), on both sides of a surface. In: u_light_mm, box millimetres. Slot
+//: normals gives normal_at. Words: SHINE, the cosine that makes a highlight. Section sample: in the loop,
+//: after `medium`.
+//#part normals
+
+uniform vec3 u_light_mm;
+const float AMBIENT = $AMBIENT;
+const float DIFFUSE = $DIFFUSE;
+const float SPECULAR = $SPECULAR;
+const float SHININESS = $SHININESS;
+// A colour as the light shows it on a surface with this normal, which is towards the viewer; all vectors have length 1.
+vec3 lit(vec3 colour, vec3 normal, vec3 to_light, vec3 to_viewer) {
+  float facing = dot(normal, to_light);
+  float shine = facing > 0.0 ? SPECULAR * pow(max($SHINE, 0.0), SHININESS) : 0.0;
+  return min(colour * (AMBIENT + DIFFUSE * max(facing, 0.0)) + shine, 1.0);
+}
+//#section sample
+if (medium.a > 0.0) {
+  vec3 place = $LIT_AT;
+  vec3 normal = normal_at(place);
+  float squared = dot(normal, normal);
+  // What has no normal is no surface, and keeps its colour.
+  if (squared > $LEAST_SQUARED) {
+    normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(squared);
+    vec3 to_light = normalize(u_light_mm - place / $POSITION_PER_MM);
+    medium.rgb = lit(medium.rgb, normal, to_light, -direction);
+  }
+}

@@ -1,0 +1,50 @@
+"""Ray casting in one pass: midpoint samples in equal segments of the part of a ray that is inside the box."""
+
+import math
+
+from volprep.shading.compose import literal
+from volprep.shading.feature import Feature
+from volprep.shading.rays import ray_feature, vertex_shader
+from volprep.shading.walk import Walk, Wanted
+from volprep_formats.package.program import CompositingName, Uniform
+
+_BACKWARDS: frozenset[CompositingName] = frozenset(("back-to-front",))
+"""Rays run from their far end to the near one."""
+_FINER = 8
+"""A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
+MOST_STEPS = 2**23
+"""float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
+
+
+def ray_casting(wanted: Wanted) -> Walk:
+    """Return rays that begin at the box, or at proxy geometry."""
+    rays = ray_feature(wanted.program.rays, wanted.grid, backwards=wanted.program.compositing in _BACKWARDS)
+    samples, step_mm_min = samples_along(wanted)
+    feature = Feature(
+        slots={**samples.slots, **rays.slots},
+        words={**samples.words, **rays.words},
+        offers=rays.offers,
+        uniforms=(
+            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
+            *samples.uniforms,
+            *rays.uniforms,
+        ),
+    )
+    return Walk(vertex_shader(wanted.program.rays, wanted.grid, wanted.dialect), feature, step_mm_min)
+
+
+def samples_along(wanted: Wanted) -> tuple[Feature, float]:
+    """Return how all samples of a ray are taken in one fragment, and the finest step."""
+    longest_mm = math.hypot(*wanted.grid.extent_mm_zyx)
+    step_mm_min = longest_mm / MOST_STEPS
+    words: dict[str, str] = {}
+    if wanted.dialect == "es100":
+        step_mm_min = max(step_mm_min, wanted.step_mm / _FINER)
+        # One more, because float32 may find a ray a rounding longer than the diagonal.
+        words["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
+    feature = Feature(
+        slots={"steps": "ray/steps", "count": "ray/steps:count", "loop": f"ray/loop_{wanted.dialect}"},
+        words=words,
+        uniforms=(Uniform(name="u_step_mm", type="float", source="step_mm"),),
+    )
+    return feature, step_mm_min

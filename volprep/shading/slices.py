@@ -1,0 +1,83 @@
+"""Stacks of layers that are blended: what a ray has of a layer is one sample, weighted by its length.
+
+Slices across the view lie in a cube around the volume whose edge is the diagonal (Noguera and Jiménez 2012, section
+3.2, after Van Gelder and Kim 1996): the cube turns with the viewer, so that its layers are made once. There a slice has
+the opacity of the transfer function divided by the number of slices, and opacities are added: neither converges to the
+integral of emission and absorption. Here a fragment has the opacity of the way that its ray has in the layer, at the
+rim of the volume and in perspective too, and is blended front to back.
+
+Slices across an axis of the volume (mobile volume rendering thesis, section 2.2.3) need no stack of textures for each
+axis here, and may be as close as wanted: a fragment mixes the two slices of the mosaic that it lies between.
+"""
+
+import math
+
+from volprep.shading.compose import Slot, compose
+from volprep.shading.feature import Feature
+from volprep.shading.walk import Walk, Wanted
+from volprep_formats.package.program import Blend, Geometry, Uniform
+
+MOST_LAYERS = 2**14
+"""More layers than that are more than any framebuffer can tell apart."""
+UNDER = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE_MINUS_DST_ALPHA", "ONE"))
+"""What is behind counts as far as what is in front lets it through; fragments are premultiplied."""
+AS_PUBLISHED = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE", "ONE"))
+"""Opacities are added. Fragments are premultiplied."""
+
+
+def view_slices(wanted: Wanted) -> Walk:
+    """Return layers across the view."""
+    return _layers("view-slices", wanted)
+
+
+def axis_slices(wanted: Wanted) -> Walk:
+    """Return layers across the axis of the volume that faces the viewer most."""
+    return _layers("axis-slices", wanted)
+
+
+def published_view_slices(wanted: Wanted) -> Walk:
+    """Return slices across the view as Noguera and Jiménez have them."""
+    part = "slices/published"
+    slots: dict[str, Slot] = {"steps": f"{part}:uniform", "cut": f"{part}:cut", "count": f"{part}:count"}
+    walk = _layers("view-slices", wanted)
+    feature = Feature({**walk.feature.slots, **slots}, walk.feature.words, walk.feature.offers, walk.feature.uniforms)
+    return Walk(
+        walk.vertex,
+        feature,
+        walk.step_mm_min,
+        geometry=walk.geometry,
+        blend=AS_PUBLISHED,
+        loops=False,
+        compositing=part,
+    )
+
+
+def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
+    slots: dict[str, Slot] = {
+        "rays": "slices/layer",
+        "rays_ends": "slices/layer:ends",
+        "rays_start": None,
+        "steps": None,
+        "cut": "slices/layer:cut",
+        "count": "slices/layer:count",
+        "loop": "slices/layer:one",
+    }
+    feature = Feature(
+        slots=slots,
+        words={"NEAR_END": "near_end", "FAR_END": "far_end"},
+        offers={"FIRST_FRONT": "start"},
+        uniforms=(
+            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
+            Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
+            Uniform(name="u_box_from_slices", type="mat4", source="box_from_slices"),
+            Uniform(name="u_slices", type="float", source="slices"),
+        ),
+    )
+    return Walk(
+        compose("slices/vertex", wanted.dialect, {}, {}),
+        feature,
+        math.hypot(*wanted.grid.extent_mm_zyx) / MOST_LAYERS,
+        geometry=geometry,
+        blend=UNDER,
+        loops=False,
+    )

@@ -1,0 +1,51 @@
+"""The record of a technique: what plan, validation and tests ask of it."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from volprep.truth.oracle import Medium
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.package.program import ClassificationName, CompositingName, Sampling, TechniqueName
+
+
+class Twin(Protocol):
+    """The picture that a technique should give with this step, in float64."""
+
+    def __call__(
+        self,
+        medium: Medium,
+        grid: Grid,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        step_mm: float,
+    ) -> Float64Array:
+        """Draw one volume as [H, W, 4]."""
+
+
+@dataclass(frozen=True)
+class Technique:
+    """How a program goes through the volume."""
+
+    name: TechniqueName
+    """Name in scenes and programs."""
+    text: str
+    """What it is, in a few words."""
+    samplings: frozenset[Sampling]
+    """What it can read the volume from."""
+    compositings: frozenset[CompositingName]
+    """What it can make of the samples."""
+    classifications: frozenset[ClassificationName]
+    """How it can classify them."""
+    loops: bool
+    """Whether a fragment takes several samples, so that it may skip empty space and end early."""
+    passes_before: int = 0
+    """Passes that come before the picture, each of whose targets takes a texture unit."""
+    order: float | None = None
+    """Order with which the error falls as steps get finer; if None, that of the compositing."""
+    order_limit: str | None = None
+    """Why the order is what it is, for people."""
+    step_voxels: float | None = None
+    """Distance of samples, in voxels, where the scene names none; if None, that of the compositing."""
+    twin: Twin | None = None
+    """The picture of this step, where the technique does not converge to the oracle of the compositing."""
