@@ -52,10 +52,34 @@ def preintegrated_texels(
     texel_format: LookupFormat,
 ) -> MediumTexels:
     """Make the table [1, back, front, RGBA] of `entries`² texels for segments of `step_mm`, over `window`."""
+    segments = segment_table(Table.exact(function), window, entries, step_mm)
+    return segment_texels(segments, texel_format, min(float(segments[..., 3].max()), opaque_per_mm(step_mm)))
+
+
+def segment_table(table: Table, window: tuple[float, float], entries: int, step_mm: float) -> Float64Array:
+    """Return colour and mean extinction [back, front, 4] of segments of `step_mm` between `entries` values."""
     values = np.linspace(*window, entries)
-    colour, extinction = segment_light(Table.exact(function), values[None, :], values[:, None], step_mm)
-    largest_per_mm = min(float(extinction.max()), opaque_per_mm(step_mm))
-    return medium_texels(_bled(colour, extinction)[None], extinction[None], texel_format, largest_per_mm)
+    colour, extinction = segment_light(table, values[None, :], values[:, None], step_mm)
+    return np.concatenate([_bled(colour, extinction), extinction[..., None]], axis=-1)
+
+
+def fitted_function(function: TransferFunction, entries: Float64Array, window: tuple[float, float]) -> Table:
+    """Return the function that a level's own lookup table [entry, 4] over `window` stands for.
+
+    It has the points of `function`, too, and shows nothing at those of them that `function` does not show: what is
+    empty stays empty up to the same value, and not to the next entry.
+    """
+    points = np.array([point.value for point in function.points])
+    inside = points[(points > window[0]) & (points < window[1])]
+    values = np.union1d(np.linspace(*window, len(entries)), inside)
+    found = np.column_stack([np.interp(values, np.linspace(*window, len(entries)), each) for each in entries.T])
+    hidden = Table.exact(function).at(values)[1] == 0.0
+    return Table(values, np.ascontiguousarray(found[:, :3]), np.where(hidden, 0.0, found[:, 3]), function.reference_mm)
+
+
+def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_per_mm: float) -> MediumTexels:
+    """Turn a table [back, front, 4] into texels, with extinctions up to `largest_per_mm`."""
+    return medium_texels(segments[None, ..., :3], segments[None, ..., 3], texel_format, largest_per_mm)
 
 
 @dataclass(frozen=True)

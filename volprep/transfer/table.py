@@ -1,6 +1,6 @@
 """A transfer function as arrays: the one place that says what it is at a value, between points, and at a jump."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,10 @@ class Table:
     """Extinction."""
     reference_mm: float = 1.0
     """Length of the path whose opacity a value has where a picture knows no path."""
+    isovalue: float | None = None
+    """Physical value of the surface that is shown, if one is."""
+    intensities: tuple[float, float] = (0.0, 1.0)
+    """Physical values that count as the intensities 0 and 1."""
 
     @classmethod
     def exact(cls, function: TransferFunction) -> "Table":
@@ -30,6 +34,8 @@ class Table:
             np.array([point.colour for point in function.points]),
             np.array([point.extinction_per_mm for point in function.points]),
             function.reference_mm,
+            function.isovalue,
+            function.intensity_range,
         )
 
     def at(self, values: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -52,7 +58,19 @@ class Table:
     def resampled(self, window: tuple[float, float], entries: int) -> "Table":
         """The lookup table of `entries` texels over `window`."""
         values = np.linspace(*window, entries)
-        return Table(values, *self.at(values), self.reference_mm)
+        return self._with(values)
+
+    def around_isovalue(self) -> "Table":
+        """The same function with the isovalue, and what float64 has beside it, among its values, each of them once."""
+        if self.isovalue is None:
+            return self
+        beside = np.nextafter(self.isovalue, (-np.inf, np.inf))
+        values = np.unique(np.concatenate([self.values, [beside[0], self.isovalue, beside[1]]]))
+        return self._with(values)
+
+    def _with(self, values: Float64Array) -> "Table":
+        colour, extinction_per_mm = self.at(values)
+        return replace(self, values=values, colour=colour, extinction_per_mm=extinction_per_mm)
 
     def _between(self, channels: Float64Array, values: Float64Array, upper: NDArray[np.intp]) -> Float64Array:
         last = len(self.values) - 1

@@ -4,12 +4,13 @@ Everything comes from the texture files, nothing from the scan, so that the orac
 of the table from the renderer's.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
@@ -18,7 +19,8 @@ from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.parts.normals.record import GradientKernel
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture
@@ -42,8 +44,8 @@ class Volume:
     """physical = slope · stored + intercept."""
     nearest: bool = False
     """Whether the field is constant in each voxel, as labels are."""
-    normals: GradientKernel | Float32Array | None = None
-    """Where it is lit: the kernel that measures its gradients, or a vector for each voxel, [z, y, x, (x, y, z)]."""
+    normals: Normals = None
+    """What lights it, where it is lit."""
 
 
 def holds_labels(manifest: Manifest) -> bool:
@@ -51,11 +53,24 @@ def holds_labels(manifest: Manifest) -> bool:
     return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
 
 
-def kernel_of_light(manifest: Manifest) -> GradientKernel | None:
-    """Return the kernel of the normals by which programs light what they draw; None where they do not."""
-    if all(program.lighting == "none" for program in manifest.programs):
+def light_of_scan(manifest: Manifest) -> Normals:
+    """Return what lights the scan as programs light what they draw: unquantised gradients; None where they do not."""
+    lit = next((program for program in manifest.programs if program.lighting != "none"), None)
+    if lit is None:
         return None
-    return next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
+    if lit.normals_from == "volume":
+        kernel = next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
+        return kernel if lit.light is None else Lit(kernel, lit.light, lit.lighting == "blinn-phong")
+    return _slopes(manifest, lit)
+
+
+def _slopes(manifest: Manifest, lit: Program) -> Lit:
+    if manifest.quantization is None or manifest.grid is None or lit.normals_from == "volume":
+        msg = "a shader takes gradients of codes on a grid"
+        raise ValueError(msg)
+    low, high = manifest.quantization.window
+    least_per_mm = LEAST_SLOPE * abs(high - low) / min(manifest.grid.spacing_mm_zyx)
+    return Lit(ShaderSlopes(lit.normals_from, least_per_mm), lit.light, lit.lighting == "blinn-phong")
 
 
 def level_volume(package: Package, level: int) -> Volume:
@@ -73,8 +88,17 @@ def level_volume(package: Package, level: int) -> Volume:
         quantization.slope * scale,
         quantization.intercept,
         holds_labels(manifest),
-        None if kernel_of_light(manifest) is None else _level_normals(package, level),
+        _light_of_level(package, level),
     )
+
+
+def _light_of_level(package: Package, level: int) -> Normals:
+    """Return what lights a level: the normals that it holds, or what lights the scan, where the shader takes them."""
+    scan = light_of_scan(package.manifest)
+    if scan is None or (isinstance(scan, Lit) and isinstance(scan.normals, ShaderSlopes)):
+        return scan
+    held = _level_normals(package, level)
+    return replace(scan, normals=held) if isinstance(scan, Lit) else held
 
 
 def _level_normals(package: Package, level: int) -> Float32Array:
@@ -86,29 +110,36 @@ def _level_normals(package: Package, level: int) -> Float32Array:
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:
-    """Return whether `level` has a lookup table of its own for `transfer`."""
-    texture = table_for(package.manifest.textures, "transfer", transfer, level)
-    return texture is not None and texture.level is not None
+    """Return whether `level` has a table of its own for `transfer`."""
+    return any(
+        texture is not None and texture.level is not None
+        for role in ("transfer", "preintegrated")
+        for texture in [table_for(package.manifest.textures, role, transfer, level)]
+    )
 
 
 def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
     """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
-    `level` may have a table of its own. A pre-integrated table stands for the function itself. 8-bit tables hold the
+    `level` may have a table of its own. A pre-integrated table stands for the function itself; one of a level's own for
+    what it says of segments of one value. 8-bit tables hold the
     square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
     that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
     function = next(function for function in manifest.transfer_functions if function.name == transfer)
-    reference_mm = function.reference_mm
     palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
     if palette is not None:
-        return _palette_function(palette, _quantization(package).window, reference_mm)
+        return _palette_function(palette, _quantization(package).window, function)
     texture = table_for(manifest.textures, "transfer", transfer, level)
+    segments = table_for(manifest.textures, "preintegrated", transfer, level)
+    if segments is not None and segments.level is not None:
+        texture = segments
     if texture is None:
         return function
-    image = ktx2.decode(package.read_bytes(texture.file), texture.file)
-    entries = image.data.reshape(-1, 4)
+    texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+    entries = texels.reshape(*texture.shape_zyx[1:], 4)
+    entries = entries[0] if texture.role == "transfer" else entries[range(len(entries)), range(len(entries))]
     quantization = _quantization(package)
     if entries.dtype.kind != "f":
         values, colours, extinctions = _from_roots(entries, texture)
@@ -119,7 +150,9 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
         name=transfer,
-        reference_mm=reference_mm,
+        reference_mm=function.reference_mm,
+        isovalue=function.isovalue,
+        intensities=function.intensity_range,
         points=tuple(
             TransferPoint(value=value, colour=(red, green, blue), extinction_per_mm=extinction)
             for value, (red, green, blue), extinction in points
@@ -127,8 +160,8 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
     )
 
 
-def _palette_function(palette: Palette, window: tuple[float, float], reference_mm: float) -> TransferFunction:
-    """Steps: each entry is for the values nearest to it."""
+def _palette_function(palette: Palette, window: tuple[float, float], whole: TransferFunction) -> TransferFunction:
+    """Steps of the function `whole`: each entry is for the values nearest to it."""
     low, high = window
     last = len(palette.entries) - 1
     points = []
@@ -137,7 +170,13 @@ def _palette_function(palette: Palette, window: tuple[float, float], reference_m
         points += [
             TransferPoint(value=value, colour=entry.colour, extinction_per_mm=entry.extinction_per_mm) for value in ends
         ]
-    return TransferFunction(name=palette.transfer, reference_mm=reference_mm, points=tuple(points))
+    return TransferFunction(
+        name=palette.transfer,
+        reference_mm=whole.reference_mm,
+        isovalue=whole.isovalue,
+        intensities=whole.intensity_range,
+        points=tuple(points),
+    )
 
 
 def _from_roots(entries: NDArray[np.generic], texture: Texture) -> tuple[Float64Array, Float64Array, Float64Array]:

@@ -2,7 +2,8 @@
 
 Proof is in premultiplied linear values. A person sees a picture over some background, encoded as sRGB, and there the
 empty surroundings must not make a bad picture look good: PSNR and SSIM count the foreground only, over black and over
-white, because an error of alpha shows over one of them and not over the other.
+white, because an error of alpha shows over one of them and not over the other. So does FLIP (Andersson et al. 2020),
+which says how large a difference seems to somebody who flips between two pictures.
 """
 
 from dataclasses import dataclass
@@ -14,6 +15,11 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import Float64Array, FloatArray
 
 _BACKGROUNDS = {"black": 0.0, "white": 1.0}
+
+_WINDOW = 11
+"""Pixels across the window of SSIM."""
+PIXELS_PER_DEGREE = 67.0
+"""A screen of 0.7 m width and 3840 pixels, seen from 0.7 m: the default of FLIP. A phone in the hand has about 95."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,32 @@ def over(rgba: FloatArray, background: Literal["black", "white"]) -> Float64Arra
     return encoded
 
 
+@dataclass(frozen=True)
+class FlipError:
+    """How large a difference seems, from 0 to 1: the mean of FLIP's map over the foreground."""
+
+    black: float
+    """Over black."""
+    white: float
+    """Over white."""
+
+
+def flip_error(picture: FloatArray, truth: FloatArray, pixels_per_degree: float = PIXELS_PER_DEGREE) -> FlipError:
+    """Compare two pictures [H, W, 4], premultiplied linear, by FLIP for low dynamic range.
+
+    The foreground is that of `picture_error`. `pixels_per_degree` is how many pixels fill a degree of the field of
+    view. Raises ValueError if the shapes differ.
+    """
+    _require_same_shape(picture, truth)
+    foreground = _foreground(picture, truth)
+    if not foreground.any():
+        return FlipError(black=0.0, white=0.0)
+    return FlipError(
+        black=float(_flip_map(picture, truth, "black", pixels_per_degree)[foreground].mean()),
+        white=float(_flip_map(picture, truth, "white", pixels_per_degree)[foreground].mean()),
+    )
+
+
 def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     """Compare two pictures [H, W, 4], premultiplied linear RGB and alpha, at least 11 pixels high and wide.
 
@@ -55,11 +87,9 @@ def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     ValueError
         If the shapes differ, or a picture is smaller than the window of SSIM.
     """
-    if picture.shape != truth.shape:
-        msg = f"pictures of shape {picture.shape} and {truth.shape} cannot be compared"
-        raise ValueError(msg)
+    _require_same_shape(picture, truth)
     difference = np.asarray(picture, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
-    foreground = (picture[..., 3] > 0) | (truth[..., 3] > 0)
+    foreground = _foreground(picture, truth)
     psnr: dict[str, float | None] = {}
     ssim: dict[str, float] = {}
     for background in ("black", "white"):
@@ -76,6 +106,30 @@ def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     )
 
 
+def _require_same_shape(picture: FloatArray, truth: FloatArray) -> None:
+    if picture.shape != truth.shape:
+        msg = f"pictures of shape {picture.shape} and {truth.shape} cannot be compared"
+        raise ValueError(msg)
+
+
+def _foreground(picture: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
+    seen: NDArray[np.bool_] = (picture[..., 3] > 0) | (truth[..., 3] > 0)
+    return seen
+
+
+def _flip_map(
+    picture: FloatArray, truth: FloatArray, background: Literal["black", "white"], pixels_per_degree: float
+) -> Float64Array:
+    from flip_evaluator import evaluate  # noqa: PLC0415 - heavy
+
+    one, other = (over(each, background).astype(np.float32) for each in (truth, picture))
+    found, _, _ = evaluate(
+        one, other, "LDR", applyMagma=False, computeMeanError=False, parameters={"ppd": pixels_per_degree}
+    )
+    seen: Float64Array = found[..., 0].astype(np.float64)
+    return seen
+
+
 def _psnr_db(one: Float64Array, other: Float64Array) -> float | None:
     mean_square = float(np.mean((one - other) ** 2)) if one.size else 0.0
     return -10.0 * float(np.log10(mean_square)) if mean_square > 0.0 else None
@@ -84,9 +138,12 @@ def _psnr_db(one: Float64Array, other: Float64Array) -> float | None:
 def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_]) -> float:
     from skimage.metrics import structural_similarity  # noqa: PLC0415 - heavy
 
+    if not foreground.any():
+        return 1.0
+    part = _around(foreground)
     _, similarity = structural_similarity(  # type: ignore[no-untyped-call]  # scikit-image is not annotated
-        one,
-        other,
+        one[part],
+        other[part],
         channel_axis=2,
         data_range=1.0,
         gaussian_weights=True,
@@ -96,4 +153,11 @@ def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_])
         K2=0.03,
         full=True,
     )
-    return float(similarity[foreground].mean()) if foreground.any() else 1.0
+    return float(similarity[foreground[part]].mean())
+
+
+def _around(foreground: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rectangle of the foreground with a margin of a window: no pixel further away counts."""
+    ends = [np.flatnonzero(foreground.any(axis=axis))[[0, -1]] for axis in (1, 0)]
+    (top, bottom), (left, right) = ((max(0, low - _WINDOW), high + _WINDOW + 1) for low, high in ends)
+    return slice(top, bottom), slice(left, right)

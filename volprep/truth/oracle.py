@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep_formats.arrays import Float32Array, Float64Array
+from volprep.truth.lit import Normals, native_normals
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6
@@ -45,7 +45,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     tolerance: float = DEFAULT_TOLERANCE,
     *,
     nearest: bool = False,
-    normals: GradientKernel | Float32Array | None = None,
+    normals: Normals = None,
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
@@ -73,6 +73,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         Where colours are lit from the viewer: the kernel whose gradients of the volume give the normals, in float64, or
         vectors [z, y, x, (x, y, z)] along the axes of the box. Between voxels vectors are interpolated; colours are
         multiplied by the absolute cosine between ray and vector, where this is longer than 0.01. Not with `nearest`.
+        A light with a place counts as the viewer here: `volprep.truth.placed_light` knows it.
 
     Raises
     ------
@@ -101,8 +102,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         picture.rgba,
         picture.bound,
         nearest,
-        normals if isinstance(normals, str) else "",
-        normals if isinstance(normals, np.ndarray) else None,
+        *native_normals(normals, slope),
     )
     return picture
 

@@ -27,7 +27,7 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
     """
     place = "xyz".index(axis)
     spacing, extent = np.array(grid.spacing_mm_zyx[::-1]), np.array(grid.extent_mm_zyx[::-1])
-    near, along = _rays(box_from_clip, shape_hw)
+    near, along = pixel_rays(box_from_clip, shape_hw)
     path = 1.0 / np.maximum(np.abs(along[:, place]), 1e-6)
     centres = np.minimum((np.arange(len(texels)) + 0.5) * spacing[place], extent[place])
     picture = np.zeros((len(near), 4))
@@ -44,7 +44,7 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
     return picture.reshape(*shape_hw, 4)
 
 
-def _rays(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> tuple[Float64Array, Float64Array]:
+def pixel_rays(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> tuple[Float64Array, Float64Array]:
     """Points on the near plane and unit directions [pixel, xyz] in box space."""
     height, width = shape_hw
     y, x = np.meshgrid(1 - (2 * np.arange(height) + 1) / height, (2 * np.arange(width) + 1) / width - 1, indexing="ij")

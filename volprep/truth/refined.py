@@ -1,0 +1,70 @@
+"""Pictures by refinement in float64, for what has no proven bound.
+
+Each ray is refined until two halvings of its steps in a row change no channel by more than the tolerance
+(native/src/oracle_refined.cpp). So the bound of a pixel is an estimate, the larger of these two changes.
+"""
+
+import numpy as np
+
+from volprep import _native
+from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_finite
+from volprep_formats.arrays import Float64Array, Texels
+from volprep_formats.grid import Grid
+from volprep_formats.package.transfer_function import TransferFunction
+
+
+def refined_picture(  # noqa: PLR0917 - as oracle_picture
+    volume: Texels,
+    grid: Grid,
+    slope: float,
+    intercept: float,
+    transfer_function: TransferFunction,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    tolerance: float = DEFAULT_TOLERANCE,
+    *,
+    normals: Normals = None,
+    intensities: tuple[float, float] | None = None,
+) -> OraclePicture:
+    """Draw a volume, lit by a light with a place where `normals` has one; parameters and errors as `oracle_picture`.
+
+    With `intensities`, the values of the intensities 0 and 1, the picture is of maximum intensity difference
+    accumulation.
+    """
+    if volume.shape != grid.shape_zyx:
+        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
+        raise ValueError(msg)
+    require_finite(volume)
+    points = transfer_function.points
+    picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
+    kernel, vectors, slope_scale = native_normals(normals, slope)
+    _native.render_refined(
+        volume,
+        slope,
+        intercept,
+        grid.spacing_mm_zyx[::-1],
+        grid.extent_mm_zyx[::-1],
+        np.array([point.value for point in points]),
+        np.array([point.colour for point in points]),
+        np.array([point.extinction_per_mm for point in points]),
+        np.ascontiguousarray(box_from_clip, dtype=np.float64),
+        tolerance,
+        picture.rgba,
+        picture.bound,
+        intensities,
+        _light_numbers(normals, grid),
+        isinstance(normals, Lit) and normals.halfway,
+        kernel,
+        vectors,
+        slope_scale,
+    )
+    return picture
+
+
+def _light_numbers(normals: Normals, grid: Grid) -> Float64Array | None:
+    if not isinstance(normals, Lit) or normals.light is None:
+        return None
+    light = normals.light
+    parts = (light.ambient, light.diffuse, light.specular, light.shininess)
+    return np.array([*place_in_box(light, grid), *parts])

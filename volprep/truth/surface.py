@@ -1,0 +1,184 @@
+"""The picture that an isosurface should give, in float64, with a bound on its own error.
+
+1. The surface is where the trilinear field passes the isovalue. A ray meets it at the first such place in the box,
+   from either side; or, where what is above the isovalue is solid, where the ray enters the box at it or above.
+2. The pixel is what the transfer function says of the value there: of the isovalue, or of the value where the ray
+   enters the solid. A surface has no path length, so its opacity is that of the reference length, as of a maximum.
+3. Where it is lit from where the viewer is, the colour is multiplied by the absolute cosine between the ray and the
+   normal, the trilinear interpolation of the normals of voxels, unless that is 0.01 or shorter: no surface then. A
+   light with a place lights as it does in `volprep.truth.refined`.
+
+In each cell the field along a ray is a cubic: the place is its exact root (native/src/oracle_surface.cpp).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep import _native
+from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
+from volprep.truth.oracle import OraclePicture, require_finite
+from volprep.truth.shown import shown_picture
+from volprep_formats.arrays import Float64Array, Texels
+from volprep_formats.grid import Grid
+from volprep_formats.package.program import Light
+from volprep_formats.package.transfer_function import TransferFunction
+
+_LEAST_LENGTH = 0.01
+_ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where each ray of a picture first meets a surface."""
+
+    t_mm: Float64Array
+    """[height, width], distance from the near plane; NaN where the ray meets none."""
+    error_mm: Float64Array
+    """[height, width], how far rounding may move it; infinite where it may decide whether there is a surface."""
+    value: Float64Array
+    """[height, width], physical value there; NaN where the ray meets none."""
+    normal: Float64Array
+    """[height, width, (x, y, z)], the interpolated normal there."""
+    normal_per_mm: Float64Array
+    """[height, width], how much the normal changes along the ray."""
+
+
+def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the order of the native call
+    volume: Texels,
+    grid: Grid,
+    slope: float,
+    intercept: float,
+    isovalue: float,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    *,
+    solid: bool,
+    normals: Normals = None,
+) -> Hits:
+    """Return where rays meet the surface. Errors are those of `surface_picture`."""
+    if volume.shape != grid.shape_zyx:
+        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
+        raise ValueError(msg)
+    require_finite(volume)
+    t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
+    normal = np.empty((*shape_hw, 3))
+    _native.render_surface(
+        volume,
+        slope,
+        intercept,
+        grid.spacing_mm_zyx[::-1],
+        grid.extent_mm_zyx[::-1],
+        np.ascontiguousarray(box_from_clip, dtype=np.float64),
+        isovalue,
+        solid,
+        t_mm,
+        error_mm,
+        value,
+        normal,
+        change,
+        *native_normals(normals, slope),
+    )
+    return Hits(t_mm, error_mm, value, normal, change)
+
+
+def surface_picture(  # noqa: PLR0917 - as surface_hits
+    volume: Texels,
+    grid: Grid,
+    slope: float,
+    intercept: float,
+    transfer_function: TransferFunction,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    *,
+    solid: bool,
+    normals: Normals = None,
+) -> OraclePicture:
+    """Draw the surface of the transfer function's isovalue, with a bound on the error of each pixel.
+
+    Parameters are those of `oracle_picture`. A ray that touches the surface within rounding has the bound 1.
+
+    Raises
+    ------
+    VolprepError
+        VP6001 if a voxel is not finite: the field around it is not defined.
+    ValueError
+        If the volume does not have the grid's shape, or the transfer function has no isovalue.
+    """
+    isovalue = transfer_function.isovalue
+    if isovalue is None:
+        msg = f"transfer function {transfer_function.name} has no isovalue"
+        raise ValueError(msg)
+    hits = surface_hits(volume, grid, slope, intercept, isovalue, box_from_clip, shape_hw, solid=solid, normals=normals)
+    rounding = np.where(np.isnan(hits.value) | (hits.value == isovalue), 0.0, _ROUNDING * np.abs(hits.value))
+    picture = shown_picture(hits.value, rounding, transfer_function, transfer_function.reference_mm)
+    along = directions(box_from_clip, shape_hw)
+    if isinstance(normals, Lit) and normals.light is not None:
+        at = near_ends(box_from_clip, shape_hw) + np.nan_to_num(hits.t_mm)[..., None] * along
+        to_light = _unit(place_in_box(normals.light, grid) - at)
+        picture.rgba[...] = _placed(picture.rgba, hits, along, to_light, normals)
+        picture.bound[...] += _ROUNDING * (1.0 + normals.light.shininess) + _moved(hits) * (1 + normals.light.shininess)
+    elif normals is not None:
+        light, error = headlight(hits, along)
+        picture.rgba[..., :3] *= light[..., None]
+        picture.bound[...] += error
+    picture.bound[np.isinf(hits.error_mm)] = 1.0
+    return picture
+
+
+def directions(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:
+    """Return the unit vector along the ray of each pixel, [height, width, (x, y, z)] in box space."""
+    return _unit(_ends(box_from_clip, shape_hw, 1.0) - near_ends(box_from_clip, shape_hw))
+
+
+def near_ends(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:
+    """Return where the ray of each pixel begins, [height, width, (x, y, z)] in box space."""
+    return _ends(box_from_clip, shape_hw, -1.0)
+
+
+def _ends(box_from_clip: Float64Array, shape_hw: tuple[int, int], depth: float) -> Float64Array:
+    height, width = shape_hw
+    x = (2 * np.arange(width) + 1) / width - 1
+    y = 1 - (2 * np.arange(height) + 1) / height
+    clip = np.stack([*np.meshgrid(x, y), np.full(shape_hw, depth), np.ones(shape_hw)], axis=-1)
+    ends = clip @ box_from_clip.T
+    points: Float64Array = ends[..., :3] / ends[..., 3:]
+    return points
+
+
+def _unit(vectors: Float64Array) -> Float64Array:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: Float64Array = vectors / np.where(length > 0.0, length, 1.0)
+    return unit
+
+
+def _placed(rgba: Float64Array, hits: Hits, along: Float64Array, to_light: Float64Array, lit: Lit) -> Float64Array:
+    """Return the pixels as a light with a place lights them: native/include/volprep/oracle_refined.hpp says how."""
+    light = lit.light or Light(place_mm_xyz=(0.0, 0.0, 0.0))
+    normal = _unit(hits.normal)
+    normal *= np.where((normal * along).sum(axis=-1, keepdims=True) > 0.0, -1.0, 1.0)
+    facing = (normal * to_light).sum(axis=-1, keepdims=True)
+    mirrored = 2.0 * facing * normal - to_light
+    cosine = (normal * _unit(to_light - along) if lit.halfway else -mirrored * along).sum(axis=-1, keepdims=True)
+    shine = np.where(facing > 0.0, light.specular * np.maximum(cosine, 0.0) ** light.shininess, 0.0)
+    alpha = rgba[..., 3:]
+    colour = rgba[..., :3] / np.where(alpha > 0.0, alpha, 1.0)
+    colour = np.minimum(colour * (light.ambient + light.diffuse * np.maximum(facing, 0.0)) + shine, 1.0)
+    is_lit = np.linalg.norm(hits.normal, axis=-1, keepdims=True) > _LEAST_LENGTH
+    return np.concatenate([np.where(is_lit, colour * alpha, rgba[..., :3]), alpha], axis=-1)
+
+
+def _moved(hits: Hits) -> Float64Array:
+    """Return how far the places of the hits may turn their normals."""
+    length = np.maximum(np.linalg.norm(hits.normal, axis=-1), _LEAST_LENGTH)
+    moved: Float64Array = np.where(np.isfinite(hits.error_mm), hits.error_mm, 0.0) * hits.normal_per_mm / length
+    return 2.0 * moved
+
+
+def headlight(hits: Hits, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return the light from the viewer at the hits, and how far the places of the hits may change it."""
+    length = np.linalg.norm(hits.normal, axis=-1)
+    is_lit = length > _LEAST_LENGTH
+    safe = np.where(is_lit, length, 1.0)
+    light = np.where(is_lit, np.abs((hits.normal * directions).sum(axis=-1)) / safe, 1.0)
+    return light, np.where(is_lit, _moved(hits) + _ROUNDING, 0.0)
