@@ -8,11 +8,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Literal, get_args
 
+from volprep.render.probe_results import ProfileProbes
+from volprep.scene.profiles import load_profile, profile_names
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record
 
-Topic = Literal["machine", "volprep", "OpenGL ES", "DICOM", "files"]
+Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "drawing", "DICOM", "files"]
 _NEEDED_APIS = ("es2.0", "es3.0")
+_NEEDED_PROFILES = ("gles2-2048", "gles3")
 # Building the package of a 384-slice head MR peaks below this.
 _COMFORTABLE_BYTES = 1_500_000_000
 
@@ -40,13 +43,16 @@ class Examination(Record):
     ready: bool
     """Whether a scan can become a validated package here."""
     facts: tuple[Fact, ...]
-    """One for each thing that was looked for, always in the same order."""
+    """One for each thing that was looked for, always in the same order; one more for each thing that is drawn wrong."""
+    probes: tuple[ProfileProbes, ...]
+    """What was drawn for each profile that comes with volprep, where there is a context of its OpenGL ES."""
 
 
 def examine() -> Examination:
     """Look at everything. Raises nothing for what is missing."""
-    facts = (*_machine(), *_volprep(), *_opengl_es(), *_dicom(), *_files())
-    return Examination(ready=all(fact.found for fact in facts if fact.needed), facts=facts)
+    probes: list[ProfileProbes] = []
+    facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_dicom(), *_files())
+    return Examination(ready=all(fact.found for fact in facts if fact.needed), facts=facts, probes=tuple(probes))
 
 
 def _machine() -> Iterator[Fact]:
@@ -124,6 +130,57 @@ def _opengl_es() -> Iterator[Fact]:
             )
         else:
             yield Fact(topic="OpenGL ES", name=name, found=True, needed=needed, detail=detail)
+
+
+def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
+    """State for each profile whether all that its packages may need is drawn right; `probes` gets what was drawn."""
+    try:
+        from volprep.render.probe import probe_profile  # noqa: PLC0415 -- raises where there is no EGL
+    except VolprepError:
+        # The fact about EGL says so.
+        return
+    for name in profile_names():
+        try:
+            probed = probe_profile(load_profile(name, Path()))
+        except VolprepError as error:
+            yield Fact(
+                topic="profile",
+                name=name,
+                found=False,
+                needed=name in _NEEDED_PROFILES,
+                detail=error.summary,
+                remedy=error.remedy,
+            )
+            continue
+        known = {f"{each.api} {each.capability}" for other in probes for each in other.wrong}
+        probes.append(probed)
+        yield from _drawn(probed, known)
+
+
+def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:
+    """State what was drawn for a profile; what is wrong and not `known` from another one has a fact of its own."""
+    count, wrong = len(probed.results), probed.wrong
+    # Most scans do without the largest sizes.
+    only_sizes = bool(wrong) and all(each.size is not None for each in wrong)
+    needed = probed.profile in _NEEDED_PROFILES and not only_sizes
+    yield Fact(
+        topic="profile",
+        name=probed.profile,
+        found=not wrong,
+        needed=needed,
+        detail=f"{count - len(wrong)} of {count} formats, filters and sizes drawn right",
+        remedy=f"Wrong: {', '.join(each.capability for each in wrong)}." if wrong else "",
+    )
+    for each in wrong:
+        if f"{each.api} {each.capability}" not in known:
+            yield Fact(
+                topic="drawing",
+                name=each.capability,
+                found=False,
+                needed=needed and each.size is None,
+                detail=f"{each.code} {each.words}",
+                remedy=each.remedy,
+            )
 
 
 def _dicom() -> Iterator[Fact]:

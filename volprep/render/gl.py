@@ -1,7 +1,7 @@
 """The calls of OpenGL ES 2.0 and 3.0 that drawing needs, typed. OpenGL ES 2.0 and 3.0 specifications."""
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Literal
@@ -14,6 +14,7 @@ from volprep.render.bindings import KHR_ASTC as _ASTC
 from volprep.render.gl_objects import GlObjects
 from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
+from volprep_formats.package.program import Blend
 from volprep_formats.package.texture import Texture
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
@@ -34,6 +35,10 @@ _TARGETS: dict[TargetFormat, tuple[int, int, tuple[str, ...]]] = {
     ),
     "rgba32f": (GLES3.GL_RGBA32F, GLES3.GL_FLOAT, ("GL_EXT_color_buffer_float",)),
 }
+
+
+TRIANGLE = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]], dtype=np.float32)
+"""Corners of a triangle that covers the picture, x and y in clip space."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ class LinkedProgram:
 class Bindings:
     """What a program reads."""
 
-    textures: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
+    textures: Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
     """Kind and handle of the texture of each sampler, in the order of texture units."""
     uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""
@@ -72,6 +77,8 @@ class PictureTarget:
     """What is drawn into."""
 
     handle: int
+    texture: int
+    """What is drawn, as a texture without a filter."""
     format: TargetFormat
     shape_hw: tuple[int, int]
 
@@ -85,12 +92,24 @@ class MeshPart:
     count: int
 
 
+@dataclass(frozen=True)
+class Corners:
+    """Triangles."""
+
+    places: Float32Array
+    """[n, 2, 3 or 4], three corners for each, in the order in which they are drawn."""
+    blend: Blend | None = None
+    """How fragments are blended; if None, they replace what was there."""
+    clears: bool = True
+    """Whether the picture is emptied first."""
+
+
 class Gl(GlObjects):
     """OpenGL ES in one context. All methods make it current first."""
 
     @contextmanager
     def program(self, name: str, vertex: ShaderText, fragment: ShaderText) -> Iterator[LinkedProgram]:
-        """Compile and link a program whose attribute 0 is `a_ndc` or `a_position`.
+        """Compile and link a program whose attribute 0 is `a_ndc` or stands in its place.
 
         Raises VP5005 or VP5006 with the driver's log where it does not compile or link.
         """
@@ -102,7 +121,7 @@ class Gl(GlObjects):
         ):
             GLES3.glAttachShader(handle, vertex_handle)
             GLES3.glAttachShader(handle, fragment_handle)
-            for attribute in (b"a_ndc", b"a_position"):
+            for attribute in (b"a_ndc", b"a_position", b"a_slice", b"a_corner"):
                 GLES3.glBindAttribLocation(handle, 0, attribute)
             GLES3.glLinkProgram(handle)
             if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
@@ -138,6 +157,8 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
+            # The driver has a copy: do not hold the texels as long as the texture.
+            del levels, texels, pointer
             yield handle
 
     @contextmanager
@@ -174,25 +195,56 @@ class Gl(GlObjects):
                 if GLES3.glCheckFramebufferStatus(GLES3.GL_FRAMEBUFFER) != GLES3.GL_FRAMEBUFFER_COMPLETE:
                     needs = "a complete framebuffer of this format"
                     raise VolprepError("VP5008", driver=self.driver, target=target_format, needs=needs)
-                yield PictureTarget(handle, target_format, shape_hw)
+                yield PictureTarget(handle, texture, target_format, shape_hw)
 
     @contextmanager
     def triangle(self) -> Iterator[int]:
         """Make a buffer of the corners of a triangle that covers the picture, x and y in clip space."""
         with self._checked("making the triangle"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
-            corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]], dtype=np.float32)
+            corners = TRIANGLE
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, handle)
             pointer = corners.ctypes.data_as(ctypes.c_void_p)
             GLES3.glBufferData(GLES3.GL_ARRAY_BUFFER, corners.nbytes, pointer, GLES3.GL_STATIC_DRAW)
             yield handle
 
+    @contextmanager
+    def corners(self) -> Iterator[int]:
+        """Make an empty buffer for `draw_corners`."""
+        with self._checked("making a buffer"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+            yield handle
+
+    def draw_corners(
+        self,
+        program: LinkedProgram,
+        bindings: Bindings,
+        target: PictureTarget,
+        buffer: int,
+        corners: Corners,
+    ) -> None:
+        """Draw triangles into `target`, in their order, after filling it with nothing if they are to."""
+        with self._checked(f"drawing into {target.shape_hw[1]}×{target.shape_hw[0]}"):
+            _begin(target)
+            if corners.clears:
+                GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
+                GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT)
+            if corners.blend is not None:
+                GLES3.glEnable(GLES3.GL_BLEND)
+                GLES3.glBlendEquation(GLES3.GL_FUNC_ADD)
+                factors = (*corners.blend.colour, *corners.blend.alpha)
+                GLES3.glBlendFuncSeparate(*(_constant(factor) for factor in factors))
+            _use(program, bindings)
+            GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, buffer)
+            places = corners.places
+            pointer = places.ctypes.data_as(ctypes.c_void_p)
+            GLES3.glBufferData(GLES3.GL_ARRAY_BUFFER, places.nbytes, pointer, GLES3.GL_STREAM_DRAW)
+            GLES3.glEnableVertexAttribArray(0)
+            GLES3.glVertexAttribPointer(0, places.shape[1], GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
+            GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, len(places))
+
     def draw(self, program: LinkedProgram, bindings: Bindings, target: PictureTarget, triangle: int) -> None:
         """Fill `target` with `program`. Returns before the driver has finished."""
         with self._checked(f"drawing a picture of {target.shape_hw[1]}×{target.shape_hw[0]}"):
-            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
-            GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
-            for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE):
-                GLES3.glDisable(state)
+            _begin(target)
             _use(program, bindings)
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, triangle)
             GLES3.glEnableVertexAttribArray(0)
@@ -228,10 +280,7 @@ class Gl(GlObjects):
         The first pass draws depth alone, the second one only what has that depth: once for a pixel.
         """
         with self._checked(f"drawing a mesh into {target.shape_hw[1]}×{target.shape_hw[0]}"):
-            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
-            GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
-            for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_CULL_FACE):
-                GLES3.glDisable(state)
+            _begin(target)
             GLES3.glEnable(GLES3.GL_DEPTH_TEST)
             GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
             GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT | GLES3.GL_DEPTH_BUFFER_BIT)
@@ -350,6 +399,14 @@ def _active_uniforms(program: int) -> dict[str, str]:
         name, _, kind = GLES3.glGetActiveUniform(program, index)
         uniforms[_text(name)] = _UNIFORM_TYPES.get(int(kind), "other")
     return uniforms
+
+
+def _begin(target: PictureTarget) -> None:
+    """Draw into a target from now on, with nothing switched on that a picture may have left."""
+    GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+    GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
+    for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE):
+        GLES3.glDisable(state)
 
 
 def _use(program: LinkedProgram, bindings: Bindings) -> None:

@@ -110,16 +110,23 @@ class Gl1(GlObjects):
                     raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=needs)
                 yield handle
 
-    def begin(self, target: int, shape_hw: tuple[int, int], clip_from_box: Float64Array, brightness: float) -> None:
-        """Empty a picture, and set what all polygons have in common: over, premultiplied, back to front.
+    def begin(
+        self,
+        target: int,
+        shape_hw: tuple[int, int],
+        clip_from_box: Float64Array,
+        brightness: float,
+        *,
+        background: float = 0.0,
+        white: bool = False,
+    ) -> None:
+        """Fill a picture with a grey, and set what all polygons have in common: over, premultiplied, back to front.
 
-        Colour and opacity of texels are multiplied by `brightness`, 0 to 2, and end at 1.
+        Colour and opacity of texels are multiplied by `brightness`, 0 to 2, and end at 1. If `white`, all colours are,
+        so that the picture on black has the opacity as its colour.
         """
         with self._checked(f"drawing a picture of {shape_hw[1]}×{shape_hw[0]}"):
-            self._framebuffers.bind(_FRAMEBUFFER, target)
-            GLES1.glViewport(0, 0, shape_hw[1], shape_hw[0])
-            GLES1.glClearColor(0.0, 0.0, 0.0, 0.0)
-            GLES1.glClear(GLES1.GL_COLOR_BUFFER_BIT)
+            self._clear(target, shape_hw, background)
             for state in (GLES1.GL_DITHER, GLES1.GL_DEPTH_TEST, GLES1.GL_CULL_FACE, GLES1.GL_LIGHTING):
                 GLES1.glDisable(state)
             GLES1.glEnable(GLES1.GL_BLEND)
@@ -130,6 +137,7 @@ class Gl1(GlObjects):
                 (GLES1.GL_COMBINE_RGB, GLES1.GL_MODULATE),
                 (GLES1.GL_COMBINE_ALPHA, GLES1.GL_MODULATE),
                 (GLES1.GL_SRC0_RGB, GLES1.GL_TEXTURE),
+                (GLES1.GL_OPERAND0_RGB, GLES1.GL_SRC_ALPHA if white else GLES1.GL_SRC_COLOR),
                 (GLES1.GL_SRC1_RGB, GLES1.GL_PRIMARY_COLOR),
                 (GLES1.GL_SRC0_ALPHA, GLES1.GL_TEXTURE),
                 (GLES1.GL_SRC1_ALPHA, GLES1.GL_PRIMARY_COLOR),
@@ -140,14 +148,66 @@ class Gl1(GlObjects):
                 GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
             level = brightness if brightness <= 1.0 else brightness / 2
             GLES1.glColor4f(level, level, level, level)
-            # Columns after each other, as OpenGL has its matrices.
-            matrix = np.ascontiguousarray(clip_from_box.T, dtype=np.float32)
-            GLES1.glMatrixMode(GLES1.GL_PROJECTION)
-            GLES1.glLoadMatrixf(matrix)
-            GLES1.glMatrixMode(GLES1.GL_MODELVIEW)
-            GLES1.glLoadIdentity()
+            _set_matrix(clip_from_box)
             GLES1.glEnableClientState(GLES1.GL_VERTEX_ARRAY)
             GLES1.glEnableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+
+    def _clear(self, target: int, shape_hw: tuple[int, int], background: float) -> None:
+        self._framebuffers.bind(_FRAMEBUFFER, target)
+        GLES1.glViewport(0, 0, shape_hw[1], shape_hw[0])
+        GLES1.glClearColor(background, background, background, 0.0)
+        GLES1.glClear(GLES1.GL_COLOR_BUFFER_BIT)
+
+    def clear(self, target: int, shape_hw: tuple[int, int]) -> None:
+        """Fill a picture with black, and draw into it from now on."""
+        with self._checked(f"drawing a picture of {shape_hw[1]}×{shape_hw[0]}"):
+            self._clear(target, shape_hw, 0.0)
+            for state in (GLES1.GL_DITHER, GLES1.GL_DEPTH_TEST, GLES1.GL_CULL_FACE, GLES1.GL_LIGHTING):
+                GLES1.glDisable(state)
+            GLES1.glEnableClientState(GLES1.GL_VERTEX_ARRAY)
+
+    def lines(self, ends: Float32Array, colour: tuple[float, float, float], clip_from_box: Float64Array) -> None:
+        """Draw lines between pairs of ends [n, 3], box millimetres, over what is there."""
+        with self._checked("drawing lines"):
+            GLES1.glDisable(GLES1.GL_TEXTURE_2D)
+            GLES1.glDisable(GLES1.GL_BLEND)
+            GLES1.glDisableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+            _set_matrix(clip_from_box)
+            GLES1.glColor4f(*colour, 1.0)
+            GLES1.glVertexPointer(3, GLES1.GL_FLOAT, 0, ends.ctypes.data_as(ctypes.c_void_p))
+            GLES1.glDrawArrays(GLES1.GL_LINES, 0, len(ends))
+
+    def picture(self, rgba: NDArray[np.uint8]) -> None:
+        """Blend a picture [H, W, 4], row 0 on top, premultiplied, over what is there, filtered to the size of that."""
+        height, width = rgba.shape[:2]
+        # Textures of OpenGL ES 1.1 have sizes that are powers of two; the edge is repeated for the filter.
+        texels = np.pad(rgba[::-1], ((0, _rounded(height) - height), (0, _rounded(width) - width), (0, 0)), "edge")
+        right, top = width / texels.shape[1], height / texels.shape[0]
+        positions = np.array([[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0]], np.float32)
+        coordinates = np.array([[0, 0], [right, 0], [0, top], [right, top]], np.float32)
+        with (
+            self._checked("drawing a picture"),
+            self._object("texture", *_one(GLES1.glGenTextures, GLES1.glDeleteTextures)) as handle,
+        ):
+            target, rgba_format = GLES1.GL_TEXTURE_2D, GLES1.GL_RGBA
+            GLES1.glEnable(target)
+            GLES1.glBindTexture(target, handle)
+            for name in (GLES1.GL_TEXTURE_MIN_FILTER, GLES1.GL_TEXTURE_MAG_FILTER):
+                GLES1.glTexParameterf(target, name, float(GLES1.GL_LINEAR))
+            for name in (GLES1.GL_TEXTURE_WRAP_S, GLES1.GL_TEXTURE_WRAP_T):
+                GLES1.glTexParameterf(target, name, float(GLES1.GL_CLAMP_TO_EDGE))
+            GLES1.glPixelStorei(GLES1.GL_UNPACK_ALIGNMENT, 1)
+            shape = (texels.shape[1], texels.shape[0])
+            data = np.ascontiguousarray(texels).tobytes()
+            GLES1.glTexImage2D(target, 0, rgba_format, *shape, 0, rgba_format, GLES1.GL_UNSIGNED_BYTE, data)
+            GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, GLES1.GL_TEXTURE_ENV_MODE, float(GLES1.GL_REPLACE))
+            GLES1.glEnable(GLES1.GL_BLEND)
+            GLES1.glBlendFunc(GLES1.GL_ONE, GLES1.GL_ONE_MINUS_SRC_ALPHA)
+            _set_matrix(np.eye(4))
+            GLES1.glEnableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+            GLES1.glVertexPointer(3, GLES1.GL_FLOAT, 0, positions.ctypes.data_as(ctypes.c_void_p))
+            GLES1.glTexCoordPointer(2, GLES1.GL_FLOAT, 0, coordinates.ctypes.data_as(ctypes.c_void_p))
+            GLES1.glDrawArrays(GLES1.GL_TRIANGLE_STRIP, 0, 4)
 
     def draw(
         self,
@@ -178,6 +238,19 @@ class Gl1(GlObjects):
             pointer = picture.ctypes.data_as(ctypes.c_void_p)
             GLES1.glReadPixels(0, 0, width, height, GLES1.GL_RGBA, GLES1.GL_UNSIGNED_BYTE, pointer)
         return picture[::-1].astype(np.float32) / np.float32(255)
+
+
+def _set_matrix(clip_from_box: Float64Array) -> None:
+    # Columns after each other, as OpenGL has its matrices.
+    matrix = np.ascontiguousarray(clip_from_box.T, dtype=np.float32)
+    GLES1.glMatrixMode(GLES1.GL_PROJECTION)
+    GLES1.glLoadMatrixf(matrix)
+    GLES1.glMatrixMode(GLES1.GL_MODELVIEW)
+    GLES1.glLoadIdentity()
+
+
+def _rounded(size: int) -> int:
+    return 1 << (size - 1).bit_length()
 
 
 def _one(create_many: _Allocate, delete_many: _Allocate) -> tuple[Callable[[], int], Callable[[int], object]]:

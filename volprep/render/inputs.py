@@ -44,9 +44,18 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
     values: dict[str, ArrayLike] = {
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
+        "light_mm": _light_mm(program, found),
         "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
     return Inputs(program, found, textures, values)
+
+
+def _light_mm(program: Program, level: Level) -> tuple[float, ...]:
+    """Place of the program's light in box space; only a program with one asks for it."""
+    if program.light is None:
+        return (0.0, 0.0, 0.0)
+    place = np.linalg.inv(level.grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0]
+    return tuple(place[:3].tolist())
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:

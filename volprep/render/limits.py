@@ -19,10 +19,9 @@ def check_program(program: Program, textures: Sequence[Texture], manifest: Manif
     are more than units, VP5014 if they take too much memory together.
     """
     profile = manifest.profile
-    if len(textures) > profile.texture_units:
-        raise VolprepError(
-            "VP5013", name=program.name, count=len(textures), limit=profile.texture_units, profile=profile.name
-        )
+    count = len(textures) + len(program.before)
+    if count > profile.texture_units:
+        raise VolprepError("VP5013", name=program.name, count=count, limit=profile.texture_units, profile=profile.name)
     files = {texture.file for texture in textures if texture.mipmap is not None}
     mipmaps = [each for each in manifest.textures if each.file in files and each not in textures]
     check_textures(program.name, [*textures, *mipmaps], profile)

@@ -7,6 +7,7 @@ import numpy as np
 
 from volprep.render.gl import Bindings, PictureTarget, ShaderText, TargetFormat
 from volprep.render.inputs import find_textures, level_inputs
+from volprep.render.layers import clip_from_box_of
 from volprep.render.limits import check_program, check_shader
 from volprep.render.renderer import Renderer, check_uniforms
 from volprep_formats.arrays import Float64Array
@@ -95,12 +96,6 @@ class ProxyRenderer(Renderer):
         bindings = Bindings(self._handles, uniforms)
         self._gl.draw_mesh(self._linked_depth, self._linked_mesh, bindings, target, self._parts)
         return target
-
-
-def clip_from_box_of(box_from_clip: Float64Array) -> Float64Array:
-    """Invert the camera's matrix, with the sign for which w is positive in front of the eye."""
-    inverse: Float64Array = np.asarray(np.linalg.inv(box_from_clip), np.float64)
-    return -inverse if box_from_clip[3, 3] < 0 else inverse
 
 
 def _near_plane_cuts(

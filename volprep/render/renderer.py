@@ -4,25 +4,30 @@ What it runs is the text of the package's shaders, so that what is validated is 
 package, whatever the driver at hand allows.
 """
 
-from contextlib import ExitStack
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.block_inputs import block_inputs
 from volprep.render.egl import Context, GlDriver
-from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
+from volprep.render.faces import face_corners
+from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
+from volprep.render.gpu_clock import gpu_clock
 from volprep.render.inputs import Edit, level_inputs
+from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
-from volprep.render.timing import median_ms
+from volprep.render.timing import DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_packages import package_of_transfer
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import Geometry, Pass, Program, Uniform
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
@@ -64,6 +69,7 @@ class Renderer:
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
+        self._last: tuple[bytes, tuple[int, int], float | None] | None = None
 
     def __enter__(self) -> Self:
         """Open a context and upload everything.
@@ -75,8 +81,10 @@ class Renderer:
             self._gl = Gl(context)
             stack.callback(self._gl.close)
             self._loop_limit = LoopLimit(self._gl)
-            self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders()))
+            self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders(self._program)))
             check_uniforms(self._program, self._textures, self._linked)
+            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.before]
+            self._targets_before: list[PictureTarget] = []
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -85,6 +93,7 @@ class Renderer:
                 for sampler, texture in zip(self._program.samplers, self._textures, strict=True)
             }
             self._triangle = stack.enter_context(self._gl.triangle())
+            self._corners = stack.enter_context(self._gl.corners())
             self._target_stack = stack.enter_context(ExitStack())
             self._target: PictureTarget | None = None
             self._stack = stack.pop_all()
@@ -122,7 +131,7 @@ class Renderer:
         """Draw a picture as [H, W, 4], row 0 on top, premultiplied linear RGB and opacity.
 
         `box_from_clip` is 4×4, from homogeneous clip coordinates to box millimetres. `step_mm` is the distance of the
-        samples; the package's own if absent. Raises VP5009 for an impossible size, VP5019 for an impossible step,
+        samples; that of the level if absent. Raises VP5009 for an impossible size, VP5019 for an impossible step,
         VP5024 for one that takes more turns of a loop than the driver makes.
         """
         target = self._draw(box_from_clip, shape_hw, step_mm)
@@ -137,21 +146,95 @@ class Renderer:
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
+        If the same picture was drawn last, that was the one.
+
         Drawing only: no upload, no reading back.
         """
-        return median_ms(lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats)
+        has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
+        return median_ms(
+            lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats, has_drawn=has_drawn
+        )
+
+    def draw_times(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float, *, least: int, seconds: float
+    ) -> DrawTimes:
+        """Return how long drawing takes, at least so often and until so many seconds have passed."""
+        return draw_times(
+            lambda: self._draw(box_from_clip, shape_hw, step_mm),
+            self._gl.finish,
+            gpu_clock(self.driver),
+            least=least,
+            seconds=seconds,
+        )
 
     def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)
+        self._last = box_from_clip.tobytes(), shape_hw, step_mm
         target = self._target_of(shape_hw)
-        values = {
-            "box_from_clip": box_from_clip,
-            "step_mm": step,
-            **self._inputs.values,
-        }
-        uniforms = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in self._program.uniforms}
-        self._gl.draw(self._linked, Bindings(self._handles, uniforms), target, self._triangle)
+        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
+        if self._program.slab_samples is not None:
+            for _ in self._slabs(target, values, step, self._program.slab_samples):
+                pass
+            return target
+        if self._program.geometry == "triangle":
+            self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
+            return target
+        values["clip_from_box"] = clip_from_box_of(box_from_clip)
+        for each, linked, drawn in zip(self._program.before, self._linked_before, self._targets_before, strict=True):
+            bindings = self._bindings(each.uniforms, values)
+            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+        if self._program.blend is None:
+            corners = self._faces(self._program.geometry, box_from_clip)
+        else:
+            layers = layers_of(self._program.geometry, self._extent_mm_xyz, box_from_clip, step)
+            values |= {"box_from_slices": layers.box_from_slices, "slices": layers.count}
+            blend = self._program.blend
+            in_order = blend.order == "front-to-back"
+            places = layer_corners(self._program.geometry, layers, box_from_clip, front_to_back=in_order)
+            corners = Corners(places, blend)
+        bindings = self._bindings(self._program.uniforms, values)
+        self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
         return target
+
+    def progress(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
+    ) -> Iterator[Float32Array]:
+        """Draw a picture slab by slab, as `render` gives it after each; once, if the program has no slabs."""
+        slab = self._program.slab_samples
+        if slab is None:
+            yield self.render(box_from_clip, shape_hw, step_mm)
+            return
+        step = self._step(step_mm)
+        target = self._target_of(shape_hw)
+        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
+        for _ in self._slabs(target, values, step, slab):
+            yield self._gl.read(target)
+
+    def _slabs(
+        self, target: PictureTarget, values: Mapping[str, ArrayLike], step_mm: float, slab: int
+    ) -> Iterator[int]:
+        """Draw one slab after the other; gives the number of the first sample that is not drawn yet."""
+        samples = math.ceil(float(np.linalg.norm(self._extent_mm_xyz)) / step_mm)
+        for first in range(0, samples, slab):
+            bindings = self._bindings(self._program.uniforms, {**values, "first_sample": first})
+            corners = Corners(TRIANGLE, self._program.blend, clears=first == 0)
+            self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+            yield first + slab
+
+    def _faces(self, geometry: Geometry, box_from_clip: Float64Array) -> Corners:
+        return Corners(face_corners(box_from_clip, self._extent_mm_xyz, front=geometry == "front-faces"))
+
+    def _bindings(self, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
+        targets: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]] = {
+            each.sampler: ("TEXTURE_2D", target.texture)
+            for each, target in zip(self._program.before, self._targets_before, strict=True)
+        }
+        given = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in uniforms}
+        return Bindings({**self._handles, **targets}, given)
+
+    @property
+    def _extent_mm_xyz(self) -> Float64Array:
+        return np.array(self._package.manifest.levels[0].grid.extent_mm_zyx[::-1])
 
     def draws_step(self, step_mm: float) -> bool:
         """Return whether rays can take samples so far apart. Call it in an open renderer."""
@@ -166,12 +249,12 @@ class Renderer:
     def _step(self, step_mm: float | None) -> float:
         manifest, program, level = self._package.manifest, self.program, self._level.index
         if step_mm is None and manifest.render is not None:
-            step_mm = manifest.render.step_mm
+            step_mm = manifest.render.step_of(level)
         if step_mm is None or not 0.0 < step_mm < float("inf"):
             raise VolprepError("VP5019", step_mm=step_mm, reason="it must be a positive number")
         finest = program.step_mm_min
         if finest is not None and step_mm < finest:
-            reason = f"the shader's loop is long enough for {finest} mm and more"
+            reason = f"the program draws {finest} mm and more"
             raise VolprepError("VP5019", step_mm=step_mm, reason=reason)
         turns = turns_of_rays(manifest, program, level, step_mm)
         made = self._loop_limit.made(turns)
@@ -188,12 +271,23 @@ class Renderer:
             self._target = self._target_stack.enter_context(
                 self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
             )
+            self._targets_before = [
+                self._target_stack.enter_context(self._gl.target(each.target, shape_hw))
+                for each in self._program.before
+            ]
         return self._target
 
-    def _shaders(self) -> tuple[ShaderText, ShaderText]:
+    @contextmanager
+    def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
+        """Compile a pass that comes first. Raises VP5017 where its uniforms are not those that it names."""
+        with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
+            _require_named(drawn.fragment, {each.name: each.type for each in drawn.uniforms}, linked)
+            yield linked
+
+    def _shaders(self, program: Program | Pass) -> tuple[ShaderText, ShaderText]:
         profile = self._package.manifest.profile
         vertex, fragment = (
-            ShaderText(path, self._package.read_text(path)) for path in (self._program.vertex, self._program.fragment)
+            ShaderText(path, self._package.read_text(path)) for path in (program.vertex, program.fragment)
         )
         for shader in (vertex, fragment):
             check_shader(shader.path, shader.text, profile)
@@ -218,9 +312,14 @@ def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProg
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for sampler, texture in zip(program.samplers, textures, strict=True):
         named[sampler.name] = _SAMPLERS[texture.gl.target]
+    named |= {each.sampler: "sampler2D" for each in program.before}
+    _require_named(program.name, named, linked)
+
+
+def _require_named(name: str, named: Mapping[str, str], linked: LinkedProgram) -> None:
     if linked.uniforms != named:
-        raise VolprepError("VP5017", name=program.name, named=_listed(named), found=_listed(linked.uniforms))
+        raise VolprepError("VP5017", name=name, named=_listed(named), found=_listed(linked.uniforms))
 
 
-def _listed(uniforms: dict[str, str]) -> str:
+def _listed(uniforms: Mapping[str, str]) -> str:
     return ", ".join(f"{kind} {name}" for name, kind in sorted(uniforms.items()))

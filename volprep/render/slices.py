@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
@@ -160,15 +161,39 @@ class SliceRenderer:
             raise VolprepError("VP5019", step_mm=step_mm, reason="slices are as far apart as voxels are")
         return self._gl.read(self._draw(box_from_clip, shape_hw), shape_hw)
 
+    def render_on(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], background: float, *, white: bool = False
+    ) -> Float32Array:
+        """Draw a picture as `render` does, before a grey, 0 to 1; if `white`, as if the volume were white."""
+        return self._gl.read(self._draw(box_from_clip, shape_hw, background, white=white), shape_hw)
+
     def time_ms(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted."""
         return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats)
 
-    def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> int:
+    def render_with_lines(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], small: Float32Array, lines: BoxLines
+    ) -> Float32Array:
+        """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
+
+        `small` is [h, w, 4], premultiplied.
+        """
+        clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
+        target = self._target_of(shape_hw)
+        self._gl.clear(target, shape_hw)
+        self._gl.lines(lines.behind, lines.colour, clip_from_box)
+        self._gl.picture(np.rint(np.clip(small, 0.0, 1.0) * 255).astype(np.uint8))
+        self._gl.lines(lines.before, lines.colour, clip_from_box)
+        return self._gl.read(target, shape_hw)
+
+    def _draw(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], background: float = 0.0, *, white: bool = False
+    ) -> int:
         axis, _ = self.facing(box_from_clip)
         target = self._target_of(shape_hw)
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
-        self._gl.begin(target, shape_hw, clip_from_box, self.factor(box_from_clip))
+        brightness = self.factor(box_from_clip)
+        self._gl.begin(target, shape_hw, clip_from_box, brightness, background=background, white=white)
         parts = self._parts[axis]
         owner = np.concatenate([np.full(len(part.centres_mm), index) for index, part in enumerate(parts)])
         number = np.concatenate([np.arange(len(part.centres_mm)) for part in parts])

@@ -1,20 +1,87 @@
-"""How long a renderer takes for a picture."""
+"""How long a renderer takes for a picture: by the clock on the wall, and by the driver's own where it has one.
+
+The driver's clock is GL_EXT_disjoint_timer_query: it leaves out what the processor does before and after, and it tells
+when it was interrupted, by a change of frequency for example; such a picture does not count.
+"""
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 
-def median_ms(draw: Callable[[], object], finish: Callable[[], None], repeats: int) -> float:
+class GpuTimer(Protocol):
+    """The clock of a driver."""
+
+    def measure_ms(self, draw: Callable[[], object]) -> float | None:
+        """Return the milliseconds that the driver took for what `draw` asks for; None if it was interrupted."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Several times for the same, in milliseconds."""
+
+    median: float
+    """Median."""
+    low: float
+    """First quartile."""
+    high: float
+    """Third quartile."""
+    count: int
+    """How many there are."""
+
+    @classmethod
+    def of(cls, times_ms: Sequence[float]) -> "Spread":
+        """Return the spread of at least one time."""
+        if len(times_ms) == 1:
+            return cls(times_ms[0], times_ms[0], times_ms[0], 1)
+        low, median, high = statistics.quantiles(times_ms, n=4, method="inclusive")
+        return cls(median, low, high, len(times_ms))
+
+
+@dataclass(frozen=True)
+class DrawTimes:
+    """How long pictures took."""
+
+    wall: Spread
+    """By the clock on the wall, until the driver had finished."""
+    gpu: Spread | None
+    """By the driver's own clock; None where it has none, or was always interrupted."""
+
+
+def median_ms(
+    draw: Callable[[], object], finish: Callable[[], None], repeats: int, *, has_drawn: bool = False
+) -> float:
     """Median of the milliseconds that `draw` takes, over `repeats` pictures after one that is not counted.
 
-    `finish` waits until all that was asked for is drawn.
+    `finish` waits until all that was asked for is drawn. That one has been drawn before if `has_drawn`.
     """
+    return statistics.median(_wall_ms(draw, finish, repeats, warm=not has_drawn))
+
+
+def draw_times(
+    draw: Callable[[], object], finish: Callable[[], None], gpu: GpuTimer | None, *, least: int, seconds: float
+) -> DrawTimes:
+    """Time `draw` at least so often, and until so many seconds have passed; one picture before them is not counted.
+
+    The driver's clock runs in pictures of its own, half as many: reading it takes time.
+    """
+    began = time.perf_counter()
+    wall = _wall_ms(draw, finish, least)
+    while time.perf_counter() - began < seconds:
+        wall.append(_wall_ms(draw, finish, 1, warm=False)[0])
+    found = [] if gpu is None else [gpu.measure_ms(draw) for _ in range(-(-len(wall) // 2))]
+    times = [each for each in found if each is not None]
+    return DrawTimes(Spread.of(wall), Spread.of(times) if times else None)
+
+
+def _wall_ms(draw: Callable[[], object], finish: Callable[[], None], repeats: int, *, warm: bool = True) -> list[float]:
     times = []
-    for _ in range(repeats + 1):
+    for _ in range(repeats + warm):
         finish()
         start = time.perf_counter()
         draw()
         finish()
         times.append((time.perf_counter() - start) * 1000)
-    return statistics.median(times[1:])
+    return times[1:] if warm else times

@@ -72,6 +72,11 @@ def step_mm_of_turns(manifest: Manifest, program: Program, level: int, turns: in
 
 def _loop(manifest: Manifest, program: Program, level: int) -> tuple[float, float]:
     """Return the turns for each sample, and those beside."""
+    if program.slab_samples is not None:
+        # A run of samples takes two turns more.
+        return 0.0, _APART * (2.0 * program.slab_samples + 1.0)
+    if program.blend is not None:
+        return 0.0, 1.0
     if all(sampler.role != "skip" for sampler in program.samplers):
         return 1.0, 1.0
     table = skip_table(manifest, program.transfer, level)

@@ -1,0 +1,220 @@
+"""What the packages of a profile need of a driver, as small textures, and what each of them must look like.
+
+A driver may offer a format, a filter or a size and then draw black, so that only a picture tells. Each texture has two
+values along one axis. It is drawn as a row of four pixels, from the centre of its first texel to that of its last one:
+a linear filter gives four values, no filter two.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.package.profile import Api, DeviceProfile, TextureFormat
+from volprep_formats.package.texture import COMPONENTS, SampleFilter, Texture
+from volprep_formats.textures import paletted
+from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.gl_formats import Target, gl_format
+
+PIXELS = 4
+"""Pixels that a capability is drawn into."""
+
+Axis = Literal["depth", "height", "width"]
+_AXES: tuple[Axis, ...] = ("depth", "height", "width")
+_LOW, _HIGH = 0.2, 0.8
+# Formats that packages for OpenGL ES 1.1 have: their textures are slices.
+_SLICE_FORMATS: tuple[TextureFormat, ...] = ("RGBA8", "PALETTE8_RGBA8")
+# Middle and span of the values in a texture, by the type of its pixels. Those of 16 bits are so close together that 8
+# bits in their place would be 0.06 off in the picture, and what rounding to half floats does is 0.005.
+_SPREADS: dict[str | None, tuple[float, float]] = {
+    "BYTE": (0.0, 2.0),
+    "UNSIGNED_SHORT": (0.3, 1 / 40),
+    "HALF_FLOAT": (0.3, 1 / 40),
+}
+_WHOLE = (0.5, 1.0)
+_CODES: dict[str | None, tuple[type[np.generic], float]] = {
+    "UNSIGNED_BYTE": (np.uint8, 255.0),
+    "BYTE": (np.int8, 127.0),
+    "UNSIGNED_SHORT": (np.uint16, 65535.0),
+    "HALF_FLOAT": (np.float16, 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Capability:
+    """A format of textures with a filter, or with a size."""
+
+    format: TextureFormat
+    """Format."""
+    target: Target
+    """2D or 3D."""
+    filter: SampleFilter
+    """Filter."""
+    axis: Axis = "width"
+    """Axis along which the values change."""
+    size: int | None = None
+    """Texels along `axis`, if the size is what is tried; otherwise there are two, or two blocks."""
+
+    @property
+    def name(self) -> str:
+        """What it is, in words."""
+        how = self.filter if self.size is None else f"{self.axis} {self.size}"
+        return f"{self.format} {self.target[-2:]} {how}"
+
+
+@dataclass(frozen=True)
+class ProbeTexture:
+    """A texture, and how it must look."""
+
+    texture: Texture
+    """The texture."""
+    texels: NDArray[np.generic]
+    """What is uploaded, [z, y, x] or [z, y, x, channel]; blocks of a compressed format; of a paletted one its file."""
+    first: Float64Array
+    """Texture coordinates x, y, z in the left pixel."""
+    step: Float64Array
+    """What is added from each pixel to the next one."""
+    middle: float
+    """Value of a texel that is drawn as 0.5."""
+    span: float
+    """Difference of two values that are drawn 1 apart."""
+    expected: Float64Array
+    """Colours of the pixels, [pixel, RGBA], 0 to 1."""
+
+
+def capabilities_of(profile: DeviceProfile) -> tuple[Capability, ...]:
+    """Return all that packages for a profile may need of textures, each once and always in the same order."""
+    if not profile.has_shaders:
+        formats = [name for name in profile.texture_formats if name in _SLICE_FORMATS]
+        targets: tuple[Target, ...] = ("TEXTURE_2D",)
+    else:
+        formats = [name for name in profile.texture_formats if name != "PALETTE8_RGBA8"]
+        targets = ("TEXTURE_2D", "TEXTURE_3D") if profile.max_3d_texture_size else ("TEXTURE_2D",)
+    filters: tuple[SampleFilter, ...] = ("linear", "nearest")
+    found = [
+        Capability(name, target, how)
+        for name in formats
+        for target in targets
+        for how in filters
+        # Blocks are always filtered and never 3D.
+        if name not in BLOCKS or (target == "TEXTURE_2D" and how == "linear")
+    ]
+    for target in targets:
+        size = profile.max_3d_texture_size if target == "TEXTURE_3D" else profile.max_texture_size
+        axes = _AXES if target == "TEXTURE_3D" else _AXES[1:]
+        found += [Capability(formats[0], target, "nearest", axis, size) for axis in axes]
+    return tuple(found)
+
+
+def probe_of(capability: Capability, api: Api) -> ProbeTexture:
+    """Make the texture that shows whether a driver has a capability."""
+    block = next((each for name, each in BLOCKS.items() if name == capability.format), None)
+    gl = gl_format(capability.format, capability.target, api)
+    axis = _AXES.index(capability.axis)
+    count = 2 if capability.size is None else capability.size
+    shape = [1, 1, 1]
+    shape[axis] = count
+    half = 0.5 / count
+    texels: NDArray[np.generic]
+    if block is not None:
+        shape = [1, block.size, 2 * block.size]
+        texels, ends = _blocks(capability.format)
+        # The filter changes between the last texel of one block and the first one of the other.
+        from_edge = half / block.size
+        first, last = 0.5 - from_edge, 0.5 + from_edge
+    elif capability.format == "PALETTE8_RGBA8":
+        texels, ends = _paletted(shape)
+        first, last = half, 1 - half
+    else:
+        texels, ends = _plain(gl.format, gl.type, shape)
+        first, last = half, 1 - half
+    start, step = np.full(3, 0.5), np.zeros(3)
+    start[2 - axis], step[2 - axis] = first, (last - first) / (PIXELS - 1)
+    middle, span = _SPREADS.get(gl.type, _WHOLE)
+    return ProbeTexture(
+        texture=Texture(
+            name=capability.name,
+            role="volume",
+            file="probe.ktx2",
+            gl=gl,
+            shape_zyx=(shape[0], shape[1], shape[2]),
+            filter=capability.filter,
+        ),
+        texels=texels,
+        first=start,
+        step=step,
+        middle=middle,
+        span=span,
+        expected=_expected(capability, ends, middle, span),
+    )
+
+
+def _expected(capability: Capability, ends: Float64Array, middle: float, span: float) -> Float64Array:
+    """Colours of the pixels of two values [2, RGBA]: only the last texel of a large texture has the second one."""
+    along = np.linspace(0.0, 1.0, PIXELS)
+    if capability.size is not None:
+        along = np.floor(along)
+    elif capability.filter == "nearest":
+        along = np.round(along)
+    sampled = ends[0] + (ends[1] - ends[0]) * along[:, None]
+    drawn: Float64Array = np.clip((sampled - middle) / span + 0.5, 0.0, 1.0)
+    return drawn
+
+
+def _plain(pixels: str | None, kind: str | None, shape: list[int]) -> tuple[NDArray[np.generic], Float64Array]:
+    """Give texels of which the last one differs, and both colours as a shader reads them [2, RGBA]."""
+    components = COMPONENTS[pixels]
+    middle, span = _SPREADS.get(kind, _WHOLE)
+    dtype, one = _CODES[kind]
+    values = (_two_values(components) - 0.5) * span + middle
+    codes = (values * one if dtype is np.float16 else np.round(values * one)).astype(dtype)
+    texels = np.empty((*shape, components), dtype)
+    texels[:] = codes[0]
+    texels[-1, -1, -1] = codes[1]
+    stored = codes.astype(np.float64) / one
+    ends = np.tile([0.0, 0.0, 0.0, 1.0], (2, 1))
+    if pixels in {"LUMINANCE", "LUMINANCE_ALPHA"}:
+        ends[:, :3] = stored[:, :1]
+        ends[:, 3:] = stored[:, 1:] if components == 2 else 1.0
+    else:
+        ends[:, :components] = stored
+    return texels if components > 1 else texels[..., 0], ends
+
+
+def _two_values(components: int) -> Float64Array:
+    """Colours [2, component], so that one which comes in the place of another is seen."""
+    rising = np.arange(components) % 2 == 0
+    return np.stack([np.where(rising, _LOW, _HIGH), np.where(rising, _HIGH, _LOW)])
+
+
+def _paletted(shape: list[int]) -> tuple[UInt8Array, Float64Array]:
+    """Give the bytes of a texture whose last texel has another entry of the palette, and both colours."""
+    colours = np.round(_two_values(4) * 255).astype(np.uint8)
+    indices = np.zeros(shape[1:], np.uint8)
+    indices[-1, -1] = 1
+    data = b"".join(bytes(part) for part in paletted.encode(colours, indices))
+    return np.frombuffer(data, np.uint8), colours / 255.0
+
+
+def _blocks(name: TextureFormat) -> tuple[UInt8Array, Float64Array]:
+    """Give two blocks [1, 1, 2, byte] of one colour each, and what they hold [2, RGBA]."""
+    if name == "EAC_R11":
+        # Eight times the first byte, and 4, of 2047.
+        pair = [bytes([base, *[0] * 7]) for base in (51, 204)]
+        ends = [[412 / 2047, 0.0, 0.0, 1.0], [1636 / 2047, 0.0, 0.0, 1.0]]
+    elif name == "ETC2_RGBA8":
+        # Alpha; then red, green and blue of five bits, 51 and 200 with the 2 that the modifier adds.
+        low, high = 6 << 3, 24 << 3
+        pair = [
+            bytes([alpha, *[0] * 7, red, green, red, 2, 0, 0, 0, 0])
+            for alpha, red, green in ((204, low, high), (51, high, low))
+        ]
+        ends = [[51 / 255, 200 / 255, 51 / 255, 204 / 255], [200 / 255, 51 / 255, 200 / 255, 51 / 255]]
+    else:
+        # Void extents of ASTC: a colour of 16 bits.
+        colours = np.round(_two_values(4) * 65535)
+        pair = [bytes.fromhex("fcfdffffffffffff") + colour.astype("<u2").tobytes() for colour in colours]
+        ends = (colours / 65535).tolist()
+    return np.frombuffer(b"".join(pair), np.uint8).reshape(1, 1, 2, -1), np.array(ends)

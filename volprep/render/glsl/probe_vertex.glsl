@@ -1,0 +1,6 @@
+#version 100
+// Covers the picture with one triangle. a_ndc: corners in clip space.
+attribute vec2 a_ndc;
+void main() {
+  gl_Position = vec4(a_ndc, 0.0, 1.0);
+}

@@ -1,0 +1,60 @@
+"""Hybrid resolution (Moser and Weiskopf 2008, section 4): the volume in a small picture, lines with all pixels.
+
+Lines behind the volume are attenuated by its opacity, lines before it are drawn over it; a line through the volume
+counts as behind it. Where the buffer has no alpha, opacity is estimated: from pictures before black and before white,
+which is exact; from a picture of a white volume, which is exact and here needs no textures of its own, because texture
+combiners take the alpha of a texel as its colour; or from the luminance of the picture, averaged or as perceived, which
+takes dark parts for transparent ones.
+"""
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+
+from volprep.render.slices import SliceRenderer
+from volprep_formats.arrays import Float32Array, Float64Array
+
+OpacitySource = Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"]
+_LUMINANCE: dict[OpacitySource, tuple[float, float, float]] = {
+    "luminance-average": (1 / 3, 1 / 3, 1 / 3),
+    "luminance-perceived": (0.3, 0.59, 0.11),
+}
+
+
+def small_picture(
+    renderer: SliceRenderer, box_from_clip: Float64Array, shape_hw: tuple[int, int], source: OpacitySource
+) -> Float32Array:
+    """Return a picture [H, W, 4] whose opacity comes from this source; all but "alpha" read no alpha."""
+    picture = renderer.render(box_from_clip, shape_hw)
+    if source != "alpha":
+        picture[..., 3] = np.clip(_ESTIMATES[source](renderer, box_from_clip, picture), 0.0, 1.0)
+    return picture
+
+
+Estimate = Callable[[SliceRenderer, Float64Array, Float32Array], Float32Array]
+
+
+def _black_and_white(renderer: SliceRenderer, box_from_clip: Float64Array, picture: Float32Array) -> Float32Array:
+    white = renderer.render_on(box_from_clip, picture.shape[:2], 1.0)[..., :3]
+    opacity: Float32Array = 1 - (white - picture[..., :3]).mean(axis=-1)
+    return opacity
+
+
+def _white_volume(renderer: SliceRenderer, box_from_clip: Float64Array, picture: Float32Array) -> Float32Array:
+    return renderer.render_on(box_from_clip, picture.shape[:2], 0.0, white=True)[..., 0]
+
+
+def _luminance(weights: tuple[float, float, float]) -> Estimate:
+    def estimate(_renderer: SliceRenderer, _camera: Float64Array, picture: Float32Array) -> Float32Array:
+        luminance: Float32Array = picture[..., :3] @ np.array(weights, np.float32)
+        return luminance
+
+    return estimate
+
+
+_ESTIMATES: dict[OpacitySource, Estimate] = {
+    "black-and-white": _black_and_white,
+    "white-volume": _white_volume,
+    **{source: _luminance(weights) for source, weights in _LUMINANCE.items()},
+}

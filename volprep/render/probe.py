@@ -1,0 +1,137 @@
+"""What the driver of this machine really does with the textures that a profile allows: each is drawn and read back."""
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from volprep.render.capabilities import PIXELS, Capability, ProbeTexture, capabilities_of, probe_of
+from volprep.render.egl import Context, context
+from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl1 import Gl1
+from volprep.render.probe_results import Colour, ProbeResult, ProfileProbes
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.profile import Api, DeviceProfile
+
+TOLERANCE = 4 / 255
+"""How far a pixel may be off: pictures and the weights of filters have 8 bits."""
+_FOLDER = Path(__file__).parent / "glsl"
+_SHAPE_HW = (1, PIXELS)
+_SHADERS = {
+    "TEXTURE_2D": ("probe_vertex.glsl", "probe_2d.glsl"),
+    "TEXTURE_3D": ("probe_vertex3d.glsl", "probe_3d.glsl"),
+}
+_Draw = Callable[[ProbeTexture], Float32Array]
+
+
+def probe_profile(profile: DeviceProfile) -> ProfileProbes:
+    """Draw each capability of a profile. Raises VP5002 to VP5004 where there is no context of its API at all.
+
+    What the driver draws wrong, or refuses, is a result.
+    """
+    start = perf_counter()
+    with context(profile.api) as opened:
+        driver = str(opened.driver)
+        with _drawing(opened, profile) as draw:
+            results = tuple(_try(each, profile.api, driver, draw) for each in capabilities_of(profile))
+    taken = round(1000 * (perf_counter() - start), 1)
+    return ProfileProbes(profile=profile.name, driver=driver, milliseconds=taken, results=results)
+
+
+def _try(capability: Capability, api: Api, driver: str, draw: _Draw) -> ProbeResult:
+    probe = probe_of(capability, api)
+    drawn: tuple[Colour, ...] = ()
+    expected = _colours(probe.expected)
+    error: VolprepError | None = None
+    words = ""
+    try:
+        picture = draw(probe)
+    except VolprepError as refusal:
+        error = VolprepError("VP7061", capability=capability.name, error=refusal.summary)
+    else:
+        drawn = _colours(picture)
+        off = np.abs(picture - probe.expected).max(axis=1)
+        words = f"right within {off.max():.3f}"
+        if not off.max() <= TOLERANCE:
+            pixel = int(off.argmax())
+            fields = {"pixel": pixel, "pixels": PIXELS, "found": drawn[pixel], "expected": expected[pixel]}
+            error = VolprepError("VP7060", driver=driver, capability=capability.name, **fields)
+    return ProbeResult(
+        api=api,
+        capability=capability.name,
+        size=capability.size,
+        works=error is None,
+        code=error.code if error else None,
+        words=error.summary if error else words,
+        remedy=error.remedy if error else "",
+        expected=expected,
+        drawn=drawn,
+    )
+
+
+def _colours(picture: Float32Array | Float64Array) -> tuple[Colour, ...]:
+    return tuple((r, g, b, a) for r, g, b, a in np.round(picture.astype(float), 3).tolist())
+
+
+@contextmanager
+def _drawing(opened: Context, profile: DeviceProfile) -> Iterator[_Draw]:
+    """Give what draws a probe in an open context, as a row of pixels [pixel, RGBA]."""
+    if profile.has_shaders:
+        with _drawing_by_shaders(opened, volumes=profile.max_3d_texture_size > 0) as draw:
+            yield draw
+    else:
+        with _drawing_without(opened) as draw:
+            yield draw
+
+
+@contextmanager
+def _drawing_by_shaders(opened: Context, *, volumes: bool) -> Iterator[_Draw]:
+    gl = Gl(opened)
+    with ExitStack() as stack:
+        target = stack.enter_context(gl.target("rgba8", _SHAPE_HW))
+        triangle = stack.enter_context(gl.triangle())
+        programs = {
+            dimensions: stack.enter_context(gl.program("probe", *(_shader(name) for name in names)))
+            for dimensions, names in _SHADERS.items()
+            if volumes or dimensions == "TEXTURE_2D"
+        }
+
+        def draw(probe: ProbeTexture) -> Float32Array:
+            dimensions = probe.texture.gl.target
+            numbers = {"u_first": probe.first, "u_step": probe.step, "u_middle": probe.middle, "u_span": probe.span}
+            uniforms = {name: np.asarray(value, np.float32) for name, value in numbers.items()}
+            with gl.texture(probe.texture, probe.texels) as texture:
+                bindings = Bindings({"u_texels": (dimensions, texture)}, uniforms)
+                gl.draw(programs[dimensions], bindings, target, triangle)
+                return gl.read(target).reshape(PIXELS, 4)
+
+        yield draw
+    gl.close()
+
+
+def _shader(name: str) -> ShaderText:
+    return ShaderText(name, (_FOLDER / name).read_text(encoding="ascii"))
+
+
+@contextmanager
+def _drawing_without(opened: Context) -> Iterator[_Draw]:
+    """Give what draws by the fixed functions of OpenGL ES 1.1: one polygon, its texture over nothing."""
+    gl = Gl1(opened)
+    positions = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    triangles = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+    with gl.target(_SHAPE_HW) as target:
+
+        def draw(probe: ProbeTexture) -> Float32Array:
+            # The centres of the outer pixels are half a pixel inside.
+            left, right = probe.first - probe.step / 2, probe.first + probe.step * (PIXELS - 0.5)
+            coordinates = np.stack([left, right, right, left])[:, :2].astype(np.float32)
+            with gl.texture(probe.texture, probe.texels.tobytes()) as texture:
+                gl.begin(target, _SHAPE_HW, np.eye(4), 1.0)
+                gl.draw(texture, positions, coordinates, triangles)
+                return gl.read(target, _SHAPE_HW).reshape(PIXELS, 4)
+
+        yield draw
+    gl.close()
