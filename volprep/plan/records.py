@@ -261,6 +261,8 @@ class Plan(Record):
     """What is decided about each channel, the default one first."""
     together: TogetherPlan | None = None
     """What is drawn of several channels together."""
+    fidelity: bool = False
+    """Whether the manifest states how near pictures are to the scan."""
     stages: tuple[str, ...]
     """Names of the stages that this plan needs, in order."""
     items: tuple[PlanItem, ...]

@@ -27,7 +27,7 @@ def import_key(specs: Sequence[SourceSpec], version: str) -> str:
 
     Only drafts hold it. The digest of the values themselves would cost a whole reading.
     """
-    states = [state for spec in specs for state in _states(spec.place(Path()))]
+    states = [state for spec in specs for place in spec.places() for state in _states(place)]
     text = json.dumps([version, [spec.model_dump(mode="json") for spec in specs], states])
     return hashlib.sha256(text.encode()).hexdigest()
 

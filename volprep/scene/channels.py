@@ -72,5 +72,6 @@ def left_out(scene: Scene) -> tuple[str, ...]:
 
 
 def files_of(spec: SourceSpec) -> tuple[Path, ...]:
-    """Return the paths of a source, one for each channel; "all" has been listed."""
-    return tuple(each.place(Path()) for each in (spec.channels or (spec,)) if isinstance(each, SourceSpec))
+    """Return the paths of all that is read of a source; "all" has been listed."""
+    each = spec.channels if isinstance(spec.channels, tuple) and spec.channels else (spec,)
+    return tuple(path for channel in each for path in channel.places())

@@ -89,7 +89,7 @@ class TransferWish(Record):
             reference_mm=length_mm or 1.0,
             points=tuple(
                 TransferPoint(
-                    value=self._value(point.value, measure),
+                    value=self.physical(point.value, measure),
                     colour=self._linear(point.colour),
                     extinction_per_mm=self._extinction(point, measure),
                 )
@@ -102,7 +102,8 @@ class TransferWish(Record):
         """Points whose opacity is too near to 1 to have an extinction."""
         return tuple(i for i, point in enumerate(self.points) if (point.opacity or 0.0) > MOST_OPAQUE)
 
-    def _value(self, value: float, measure: Measure) -> float:
+    def physical(self, value: float, measure: Measure) -> float:
+        """Return the physical value of a number of the points."""
         return value if self.values == "physical" else measure.low + value * (measure.high - measure.low)
 
     def _extinction(self, point: ScenePoint, measure: Measure) -> float:

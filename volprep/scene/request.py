@@ -3,17 +3,17 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import ValidationError
 
 from volprep.scene.points import Measure, ScenePoint
+from volprep.scene.presets import preset_names
 from volprep.scene.profiles import load_profile
-from volprep.scene.scene import Scene, load_scene, read_toml
+from volprep.scene.scene import GridSettings, Scene, load_scene, read_toml
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.path_text import path_text
@@ -23,7 +23,6 @@ from volprep_formats.transfer_files import read_transfer_file
 
 UNNAMED = "scan"
 """Name of what is made of a scan without a scene."""
-_NOTHING = ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0)
 
 
 @dataclass(frozen=True)
@@ -36,6 +35,19 @@ class Request:
     """Class of devices."""
     scene_path: Path | None
     """The scene file, absolute; None for a source without a scene."""
+    first_look: bool = False
+    """Whether nobody gave a transfer function. One is then made when the source has been measured."""
+
+    def with_preset(self, name: str) -> Self:
+        """Return the same request with a preset as its transfer function. Raises VP3005 for an unknown one."""
+        if name not in preset_names():
+            raise VolprepError("VP3005", name=name, names=", ".join(preset_names()))
+        return replace(self, scene=self.scene.with_preset(name, self.profile), first_look=False)
+
+    def with_grid(self, size: Literal["auto"] | int) -> Self:
+        """Return the same request with sub-volumes of another size."""
+        grid = (self.scene.grid or GridSettings()).model_copy(update={"size": size})
+        return replace(self, scene=self.scene.model_copy(update={"grid": grid}))
 
     def with_source(self, **changes: object) -> Self:
         """Return the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
@@ -84,7 +96,13 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
         ScenePoint(value=point.value, colour=point.colour, opacity=point.opacity)
         for point in read_transfer_file(base / transfer.file)
     )
-    wishes = {"name": transfer.name, "channel": transfer.channel, "reference_share": transfer.reference_share}
+    wishes: dict[str, object] = {
+        "name": transfer.name,
+        "channel": transfer.channel,
+        "reference_share": transfer.reference_share,
+        "isovalue": transfer.isovalue,
+        "intensities": transfer.intensities,
+    }
     if transfer.reference_share is None:
         wishes["reference_mm"] = transfer.reference_mm or 1.0
     return SceneTransfer.model_validate({**wishes, "points": points})
@@ -98,10 +116,8 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     if spec.channels and spec.channels != "all":
         if instead is not None:
             raise VolprepError("VP1243", path=instead)
-        listed = tuple(each.at(each.place(base)) for each in spec.channels)
-        return spec.model_copy(update={"channels": listed})
-    where = instead.absolute() if instead is not None else spec.place(base)
-    return spec.at(where)
+        return spec.model_copy(update={"channels": tuple(each.resolved(base) for each in spec.channels)})
+    return spec.resolved(base, instead)
 
 
 def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
@@ -128,17 +144,5 @@ def request_for_source(source: Path, profile: str | None = None) -> Request:
             SceneTransfer(name="grey", points=(ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)),
         ),
     )
-    return Request(scene=scene, profile=load_profile(profile or scene.profile, Path()), scene_path=None)
-
-
-def with_grey_ramp(scene: Scene, statistics: Statistics, grid: Grid) -> Scene:
-    """Return the scene a transfer function that shows anything: from nothing and black to dense and white.
-
-    The largest value is opaque (1 - exp(-5)) after a tenth of the diagonal.
-    """
-    dense_per_mm = 50 / math.hypot(*grid.extent_mm_zyx)
-    points = (
-        ScenePoint(value=statistics.minimum, colour="#000000", extinction_per_mm=0.0),
-        ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=dense_per_mm),
-    )
-    return scene.with_transfer((SceneTransfer(name="grey", points=points),))
+    device = load_profile(profile or scene.profile, Path())
+    return Request(scene=scene, profile=device, scene_path=None, first_look=True)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from volprep.scene.points import PhysicalValue
+from volprep.scene.presets import load_preset
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
@@ -14,7 +15,15 @@ from volprep_formats.package.parts.normals.record import GradientKernel, NormalC
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import StackAxis
-from volprep_formats.package.program import ClassificationName, CompositingName, Lighting
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import (
+    ClassificationName,
+    CompositingName,
+    Lighting,
+    NormalsFrom,
+    Share,
+    TechniqueName,
+)
 from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record, problems
@@ -96,33 +105,71 @@ class RenderWishes(Record):
 
     compositing: CompositingName = "emission-absorption"
     """What a ray makes of what it meets. "emission-absorption": each sample gives light and absorbs what is behind
-    it. "maximum" (maximum intensity projection): only the greatest value on the ray counts, and the transfer function
-    says what it looks like; its opacity is the one stated, whatever the depth."""
+    it. "back-to-front": the same picture, composited from the far end of the ray on, without early ray termination.
+    "maximum" (maximum intensity projection): only the greatest value on the ray counts, and the transfer function
+    says what it looks like; its opacity is the one stated, whatever the depth. "minimum": the same with the least
+    value. "average": the same with the mean value, as in an X-ray picture. "mida": a value that exceeds those in front
+    of it hides them in part (maximum intensity difference accumulation). "first-hit": the first value that is the
+    `isovalue` of the transfer function or more, as of a solid. "isosurface": the first place where the value passes the
+    `isovalue`, from either side."""
+    technique: TechniqueName = "ray-casting"
+    """How the volume is gone through. "ray-casting": a ray for each pixel, in one pass. "two-pass": the same, where a
+    first pass over the faces of the box says where rays enter. "two-pass-as-published": the same with positions of 8
+    bits, as Congote et al. (2011) have them, to compare with: they are off by up to 1/510 of the box. "slabs": ray
+    casting in several draws, each of the next 40 samples of all rays, so that an app may show what is there already.
+    "view-slices": layers across the view are blended, which some devices draw faster; each is rounded to the 8 bits of
+    the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
+    "view-slices", with the opacity and the blending of Noguera and Jiménez (2012), to compare with: it does not
+    converge to the right picture."""
     classification: ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
     samples, by a table of segments; far fewer samples are needed. "palette": each sample, by a few constants in the
-    shader, without a texture. "preclassified": the voxels of the package are colours already."""
+    shader, without a texture. "control-points": each sample, by arithmetic from the control points of the transfer
+    function, exactly and without a texture. "preclassified": the voxels of the package are colours already."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
-    step_voxels: Annotated[float, Field(ge=1e-3, le=1e3)] | None = None
-    """Distance of the samples along a ray, in units of the smallest spacing of the finest level that the package holds.
-    If absent, it is 0.5, or 1 with pre-integrated tables, or 0.25 with compositing maximum."""
+    step_voxels: Literal["auto"] | Annotated[float, Field(ge=1e-3, le=1e3)] = "auto"
+    """Distance of the samples along a ray, in units of the smallest spacing of the level that is drawn. "auto": for
+    each level the longest one, from 0.25 to 2, whose error, measured on a sample of rays, is within a quarter of the
+    tolerance; where users may edit transfer functions 0.5, or 0.25 with compositing maximum or minimum; with slices
+    1."""
     opacity_cutoff: Fraction = 0.998
-    """A ray stops when its opacity passes this (early ray termination). What lies behind 0.998 rounds to 0 in 8
-    bits."""
+    """A ray stops when its opacity passes this (early ray termination). What lies behind counts as being like what is
+    in front; no pixel is off by more than 1 minus this."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"
-    """"headlight": diffuse light from where the viewer is. The package then holds the normals that this needs."""
+    """"headlight": diffuse light from where the viewer is. "phong", "blinn-phong": light from `lighting.light_mm`,
+    with highlights after Phong or after Blinn. The package holds the normals that this needs."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""
+
+
+class LightingSettings(Record):
+    """How `render.lighting` lights. It does nothing where that is "none"."""
+
+    normals: NormalsFrom = "volume"
+    """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
+    takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
+    the package holds no normals, which take three times the bytes of its values."""
+    light_mm: tuple[PhysicalValue, PhysicalValue, PhysicalValue] | None = None
+    """Place of the light of "phong" and "blinn-phong", x, y and z in the patient's space (LPS), in millimetres."""
+    ambient: Share = 0.2
+    """Part of the colour that is there without light."""
+    diffuse: Share = 0.7
+    """Part of the colour that a surface has which faces the light."""
+    specular: Share = 0.3
+    """How white a highlight is."""
+    shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
+    """Exponent of a highlight: the larger, the smaller the highlight."""
 
 
 class GridSettings(Record):
     """Level 0 in sub-volumes, for scans that a device cannot hold at full resolution."""
 
-    size: Annotated[int, Field(ge=2, le=2048)] = 128
-    """Largest number of voxels of a sub-volume along an axis; neighbours share one layer."""
+    size: Annotated[int, Field(ge=2, le=2048)] | Literal["auto"] = 128
+    """Largest number of voxels of a sub-volume along an axis; neighbours share one layer. "auto": there are sub-volumes
+    only where the whole volume does not fit into the profile's textures, of the size that `volprep plan` proposes."""
     layout: Literal["files", "single", "both"] = "files"
     """"files": a file for each sub-volume. "single": the whole level in one file, of which any box can be read by
     seeking. "both": both."""
@@ -219,6 +266,9 @@ class Scene(Record):
     """Whether users of the app may edit transfer functions. Then only the lookup tables and the tables of empty space
     depend on the current transfer functions: the whole scan is kept, all its values have codes, and the package holds
     what an app needs to make these tables again."""
+    fidelity: bool = False
+    """Whether the manifest states how near pictures of each level are to the scan: RMSE, largest error and FLIP. The
+    build then draws 16 views of the scan and of each level for each transfer function."""
     quantize: QuantizeSettings = QuantizeSettings()
     """How physical values become stored values."""
     pyramid: PyramidSettings = PyramidSettings()
@@ -241,6 +291,8 @@ class Scene(Record):
     """Stacks of slices, for profiles of OpenGL ES 1.1; defaults of its fields if absent."""
     normals: NormalSettings | None = None
     """Normals, whether or not lighting needs them. If absent, only if lighting needs them."""
+    lighting: LightingSettings = LightingSettings()
+    """How light falls, where `render.lighting` asks for it."""
     render: RenderWishes = RenderWishes()
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()
@@ -293,9 +345,22 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
+    @property
+    def must_be_cut(self) -> bool:
+        """Whether sub-volumes are wanted in any case, and not only where they are needed."""
+        return self.grid is not None and self.grid.size != "auto"
+
     def with_source(self, source: SourceSpec) -> Self:
         """Return the scene for another source."""
         return self.model_copy(update={"source": source})
+
+    def with_preset(self, name: str, profile: DeviceProfile) -> Self:
+        """Return the scene with a preset as its transfer function, lit if it needs light and the scene says nothing."""
+        scene = self.with_transfer((SceneTransfer.model_validate({"preset": name}),))
+        stays = "lighting" in self.render.model_fields_set or self.bricks is not None or self.textures.mipmaps
+        if stays or not load_preset(name).lit or not profile.has_shaders:
+            return scene
+        return scene.model_copy(update={"render": self.render.model_copy(update={"lighting": "headlight"})})
 
     def with_transfer(self, transfer: tuple[SceneTransfer, ...]) -> Self:
         """Return the scene with other transfer functions."""

@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from volprep.scene.points import ANY_SCAN, Measure, TransferWish
+from volprep.scene.points import ANY_SCAN, Measure, PhysicalValue, TransferWish
 from volprep.scene.presets import load_preset
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import problems
@@ -19,10 +19,17 @@ class SceneTransfer(TransferWish):
     channel: ChannelName | None = None
     """Channel whose values it maps, if the source has several; if absent, the first one."""
     preset: str | None = None
-    """A transfer function that comes with volprep; volprep transfer --help lists them."""
+    """A transfer function that comes with volprep; volprep presets lists them."""
     file: str | None = None
     """File of 3D Slicer (.vp), ParaView (.json) or ITK-SNAP (labels, .txt); relative to the scene. Its opacities are
     for a path of reference_mm, or of 1 mm if that is absent."""
+
+    isovalue: PhysicalValue | None = None
+    """Value of the surface that the compositings isosurface and first-hit show, in the unit of the points' values."""
+
+    intensities: tuple[PhysicalValue, PhysicalValue] | None = None
+    """Values that count as the intensities 0 and 1 with the compositing mida, in the unit of the points' values; if
+    absent, those of the first and the last point."""
 
     @model_validator(mode="before")
     @classmethod
@@ -53,4 +60,11 @@ class SceneTransfer(TransferWish):
 
     def resolved(self, measure: Measure = ANY_SCAN) -> TransferFunction:
         """Return the function over physical values; `measure` counts where the numbers are relative to the scan."""
-        return self.wish.function(self.name, measure)
+        function = self.wish.function(self.name, measure)
+        more: dict[str, object] = {}
+        if self.isovalue is not None:
+            more["isovalue"] = self.wish.physical(self.isovalue, measure)
+        if self.intensities is not None:
+            low, high = self.intensities
+            more["intensities"] = (self.wish.physical(low, measure), self.wish.physical(high, measure))
+        return function.model_copy(update=more)

@@ -4,11 +4,19 @@ The numbers are our own. Those for CT are Hounsfield units and millimetres; thos
 the measured range, with opacity for a part of the scan's diagonal.
 """
 
+import colorsys
 import tomllib
 from functools import cache
 from importlib.resources import files
 
+from pydantic import model_validator
+
 from volprep.scene.points import TransferWish
+from volprep_formats.package.transfer_function import Fraction
+
+_LABELS = 255
+_GOLDEN = (5**0.5 - 1) / 2
+"""Golden angle, as part of a turn: multiples of it keep apart however many there are."""
 
 
 class Preset(TransferWish):
@@ -16,6 +24,35 @@ class Preset(TransferWish):
 
     shows: str
     """What it shows, in a line."""
+    lit: bool = False
+    """Whether it looks flat without light."""
+    label_colours: tuple[str, ...] = ()
+    """For labels, which have no points of their own: "#rrggbb" of labels 1, 2 and so on; the others are made."""
+    label_opacity: Fraction = 0.0
+    """Opacity of every label."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gives_points_to_labels(cls, data: object) -> object:
+        if isinstance(data, dict) and data.get("label_colours"):
+            return {**data, "points": _label_points(data["label_colours"], data["label_opacity"])}
+        return data
+
+
+def _label_points(first: list[str], opacity: float) -> list[dict[str, object]]:
+    """Return two points for each label, which owns the values from half below it to half above."""
+    points: list[dict[str, object]] = [{"value": 0.5, "colour": first[0], "opacity": 0.0}]
+    for label in range(1, _LABELS + 1):
+        colour = first[label - 1] if label <= len(first) else _made_colour(label)
+        points += [{"value": label + side, "colour": colour, "opacity": opacity} for side in (-0.5, 0.5)]
+    return points
+
+
+def _made_colour(label: int) -> str:
+    """Return a colour whose hue is the golden angle away from its neighbours', in four kinds of light and dark."""
+    lightness, saturation = ((0.62, 0.65), (0.45, 0.6), (0.75, 0.55), (0.55, 0.35))[label % 4]
+    shares = colorsys.hls_to_rgb(label * _GOLDEN % 1.0, lightness, saturation)
+    return "#" + "".join(f"{round(255 * share):02x}" for share in shares)
 
 
 def preset_names() -> tuple[str, ...]:

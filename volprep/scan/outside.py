@@ -1,0 +1,98 @@
+"""Voxels that a scan does not mean: those that a mask leaves out, and those that are no numbers, get one value.
+
+They get it before anything is made of the scan, so that no level, normal, table, mesh or picture knows what was there.
+"""
+
+from math import prod
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.scan.slabs import slab_ranges
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+
+
+class MeantSource:
+    """A source in which voxels outside the mask, and those that are NaN, have values that the scene names."""
+
+    def __init__(self, spec: SourceSpec, source: VolumeSource, mask: VolumeSource | None, progress: Progress) -> None:
+        """Take a source and, if there is one, its mask on the same voxels; find the least value if that is wanted.
+
+        Raises VP1286 for a value that the type of the voxels cannot hold, and what the readers raise.
+        """
+        self._source = source
+        self._mask = mask
+        info = source.info
+        remarks = list(info.remarks)
+        outside: float | None = None
+        if mask is not None or spec.nan == "outside":
+            outside = self._least(progress) if spec.outside is None else self._stored(spec, spec.outside)
+        self._outside = outside
+        is_float = np.dtype(info.stored_type).kind == "f"
+        self._nan = None if not is_float or spec.nan is None else outside
+        if is_float and isinstance(spec.nan, float):
+            self._nan = self._stored(spec, spec.nan)
+        if mask is not None and outside is not None:
+            remarks.append(f"what the mask leaves out has the value {info.slope * outside + info.intercept:.6g}")
+        if self._nan is not None:
+            remarks.append(f"voxels that are NaN got the value {info.slope * self._nan + info.intercept:.6g}")
+        self._info = info.model_copy(update={"remarks": tuple(remarks)})
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type, as the source has them."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
+        slab = self._source.read_slab(z0, z1)
+        if self._nan is not None:
+            slab = np.where(np.isnan(slab), slab.dtype.type(self._nan), slab)
+        if self._mask is not None:
+            inside = self._mask.read_slab(z0, z1) != 0
+            slab = np.where(inside, slab, slab.dtype.type(self._outside))
+        return slab
+
+    def __enter__(self) -> Self:
+        """Return the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close what is open."""
+        if self._mask is not None:
+            self._mask.__exit__(*exception)
+        self._source.__exit__(*exception)
+
+    def _least(self, progress: Progress) -> float:
+        """Return the least finite stored value, which takes one reading of the scan."""
+        info = self._source.info
+        depth = info.grid.shape_zyx[0]
+        progress.start("finding the least value", depth)
+        least = np.inf
+        slice_bytes = prod(info.grid.shape_zyx[1:]) * np.dtype(info.stored_type).itemsize
+        for z0, z1 in slab_ranges(depth, slice_bytes):
+            slab = self._source.read_slab(z0, z1)
+            finite = slab[np.isfinite(slab)]
+            least = min(least, float(finite.min())) if finite.size else least
+            progress.advance(z1 - z0)
+        return least if np.isfinite(least) else 0.0
+
+    def _stored(self, spec: SourceSpec, physical: float) -> float:
+        """Return the stored value of a physical one. Raises VP1286 if the type of the voxels has none."""
+        info = self._source.info
+        stored = (physical - info.intercept) / info.slope
+        dtype = np.dtype(info.stored_type)
+        if dtype.kind == "f":
+            return stored
+        limits = np.iinfo(info.stored_type)
+        whole = round(stored)
+        if not limits.min <= whole <= limits.max or abs(whole - stored) > 1e-6 * max(1.0, abs(stored)):
+            least, most = (info.slope * end + info.intercept for end in (limits.min, limits.max))
+            raise VolprepError(
+                "VP1286", path=Path(spec.path), value=physical, type=dtype.name, step=info.slope, low=least, high=most
+            )
+        return float(whole)

@@ -1,0 +1,94 @@
+"""Labels with numbers above 255: each number that occurs gets a code, in ascending order, and 0 stays 0.
+
+Codes of labels have 8 bits, and atlases number their things by thousands (FreeSurfer: up to 14175) but use few at once.
+"""
+
+from math import prod
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.scan.slabs import slab_ranges
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo, VolumeSource
+
+LARGEST_LABEL = 255
+"""Labels are codes of 8 bits."""
+_REMARK = (
+    "labels have numbers up to {highest:g}: they got the codes 0 to {last}, over which transfer functions are; "
+    "label_numbers in the manifest has the number of each"
+)
+
+
+def with_small_labels(source: VolumeSource, progress: Progress) -> VolumeSource:
+    """Return a source of labels whose numbers are codes from 0 to 255: the same one, if they are already.
+
+    It reads the scan once where the type of its voxels can hold other numbers. A source with numbers that are no labels
+    stays as it is, and is refused later. Raises VP3026 for more than 255 labels.
+    """
+    info = source.info
+    if info.stored_type == "uint8" and (info.slope, info.intercept) == (1.0, 0.0):
+        return source
+    numbers = _numbers(source, progress)
+    if numbers is None or numbers[0] < 0 or numbers[-1] <= LARGEST_LABEL:
+        return source
+    numbers = np.union1d([0.0], numbers)
+    if len(numbers) > LARGEST_LABEL + 1:
+        raise VolprepError("VP3026", count=len(numbers) - 1, low=f"{numbers[1]:g}", high=f"{numbers[-1]:g}")
+    return RelabelledSource(source, numbers)
+
+
+def _numbers(source: VolumeSource, progress: Progress) -> NDArray[np.float64] | None:
+    """Return the physical values that occur, ascending; None if one of them is no whole number, and no label."""
+    info = source.info
+    depth = info.grid.shape_zyx[0]
+    slice_bytes = prod(info.grid.shape_zyx[1:]) * np.dtype(info.stored_type).itemsize
+    progress.start("finding the labels", depth)
+    found = np.empty(0)
+    for z0, z1 in slab_ranges(depth, slice_bytes):
+        values = info.slope * np.unique(source.read_slab(z0, z1)).astype(np.float64) + info.intercept
+        if not np.isfinite(values).all() or (values != np.round(values)).any():
+            return None
+        found = np.union1d(found, values)
+        progress.advance(z1 - z0)
+    return found
+
+
+class RelabelledSource:
+    """A source whose voxels are codes of the labels in `numbers`."""
+
+    def __init__(self, source: VolumeSource, numbers: NDArray[np.float64]) -> None:
+        """Take the physical value of each code, ascending from 0."""
+        self._source = source
+        self._numbers = numbers
+        info = source.info
+        self._info = info.model_copy(
+            update={
+                "stored_type": "uint8",
+                "slope": 1.0,
+                "intercept": 0.0,
+                "label_numbers": tuple(int(number) for number in numbers),
+                "remarks": (*info.remarks, _REMARK.format(highest=numbers.max(), last=len(numbers) - 1)),
+            }
+        )
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type of the codes."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Codes of slices z0 to z1 - 1 as [z, y, x]."""
+        info = self._source.info
+        values = info.slope * self._source.read_slab(z0, z1).astype(np.float64) + info.intercept
+        return np.searchsorted(self._numbers, values).astype(np.uint8)
+
+    def __enter__(self) -> Self:
+        """Return the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close what is open."""
+        self._source.__exit__(*exception)
