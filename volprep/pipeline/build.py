@@ -15,9 +15,12 @@ from volprep.pipeline.origin import Origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import Prepared, prepare
 from volprep.pipeline.stages import run_stages
+from volprep.plan.device_files import require_same_scan
+from volprep.plan.device_records import DeviceRecord
 from volprep.plan.records import Plan
 from volprep.scan.statistics import measure
-from volprep.scene.request import Request, with_grey_ramp
+from volprep.scene.first_look import with_first_look
+from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors
@@ -65,13 +68,20 @@ def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoic
     return Origin(scene_path=scene_path, scene=scene, profile=prepared.profile, levels=levels, forms=plan.forms)
 
 
-def plan_build(request: Request, progress: Progress) -> Plan:
-    """Return the plan of a scene without building anything: one pass over the source. Raises what `build` raises."""
+def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceRecord] | None = None) -> Plan:
+    """Return the plan of a scene without building anything: one pass over the source. Raises what `build` raises.
+
+    With a measurement of a `device`, and its file, also VP7037 if that is of another scan or profile.
+    """
     prepared = prepare(request)
-    scanned = [Scanned(info, measure(source, progress)) for _, info, source in prepared.sources(progress)]
+    found = [(channel, info, measure(source, progress)) for channel, info, source in prepared.sources(progress)]
+    if device is not None:
+        sources = {channel.name: measured.sha256 for channel, _, measured in found}
+        require_same_scan(*device, prepared.profile.name, sources)
+    scanned = [Scanned(info, measured) for _, info, measured in found]
     scene = prepared.scene
-    if prepared.scene_path is None:
-        scene = with_grey_ramp(scene, scanned[0].measured.statistics, scanned[0].info.grid)
+    if prepared.first_look:
+        scene = with_first_look(scene, prepared.profile, scanned[0].info, scanned[0].measured.statistics)
     return make_plan(scene, prepared.profile, scanned)
 
 

@@ -5,24 +5,25 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.classification.decision import StepLengths, choose_tables
+from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
 from volprep.parts.compression.decision import CompressionChoice, CompressionGrounds, choose_compression
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import describe_editing, plan_editing
 from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
 from volprep.parts.programs.decision import ray_casters
+from volprep.parts.programs.step import StepChoice, choose_steps, describe_steps
 from volprep.parts.proxy.decision import describe_proxy, plan_proxy
 from volprep.parts.skip.decision import Found, describe_skip, plan_skip
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
 from volprep.parts.subvolumes.decision import plan_subvolumes
 from volprep.parts.values.decision import ValueChoice, choose_values
 from volprep.parts.values.items import Grounds, describe_codes
-from volprep.parts.values.labels import step_voxels_of
 from volprep.pipeline.items import describe
 from volprep.plan.functions import describe_functions
 from volprep.plan.records import ChannelPlan, CropPlan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
 from volprep.transfer.table import Table
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -53,8 +54,8 @@ class Begun(Protocol):
     """A channel of which all is decided that does not depend on the others."""
 
     @property
-    def step_mm(self) -> float:
-        """Distance of the samples that suits it."""
+    def steps(self) -> tuple[StepChoice, ...]:
+        """Distance of the samples that suits each of its levels, finest first."""
 
     @property
     def stops(self) -> bool:
@@ -74,15 +75,19 @@ def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid)
     Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3050 for normals that it cannot hold, VP3060 for slices with what
     needs shaders, VP3070 for a compressed format that the profile does not have, VP3071 for mipmaps where it has no 3D
-    textures.
+    textures, VP3116 and VP3117 for an isovalue of nothing that is seen.
     """
+    require_isovalues(scan.scene, scan.functions, scan.measured)
     values = choose_values(scan.scene, profile, scan.info, scan.measured, scan.functions)
     if not profile.has_shaders:
         return _Slices(scan, values, plan_of_slices(scan.name, scan.scene, profile, grid, scan.functions))
     grounds = CompressionGrounds(
         scan.name, scan.scene, profile, scan.info, scan.measured, scan.functions, values, crop, grid
     )
-    return _Volume(scan, profile, grid, values, choose_compression(grounds, scan.whole))
+    compression = choose_compression(grounds, scan.whole)
+    levels = compression.layout.levels
+    steps = choose_steps(scan.scene, scan.functions, scan.info, scan.measured, grid=grid, levels=levels)
+    return _Volume(scan, profile, grid, values, compression, steps)
 
 
 @dataclass(frozen=True)
@@ -94,8 +99,9 @@ class _Slices:
     choice: SlicesChoice
 
     @property
-    def step_mm(self) -> float:
-        return min(stack.distance_mm for stack in self.choice.slices.stacks)
+    def steps(self) -> tuple[StepChoice, ...]:
+        distance_mm = min(stack.distance_mm for stack in self.choice.slices.stacks)
+        return (StepChoice(self.choice.level.index, distance_mm, "slices are as far apart as voxels are"),)
 
     @property
     def stops(self) -> bool:
@@ -132,16 +138,12 @@ class _Volume:
     grid: Grid
     values: ValueChoice
     compression: CompressionChoice
-
-    @property
-    def step_mm(self) -> float:
-        finest = self.compression.layout.levels[0]
-        voxel_mm = min(h * f for h, f in zip(self.grid.spacing_mm_zyx, finest.factors_zyx, strict=True))
-        return step_voxels_of(self.scan.scene, self.scan.functions, voxel_mm) * voxel_mm
+    steps: tuple[StepChoice, ...]
 
     @property
     def stops(self) -> bool:
-        if not COMPOSITINGS[self.scan.scene.render.compositing].ends_early:
+        render = self.scan.scene.render
+        if not (COMPOSITINGS[render.compositing].ends_early and TECHNIQUES[render.technique].loops):
             return False
         return self.scan.scene.editable or self.opacity > self.scan.scene.render.opacity_cutoff
 
@@ -174,9 +176,10 @@ class _Volume:
             normals,
             COMPOSITINGS[shared.compositing],
             scene.editable,
+            TECHNIQUES[scene.render.technique].loops,
         )
         skip = plan_skip(scene.skip, functions, found)
-        programs = tuple(program for each in functions for program in ray_casters(each.name, volumes, scene.render))
+        programs = tuple(program for each in functions for program in ray_casters(each.name, volumes, scene))
         proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
         plan = ChannelPlan(
             channel=scan.name,
@@ -199,6 +202,7 @@ class _Volume:
         grounds = Grounds(scene, scan.info, values, layout.candidates, layout.fits, tables)
         return plan, (
             *describe(plan, grounds),
+            *describe_steps(shared.render, self.steps),
             *self.compression.items,
             *describe_skip(skip, functions, scene.skip, found),
             *(describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()),

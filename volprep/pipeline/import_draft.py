@@ -11,7 +11,7 @@ from volprep.parts.work import SCENE, generator, is_current, scene_bytes
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
-from volprep.scene.request import with_grey_ramp
+from volprep.scene.first_look import with_first_look
 from volprep.scene.scene import Scene
 from volprep_formats.package.channel import ChannelPart, SourceRecord
 from volprep_formats.package.manifest import Contribution, Heading, StageRecord
@@ -52,8 +52,8 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
         measured.append(found)
     assert draft is not None  # noqa: S101 - a scene has at least one channel
     scene = prepared.scene
-    if prepared.scene_path is None:
-        scene = with_grey_ramp(scene, measured[0].statistics, records[0].info.grid)
+    if prepared.first_look:
+        scene = with_first_look(scene, prepared.profile, records[0].info, measured[0].statistics)
     draft.write(SCENE, "work", scene_bytes(scene))
     made = tuple(
         Contribution(channel=ChannelPart(name=channel.name, source=record, statistics=found.statistics))
@@ -64,8 +64,8 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
 
 
 def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:
-    """Return the scene of a request; an earlier import gave a scan without a scene its transfer function."""
-    if prepared.scene_path is not None:
+    """Return the scene of a request; an earlier import made the transfer function that nobody gave."""
+    if not prepared.first_look:
         return prepared.scene
     return scene_of(draft).with_source(prepared.scene.source)
 

@@ -10,6 +10,7 @@ from volprep.parts.bricks.decision import describe_bricks
 from volprep.parts.classification.decision import describe_tables
 from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.decision import describe_mosaic, mosaic_text
+from volprep.parts.programs.decision import shader_files
 from volprep.parts.subvolumes.decision import describe_subvolumes
 from volprep.parts.texture.mipmaps import chain_bytes, describe_mipmaps
 from volprep.parts.values.items import Grounds, describe_codes
@@ -17,6 +18,7 @@ from volprep.plan.functions import describe_functions
 from volprep.plan.records import PREVIEW, ChannelPlan, Shared
 from volprep.plan.room import Misfit, texture_bytes
 from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.textures.block_formats import BLOCKS
 
@@ -32,7 +34,7 @@ def describe(plan: ChannelPlan, grounds: Grounds) -> tuple[PlanItem, ...]:
         *_layout(plan, grounds.scene),
         *describe_mipmaps(plan.levels, plan.volumes),
         *describe_bricks(plan.volumes, plan.profile),
-        *describe_subvolumes(plan.subvolumes, plan.grid, plan.levels, plan.volumes),
+        *describe_subvolumes(plan, grounds.scene),
         *describe_functions(grounds.scene, plan.transfer_functions),
         *describe_tables(plan, grounds.tables),
         _shaders(plan),
@@ -103,13 +105,14 @@ def _why_flat(plan: ChannelPlan) -> str:
 
 
 def _shaders(plan: ChannelPlan) -> PlanItem:
-    files = {path for program in plan.programs for path in (program.vertex, program.fragment)}
+    files = {path for program in plan.programs for path in shader_files(program)}
     technique = "3D texture" if plan.volumes[0].mosaic is None else "mosaic"
     technique = technique if plan.volumes[0].bricks is None else "bricks"
+    walk = TECHNIQUES[plan.programs[0].technique].text
     return PlanItem(
         name="shaders",
         kept=True,
-        reason=f"ray casting through the {technique}, one program for each transfer function",
+        reason=f"{walk} through the {technique}, one program for each transfer function",
         files=tuple(sorted(files)),
     )
 
@@ -118,6 +121,9 @@ def early_termination(shared: Shared, scene: Scene, opacity: float) -> PlanItem:
     """Return whether rays stop early; `opacity` is a bound on that of any ray."""
     if not COMPOSITINGS[shared.compositing].ends_early:
         reason = f"with compositing {shared.compositing} every sample of a ray may count"
+        return PlanItem(name="early ray termination", kept=False, reason=reason)
+    if not TECHNIQUES[scene.render.technique].loops:
+        reason = f"with technique {scene.render.technique} a fragment takes one sample"
         return PlanItem(name="early ray termination", kept=False, reason=reason)
     return PlanItem(
         name="early ray termination",

@@ -12,7 +12,8 @@ from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
-from volprep.parts.programs.decision import technique_of
+from volprep.parts.programs.decision import require_technique, sampling_of
+from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import refuse_slices
 from volprep.parts.together.decision import choose_together, plan_together
 from volprep.parts.together.packing import pack_channels
@@ -50,7 +51,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
     Raises what `begin` raises, VP1244 for what cannot be made of several channels, VP3031 and VP3032 for bricks that
-    cannot be, VP3040 for a classification that the profile cannot do, VP3043 for one that mixes labels, VP3060 for
+    cannot be, VP3043 for one that mixes labels, VP3060 for
     slices without need, VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
@@ -86,6 +87,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         shared=shared,
         channels=tuple(channels),
         together=together,
+        fidelity=scene.fidelity,
         stages=_stages(channels, together),
         items=tuple(items),
     )
@@ -99,7 +101,8 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
     if profile.has_shaders:
         refuse_slices(scene, profile)
-        require_classification(scene, profile)
+        require_technique(scene)
+        require_classification(scene)
         require_bricks(scene, profile)
 
 
@@ -126,9 +129,11 @@ def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
 
 
 def _render(scene: Scene, begun: Sequence[Begun]) -> RenderSettings:
-    """Return the finest step that any channel needs; rays stop early if those of any channel can."""
+    """Return for each level the finest step that any channel needs; rays stop early if those of any channel can."""
+    step_mm, level_steps = common_steps([channel.steps for channel in begun])
     return RenderSettings(
-        step_mm=min(channel.step_mm for channel in begun),
+        step_mm=step_mm,
+        level_steps=level_steps,
         opacity_cutoff=scene.render.opacity_cutoff if any(channel.stops for channel in begun) else None,
         projection=scene.render.projection,
         tolerance=scene.tolerance,
@@ -140,8 +145,8 @@ def _stages(channels: Sequence[ChannelPlan], together: TogetherPlan | None) -> t
     if channels[0].slices is not None:
         coarser = ("pyramid",) if channels[0].levels[0].index else ()
         return ("import", "quantize", *coarser, "transfer", "slices", "seal")
-    technique = technique_of(channels[0].volumes[0])
-    layout = {"raycast_mosaic": "mosaic", "raycast_bricks": "bricks"}.get(technique, "texture")
+    sampling = sampling_of(channels[0].volumes[0])
+    layout = {"mosaic": "mosaic", "bricks": "bricks"}.get(sampling, "texture")
     tables = any(plan.skip is not None and (plan.skip.tables or plan.skip.ranges) for plan in channels)
     needed = {
         "pyramid": any(level.index for plan in channels for level in plan.levels),

@@ -26,6 +26,8 @@ class Prepared:
     """The channels that are drawn, the default one first."""
     scene_path: Path | None
     """The scene file, absolute; None for a source without a scene."""
+    first_look: bool
+    """Whether nobody gave a transfer function, so that one is made from what is measured."""
 
     def sources(self, progress: Progress) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
         """Open one channel after the other; its voxels have the grid of the first one.
@@ -47,4 +49,4 @@ def prepare(request: Request) -> Prepared:
     for path in files_of(scene.source):
         if not path.exists():
             raise VolprepError("VP1001", path=path)
-    return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path)
+    return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, request.first_look)

@@ -10,7 +10,9 @@ from volprep.parts.stage import Stage, Work
 from volprep.parts.subvolumes.decision import ITEM as SUBVOLUMES
 from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Contribution, PlanItem
+from volprep_formats.package.parts.fidelity.record import Fidelity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -21,13 +23,29 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
     return (plan,)
 
 
-def _run(draft: Draft, _plan: Plan, progress: Progress) -> Contribution:
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     from volprep.pipeline.preview import preview_png  # noqa: PLC0415 - loads OpenGL, which no other stage needs
 
     progress.start("seal", 1)
-    draft.write(PREVIEW, "preview", preview_png(Package.open(draft.folder, allow_draft=True)))
+    package = Package.open(draft.folder, allow_draft=True)
+    draft.write(PREVIEW, "preview", preview_png(package))
+    fidelity = _fidelity(draft, package) if plan.fidelity else ()
     progress.advance()
-    return Contribution(preview=PREVIEW)
+    return Contribution(preview=PREVIEW, fidelity=fidelity)
+
+
+def _fidelity(draft: Draft, package: Package) -> tuple[Fidelity, ...]:
+    """Measure each level with each transfer function. Raises what drawing raises."""
+    from volprep.parts.fidelity import measure as of  # noqa: PLC0415 - as above
+    from volprep.parts.source_field import source_field  # noqa: PLC0415 - as above
+
+    found: list[Fidelity] = []
+    for part in channel_packages(package).values():
+        manifest = part.manifest
+        projection = manifest.render.projection if manifest.render else "orthographic"
+        cameras = of.cameras_from(manifest.levels[0].grid, of.spiral(of.VIEWS), projection)
+        found += [of.stated(each) for each in of.measure(part, source_field(draft, manifest), cameras)]
+    return tuple(found)
 
 
 def settled(draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:

@@ -8,6 +8,7 @@ from volprep.render.choose import renderer_of
 from volprep.scene.request import load_edit
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.picture import Background, encoded
+from volprep_formats.arrays import FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.output import require_place, write_file
@@ -52,15 +53,11 @@ class Taken:
     """Driver."""
 
 
-def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
-    """Draw a package to a PNG file.
+def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
+    """Draw a package: a premultiplied linear picture [H, W, 4], and what drew it.
 
-    Raises what `Package.open`, `renderer_of` and `load_edit` raise, VP5020 and VP5022 for an impossible camera, VP5021
-    where the file cannot be written.
+    Raises what `Package.open`, `renderer_of` and `load_edit` raise, VP5020 and VP5022 for an impossible camera.
     """
-    if picture_path.suffix.lower() != ".png":
-        raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
-    require_place(picture_path, "VP5021")
     package = Package.open(package_path)
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
@@ -68,7 +65,15 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
     with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
         picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
-        taken = Taken(renderer.level.index, renderer.name, str(renderer.driver))
+        return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver))
+
+
+def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
+    """Draw a package to a PNG file. Raises what `draw` raises, and VP5021 where the file cannot be written."""
+    if picture_path.suffix.lower() != ".png":
+        raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
+    require_place(picture_path, "VP5021")
+    picture, taken = draw(package_path, shot)
     write_file(picture_path, png_bytes(encoded(picture, shot.background)), "VP5021")
     return taken
 

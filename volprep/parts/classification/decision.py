@@ -16,6 +16,7 @@ from volprep.plan.probe import PictureDifference, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
+from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
@@ -24,6 +25,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, LookupFormat
+from volprep_formats.package.program import TABLES
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
@@ -50,6 +52,8 @@ class Tables:
     """Pre-integrated tables."""
     palettes: tuple[PalettePlan, ...] = ()
     """Palettes."""
+    points: tuple[str, ...] = ()
+    """Transfer functions whose control points programs hold."""
     voxels: tuple[str, float] | None = None
     """Where voxels are classified: by which transfer function, for a path of how many millimetres."""
     reasons: tuple[str, ...] = ()
@@ -66,21 +70,19 @@ class Tables:
 
 def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
-    if wishes.classification in {"palette", "preclassified"}:
+    if not TABLES[wishes.classification]:
         return 0
     texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
     return texels * BYTES_PER_TEXEL[_texel_format(profile)]
 
 
-def require_classification(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3040 where the class of devices cannot classify so, VP3041 and VP3045 where the scene cannot."""
+def require_classification(scene: Scene) -> None:
+    """Raise VP3041 and VP3045 for what the classification or the compositing of the scene does not go with."""
     name = scene.render.classification
     _require_compositing(scene)
-    if name in {"palette", "preclassified"} and profile.api == "es2.0":
-        raise VolprepError("VP3040", classification=name, profile=profile.name, api=profile.api[2:])
     unwanted = {
         "several transfer functions": len(scene.transfer) == 1,
-        "sub-volumes": scene.grid is None,
+        "sub-volumes": not scene.must_be_cut,
         "proxy geometry": scene.proxy is None,
         "ranges of blocks": not scene.skip.ranges,
     }
@@ -90,7 +92,7 @@ def require_classification(scene: Scene, profile: DeviceProfile) -> None:
 
 
 def _require_compositing(scene: Scene) -> None:
-    """Raise VP3045 for what the compositing of the scene does not go with."""
+    """Raise VP3045 for what the compositing of the scene does not go with, VP3115 to VP3120 for what it lacks."""
     render = scene.render
     compositing = COMPOSITINGS[render.compositing]
     unwanted = {
@@ -98,10 +100,35 @@ def _require_compositing(scene: Scene) -> None:
         f"lighting {render.lighting}": render.lighting == "none" or compositing.lit,
         "[together]": scene.together is None or compositing.several,
         "labels": not scene.source.labels or compositing.labels,
+        "proxy geometry": scene.proxy is None or compositing.meshes,
     }
     for what, is_possible in unwanted.items():
         if not is_possible:
             raise VolprepError("VP3045", compositing=render.compositing, what=what)
+    if render.lighting in {"phong", "blinn-phong"} and scene.lighting.light_mm is None:
+        raise VolprepError("VP3119", lighting=render.lighting)
+    if render.lighting != "none" and scene.lighting.normals != "volume" and render.classification == "preclassified":
+        raise VolprepError("VP3120", normals=scene.lighting.normals)
+    for transfer in scene.transfer:
+        if compositing.isovalue and transfer.isovalue is None:
+            raise VolprepError("VP3115", transfer=transfer.name, compositing=render.compositing)
+        if compositing.intensities:
+            low, high = transfer.resolved().intensity_range
+            if not low < high:
+                raise VolprepError("VP3118", transfer=transfer.name, low=low, high=high)
+
+
+def require_isovalues(scene: Scene, functions: tuple[TransferFunction, ...], measured: Measured) -> None:
+    """Raise VP3116 for an isovalue that no voxel reaches, VP3117 for one that the transfer function does not show."""
+    if not COMPOSITINGS[scene.render.compositing].isovalue:
+        return
+    low, high = measured.statistics.minimum, measured.statistics.maximum
+    for function in functions:
+        isovalue = function.isovalue or 0.0
+        if not low <= isovalue <= high:
+            raise VolprepError("VP3116", transfer=function.name, isovalue=isovalue, low=low, high=high)
+        if not Table.exact(function).largest_extinction(isovalue, isovalue):
+            raise VolprepError("VP3117", transfer=function.name, isovalue=isovalue)
 
 
 def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
@@ -123,6 +150,10 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
         palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
         reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
         return Tables(palettes=palettes, reasons=reasons)
+    if wishes.classification == "control-points":
+        names = tuple(function.name for function in functions)
+        reasons = tuple(rays.points_reason(function, values.entries) for function in functions)
+        return Tables(points=names, reasons=reasons)
     if wishes.classification == "preclassified":
         (function,) = functions
         reference_mm, error = rays.best_reference(function)
@@ -153,6 +184,8 @@ def describe_tables(plan: ChannelPlan, tables: Tables) -> Iterator[PlanItem]:
             )
     if tables.voxels is not None:
         yield PlanItem(name=f"voxels classified by {tables.voxels[0]}", kept=True, reason=next(reasons))
+    for name in tables.points:
+        yield PlanItem(name=f"control points {name}", kept=True, reason=next(reasons))
     for palette in plan.palettes:
         yield PlanItem(name=f"palette {palette.transfer}", kept=True, reason=next(reasons))
     if not plan.preintegrated:
@@ -217,6 +250,17 @@ class _Rays:
         exact = self._light(_samples(Table.exact(function)))
         error = difference_of_views(self._light(_nearest(function, self._window, entries)), exact)
         return f"{entries} entries in the shader: the sample of rays changes by {error.text}"
+
+    def points_reason(self, function: TransferFunction, entries: int) -> str:
+        """Compare the function itself with a lookup table of it, both by samples."""
+        exact = self._light(_samples(Table.exact(function)))
+        rows = lookup_table(function, self._window, entries)
+        table = Table(np.linspace(*self._window, entries), rows[:, :3], rows[:, 3])
+        error = difference_of_views(self._light(_samples(table)), exact)
+        return (
+            f"{len(function.points)} points in the shader, which are the function itself, and no texture; with a "
+            f"lookup table of {entries} entries the sample of rays would change by {error.text}"
+        )
 
     def best_reference(self, function: TransferFunction) -> tuple[float, PictureDifference]:
         """Reference length of classified voxels, a multiple of the step, and its error against exact segments."""

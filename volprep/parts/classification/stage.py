@@ -1,13 +1,14 @@
 """Transfer functions become what shaders classify with: lookup tables, pre-integrated tables, or palettes.
 
-All are made over the window of the stored values. A level whose pictures gain by it has a lookup table of its own,
-which was fitted when the level was made; where users may edit transfer functions it has the joint histogram, too, from
-which its tables come.
+All are made over the window of the stored values. A level whose pictures gain by it has a table of its own: a lookup
+table that was fitted when the level was made, or the integral of such a table over segments of the level's own step
+(both together: Díaz-García et al. 2018, section 3). Where users may edit transfer functions it has the joint histogram,
+too, from which its tables come.
 """
 
 from collections.abc import Iterator
 
-from volprep.parts.levels.chosen import lookup_of_level, own_tables
+from volprep.parts.levels.chosen import file_of_level, own_tables, table_of_level
 from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
@@ -15,7 +16,8 @@ from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
-from volprep.transfer.preintegrated import preintegrated_texels
+from volprep.transfer.preintegrated import fitted_function, segment_table, segment_texels
+from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
@@ -40,7 +42,7 @@ class _Step(Record):
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
     step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
-    return (*common, *present(step, plan.editing))
+    return (*common, *present(step, plan.editing), *(plan.render.level_steps if plan.preintegrated else ()))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -61,11 +63,7 @@ def _textures(
         yield from _lookups(draft, plan, lookup, functions[lookup.transfer])
         progress.advance()
     for planned in plan.preintegrated:
-        function = functions[planned.transfer]
-        table = preintegrated_texels(
-            function, plan.quantize.window, planned.entries, planned.segment_mm, planned.format
-        )
-        yield _texture(draft, plan, planned, table)
+        yield from _preintegrated(draft, plan, planned, functions[planned.transfer])
         progress.advance()
 
 
@@ -81,8 +79,33 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
-        named = lookup if level is None else lookup_of_level(lookup, level)
+        named = lookup if level is None else table_of_level(lookup, level)
         yield _texture(draft, plan, named, texels, level)
+
+
+def _preintegrated(
+    draft: Draft, plan: ChannelPlan, planned: PreintegratedPlan, function: TransferFunction
+) -> Iterator[Texture]:
+    """Return the tables of levels that have one of their own, for their own steps, and the common one if needed."""
+    window = plan.quantize.window
+    tables = {
+        level: segment_table(
+            fitted_function(function, entries, window), window, planned.entries, plan.render.step_of(level)
+        )
+        for level, entries in own_tables(draft, plan, planned.transfer).items()
+    }
+    named = {level: table_of_level(planned, level) for level in tables}
+    texels: dict[int | None, Float64Array] = dict(tables.items())
+    if tables.keys() != {level.index for level in plan.levels}:
+        texels[None] = segment_table(Table.exact(function), window, planned.entries, planned.segment_mm)
+    # As lookup tables: one shader reads all of them, and holds one scale.
+    largest_per_mm = max(float(table[..., 3].max()) for table in texels.values())
+    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
+    for level, table in texels.items():
+        found = planned
+        if level is not None:
+            found = named[level].model_copy(update={"segment_mm": plan.render.step_of(level)})
+        yield _texture(draft, plan, found, segment_texels(table, planned.format, largest_per_mm), level)
 
 
 def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
@@ -134,12 +157,14 @@ def _palettes(plan: ChannelPlan, functions: dict[str, TransferFunction], progres
 
 
 def _shapes(draft: Draft, plan: ChannelPlan) -> Shapes:
-    shapes: Shapes = {table.file: (1, table.entries, table.entries) for table in plan.preintegrated}
-    for lookup in plan.lookups:
-        own = own_tables(draft, plan, lookup.transfer)
+    shapes: Shapes = {}
+    tables: tuple[LookupPlan | PreintegratedPlan, ...] = (*plan.lookups, *plan.preintegrated)
+    for table in tables:
+        shape = (1, 1 if isinstance(table, LookupPlan) else table.entries, table.entries)
+        own = own_tables(draft, plan, table.transfer)
         if own.keys() != {level.index for level in plan.levels}:
-            shapes[lookup.file] = (1, 1, lookup.entries)
-        shapes |= {lookup_of_level(lookup, level).file: (1, 1, lookup.entries) for level in own}
+            shapes[table.file] = shape
+        shapes |= {file_of_level(table.name, level): shape for level in own}
     return shapes
 
 

@@ -14,7 +14,7 @@ from volprep.parts.levels.joint_histogram import level_table
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.tables import skip_table
-from volprep.parts.skip.visible import entry_extinctions
+from volprep.parts.skip.visible import entry_extinctions, entry_table
 from volprep.render.inputs import Edit, Inputs
 from volprep.scan.block_ranges import BlockRanges
 from volprep.transfer.lookup import lookup_table, lookup_texels
@@ -46,31 +46,39 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
     compositing = COMPOSITINGS[inputs.program.compositing]
     if compositing.fixed_path:
         replaced = next(each for each in package.manifest.transfer_functions if each.name == inputs.program.transfer)
-        function = _of_path(function, replaced.reference_mm)
+        function = _of_path(function, replaced)
     table = next(texture for texture in inputs.textures if texture.role == "transfer")
     texels = {table.name: _table_texels(package, table, inputs.level.index, function)}
     for texture in inputs.textures:
         if texture.role == "skip":
-            shown = compositing.visible(entry_extinctions(table, texels[table.name][0]))
-            texels[texture.name] = _skip_texels(package, texture, shown)
+            entries = entry_table(entry_extinctions(table, texels[table.name][0]), _window(package), function)
+            texels[texture.name] = _skip_texels(package, texture, compositing.visible(entries))
     return replace(inputs, texels={**inputs.texels, **texels})
 
 
-def _of_path(function: TransferFunction, reference_mm: float) -> TransferFunction:
-    """Return the function that has the same opacities along the path that the shader knows."""
-    ratio = function.reference_mm / reference_mm
+def _of_path(function: TransferFunction, replaced: TransferFunction) -> TransferFunction:
+    """Return the function with the same opacities along the path that the shader knows, and the shader's isovalue."""
+    ratio = function.reference_mm / replaced.reference_mm
     points = tuple(
         TransferPoint(value=each.value, colour=each.colour, extinction_per_mm=each.extinction_per_mm * ratio)
         for each in function.points
     )
-    return TransferFunction(name=function.name, points=points, reference_mm=reference_mm)
+    return TransferFunction(
+        name=function.name, points=points, reference_mm=replaced.reference_mm, isovalue=replaced.isovalue
+    )
+
+
+def _window(package: Package) -> tuple[float, float]:
+    if package.manifest.quantization is None:
+        raise VolprepError("VP5023", path=package.path)
+    return package.manifest.quantization.window
 
 
 def _table_texels(package: Package, texture: Texture, level: int, function: TransferFunction) -> Texels:
     manifest = package.manifest
-    if manifest.quantization is None or manifest.editing is None or manifest.render is None:
+    if manifest.editing is None or manifest.render is None:
         raise VolprepError("VP5023", path=package.path)
-    table = lookup_table(function, manifest.quantization.window, texture.shape_zyx[2])
+    table = lookup_table(function, _window(package), texture.shape_zyx[2])
     for histogram in manifest.editing.histograms:
         if histogram.level == level:
             shares = decode_histogram(package.read_bytes(histogram.file), histogram.file)

@@ -1,12 +1,13 @@
 """What was decided about levels when they were made, for the stages after that: filters, tables, and the reasons."""
 
 from collections.abc import Iterator
+from typing import Literal, TypeVar
 
 import numpy as np
 
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.parts.work import choice_name
-from volprep.plan.records import ChannelPlan, LookupPlan, Plan
+from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
@@ -29,10 +30,23 @@ def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Floa
     }
 
 
-def lookup_of_level(lookup: LookupPlan, level: int) -> LookupPlan:
+LevelTable = TypeVar("LevelTable", LookupPlan, PreintegratedPlan)
+"""A table that a level may have of its own."""
+
+_KINDS: dict[type[LookupPlan | PreintegratedPlan], str] = {
+    LookupPlan: "lookup table",
+    PreintegratedPlan: "pre-integrated table",
+}
+
+
+def table_of_level(table: LevelTable, level: int) -> LevelTable:
     """Return the names of the table that a level has of its own."""
-    name = f"{lookup.name}-level{level}"
-    return lookup.model_copy(update={"name": name, "file": f"textures/{name}.ktx2"})
+    return table.model_copy(update={"name": f"{table.name}-level{level}", "file": file_of_level(table.name, level)})
+
+
+def file_of_level(name: str, level: int) -> str:
+    """Return the file of the table that a level has instead of the one of this name."""
+    return f"textures/{name}-level{level}.ktx2"
 
 
 def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
@@ -41,7 +55,9 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
     settled = {(item.channel, item.name): item for each in plan.channels for item in _decided(draft, each)}
     # A common table that no level needs was not written.
     common = {
-        (each.channel, f"lookup table {table.transfer}"): table for each in plan.channels for table in each.lookups
+        (each.channel, f"{_KINDS[type(table)]} {table.transfer}"): table
+        for each in plan.channels
+        for table in _tables(each)
     }
     unused = {key for key, table in common.items() if table.name not in textures}
     planned = [settled.pop((item.channel, item.name), item) for item in items]
@@ -54,8 +70,13 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
     )
 
 
+def _tables(plan: ChannelPlan) -> tuple[LookupPlan | PreintegratedPlan, ...]:
+    """Return the tables that a level may have of its own."""
+    return (*plan.lookups, *plan.preintegrated)
+
+
 def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
-    lookups = {lookup.transfer: lookup for lookup in plan.lookups}
+    tables = {table.transfer: table for table in _tables(plan)}
     made = "fitted to the level" if plan.editing is None else "of its joint histogram"
     for choice in choices_of(draft, plan):
         if len({trial.filter for trial in choice.trials}) > 1:
@@ -67,10 +88,11 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
             )
         own = {table.transfer for table in choice.tables}
         for common, adapted in _pairs(choice):
-            file = lookup_of_level(lookups[adapted.transfer], choice.level).file
+            table = tables[adapted.transfer]
+            file = file_of_level(table.name, choice.level)
             kept = adapted.transfer in own
             yield PlanItem(
-                name=f"lookup table {adapted.transfer} of level {choice.level}",
+                name=f"{_KINDS[type(table)]} {adapted.transfer} of level {choice.level}",
                 channel=plan.channel,
                 kept=kept,
                 reason=f"along random rays light is {adapted.rmse:.2g} from that of level 0 with a table {made}, "
@@ -81,7 +103,8 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
 
 def _pairs(choice: LevelChoice) -> Iterator[tuple[Trial, Trial]]:
     """Common and adapted table of the chosen filter, for each transfer function."""
-    tried = {(trial.transfer, trial.table): trial for trial in choice.trials if trial.filter == choice.filter}
+    whole = [trial for trial in choice.trials if trial.filter == choice.filter and trial.on == "whole"]
+    tried = {(trial.transfer, trial.table): trial for trial in whole}
     for (transfer, table), trial in tried.items():
         if table == "adapted":
             yield tried[transfer, "common"], trial
@@ -89,8 +112,18 @@ def _pairs(choice: LevelChoice) -> Iterator[tuple[Trial, Trial]]:
 
 def _listed(choice: LevelChoice) -> str:
     """Write the errors of all filters: for each the better of its tables, the mean over transfer functions."""
+    listed = ", ".join(f"{name} {error:.2g}" for name, error in _errors(choice, "whole").items())
+    on_blocks = _errors(choice, "blocks")
+    if not on_blocks:
+        return listed
+    of_blocks = ", ".join(f"{name} {error:.2g}" for name, error in on_blocks.items())
+    return f"{listed}; only those that were nearly the best on blocks of the volume made all of it: {of_blocks}"
+
+
+def _errors(choice: LevelChoice, on: Literal["whole", "blocks"]) -> dict[str, float]:
     errors: dict[str, dict[str, float]] = {}
     for trial in choice.trials:
-        found = errors.setdefault(trial.filter, {})
-        found[trial.transfer] = min(trial.rmse, found.get(trial.transfer, trial.rmse))
-    return ", ".join(f"{name} {np.mean(list(each.values())):.2g}" for name, each in errors.items())
+        if trial.on == on:
+            found = errors.setdefault(trial.filter, {})
+            found[trial.transfer] = min(trial.rmse, found.get(trial.transfer, trial.rmse))
+    return {name: float(np.mean(list(each.values()))) for name, each in errors.items()}

@@ -20,9 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep.parts.levels.choice import CHECK_RAYS, Classified, level_slices, rmse_of, written
+from volprep.parts.levels.choice import CHECK_RAYS
 from volprep.parts.levels.fitted import fitted_slabs
+from volprep.parts.levels.light import rmse_of
 from volprep.parts.levels.look import plain_look
+from volprep.parts.levels.made import Classified, level_slices, written
 from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume, slab_ranges

@@ -11,14 +11,16 @@ invented, and where noise is strong it shows (a head at half resolution: 47 % ne
 """
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep import _native
-from volprep.parts.levels.look import Look, largest_code
+from volprep.parts.levels.look import Look, largest_code, sample_means
 from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep_formats.arrays import Float32Array
 
 Factors = tuple[int, int, int]
 
@@ -26,13 +28,9 @@ _ITERATIONS = 4
 """A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer."""
 _STEP = 1.2
 """Between plain steps and those that begin to overshoot where a transfer function is steep."""
-_BINS = 1024
-"""Of 16-bit codes; 8-bit codes have a bin each."""
-
-
-def bins_of(dtype: np.dtype[np.generic]) -> int:
-    """Return the number of bins that values of codes of this type are counted in."""
-    return min(_BINS, largest_code(dtype) + 1)
+_SAMPLES = 4
+"""Along each axis of a voxel of the level. Where it stands for more voxels of level 0, means of these are samples: less
+work for each level below the second, and light as near (a head at an eighth: within 0.7 %; with two samples, 4 %)."""
 
 
 def fitted_slabs(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[tuple[NDArray[Any], int]]:
@@ -41,41 +39,178 @@ def fitted_slabs(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterato
     The bytes do not depend on the slabs: each reaches as far beyond what it gives as the iterations carry. Memory holds
     such a slab.
     """
+    z, y, x = (max(1, factor // _SAMPLES) for factor in factors_zyx)
+    return (
+        _to_voxels(volume, factors_zyx, look) if z == y == x == 1 else _to_means(volume, factors_zyx, (z, y, x), look)
+    )
+
+
+def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[tuple[NDArray[Any], int]]:
     depth = volume.shape_zyx[0]
     reach = _ITERATIONS * factors_zyx[0]
-    # Thin slabs would be mostly reach.
-    slabs = list(slab_ranges(depth, volume.slice_bytes, multiple=factors_zyx[0]))
+    # Thin slabs would be mostly reach: these are twice as thick as others.
+    slabs = list(slab_ranges(depth, -(-volume.slice_bytes // 2), multiple=factors_zyx[0]))
+    bins_per_code = _bins_per_code(look, volume.dtype)
     for z0, z1 in _joined(slabs, 2 * reach):
         first, stop = max(z0 - reach, 0), min(z1 + reach, depth)
-        level = _fitted(volume.read_slab(first, stop), first, factors_zyx, look)
+        slab: NDArray[Any] = volume.read_slab(first, stop)
+        cells = _Cells.of(slab, factors_zyx, look)
+        _native.fit_level(
+            slab,
+            cells.level,
+            factors_zyx,
+            first,
+            bins_per_code,
+            look.linear,
+            look.table,
+            look.weights,
+            look.block_zyx,
+            _ITERATIONS,
+            _STEP,
+        )
         begin = (z0 - first) // factors_zyx[0]
-        yield level[begin : begin - (-(z1 - z0) // factors_zyx[0])], z1 - z0
+        yield cells.codes(bins_per_code)[begin : begin - (-(z1 - z0) // factors_zyx[0])], z1 - z0
 
 
-def _fitted(slab: NDArray[Any], first: int, factors_zyx: Factors, look: Look) -> NDArray[Any]:
-    means, low, high = (np.empty(_native.box_reduced_shape(slab.shape, factors_zyx), slab.dtype) for _ in range(3))
-    _native.box_reduce(slab, means, factors_zyx)
-    bins_per_code = (look.bins - 1) / largest_code(slab.dtype)
-    level = means.astype(np.float32) * np.float32(bins_per_code)
-    _native.fit_level(
-        slab,
-        level,
-        factors_zyx,
-        first,
-        bins_per_code,
-        look.linear,
-        look.own,
-        look.slope,
-        look.product,
-        look.weights,
-        look.block_zyx,
-        _ITERATIONS,
-        _STEP,
-    )
-    _native.extrema_reduce(slab, low, high, factors_zyx)
-    codes: NDArray[Any] = np.rint(level / np.float32(bins_per_code)).astype(slab.dtype)
-    np.clip(codes, low, high, out=codes)
-    return codes
+def _to_means(
+    volume: RawVolume, factors_zyx: Factors, mean_of_zyx: Factors, look: Look
+) -> Iterator[tuple[NDArray[Any], int]]:
+    z, y, x = (f // n for f, n in zip(factors_zyx, mean_of_zyx, strict=True))
+    block = tuple(edge // n for edge, n in zip(look.block_zyx, mean_of_zyx, strict=True))
+    depth = volume.shape_zyx[0]
+    # As thin as the iterations reach: three of them are in memory.
+    ranges = slab_ranges(depth, 1, _ITERATIONS * factors_zyx[0], slab_bytes=1)
+    strips = (_Strip.of(volume, each, factors_zyx, mean_of_zyx, look) for each in ranges)
+    first = 0
+    for window, wanted in _windows(strips, z):
+        level = window.cells.level.copy()
+        _native.fit_level_to_means(
+            window.values,
+            window.looks,
+            level,
+            (z, y, x),
+            (first - wanted.start) * z,
+            look.linear,
+            look.table,
+            look.weights,
+            block,
+            _ITERATIONS,
+            _STEP,
+        )
+        cells = _Cells(level, window.cells.low, window.cells.high)[wanted]
+        yield (
+            cells.codes(_bins_per_code(look, volume.dtype)),
+            min((wanted.stop - wanted.start) * factors_zyx[0], depth - first * factors_zyx[0]),
+        )
+        first += wanted.stop - wanted.start
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The cells of some slices of a level: where their fit begins, and between which codes it ends."""
+
+    level: Float32Array
+    low: NDArray[Any]
+    high: NDArray[Any]
+
+    @classmethod
+    def of(cls, slab: NDArray[Any], factors_zyx: Factors, look: Look) -> Self:
+        means, low, high = (np.empty(_native.box_reduced_shape(slab.shape, factors_zyx), slab.dtype) for _ in range(3))
+        _native.box_reduce(slab, means, factors_zyx)
+        _native.extrema_reduce(slab, low, high, factors_zyx)
+        return cls(means.astype(np.float32) * np.float32(_bins_per_code(look, slab.dtype)), low, high)
+
+    def codes(self, bins_per_code: float) -> NDArray[Any]:
+        codes: NDArray[Any] = np.rint(self.level / np.float32(bins_per_code)).astype(self.low.dtype)
+        np.clip(codes, self.low, self.high, out=codes)
+        return codes
+
+    def __getitem__(self, part: slice) -> "_Cells":
+        return _Cells(self.level[part], self.low[part], self.high[part])
+
+
+@dataclass(frozen=True)
+class _Strip:
+    """Some slices of a level, and the means that they are fitted to."""
+
+    values: Float32Array
+    looks: Float32Array
+    cells: _Cells
+
+    @classmethod
+    def of(
+        cls, volume: RawVolume, part: tuple[int, int], factors_zyx: Factors, mean_of_zyx: Factors, look: Look
+    ) -> Self:
+        slab: NDArray[Any] = volume.read_slab(*part)
+        return cls(*sample_means(slab, mean_of_zyx, look.table), _Cells.of(slab, factors_zyx, look))
+
+
+def _windows(strips: Iterator[_Strip], samples: int) -> Iterator[tuple[_Strip, slice]]:
+    """Return strips with those before and after them, and which cells they are. They share one memory.
+
+    A cell has so many slices of `samples`; the last one of a volume may have fewer.
+    """
+    strip = next(strips)
+    size = len(strip.cells.level)
+    room = _Room(strip, size, samples)
+    del strip
+    given = 0
+    for strip in strips:
+        if room.filled == 3 * size:
+            room.drop_first()
+            given -= size
+        room.append(strip)
+        # Before the next one is made.
+        del strip
+        if room.filled == given + 2 * size:
+            yield room.window(), slice(given, given + size)
+            given += size
+    yield room.window(), slice(given, room.filled)
+
+
+class _Room:
+    """Memory for three strips that follow each other."""
+
+    def __init__(self, strip: _Strip, size: int, samples: int) -> None:
+        self._size = size
+        self._samples = samples
+        self._arrays = [np.empty((3 * size * per, *each.shape[1:]), each.dtype) for each, per in self._parts(strip)]
+        self._missing = 0
+        self.filled = 0
+        self.append(strip)
+
+    def append(self, strip: _Strip) -> None:
+        for room, (array, per) in zip(self._arrays, self._parts(strip), strict=True):
+            room[self.filled * per : self.filled * per + len(array)] = array
+        self.filled += len(strip.cells.level)
+        self._missing = len(strip.cells.level) * self._samples - len(strip.values)
+
+    def drop_first(self) -> None:
+        for room in self._arrays:
+            strip = len(room) // 3
+            # Two copies, so that neither needs memory of its own.
+            room[:strip] = room[strip : 2 * strip]
+            room[strip : 2 * strip] = room[2 * strip :]
+        self.filled -= self._size
+
+    def window(self) -> _Strip:
+        samples = self.filled * self._samples - self._missing
+        values, looks, level, low, high = self._arrays
+        cells = _Cells(level[: self.filled], low[: self.filled], high[: self.filled])
+        return _Strip(values[:samples], looks[:samples], cells)
+
+    def _parts(self, strip: _Strip) -> list[tuple[NDArray[Any], int]]:
+        """Arrays, with how many of their slices a cell has."""
+        cells = strip.cells
+        return [
+            (strip.values, self._samples),
+            (strip.looks, self._samples),
+            *((each, 1) for each in (cells.level, cells.low, cells.high)),
+        ]
+
+
+def _bins_per_code(look: Look, dtype: np.dtype[np.generic]) -> float:
+    return (look.bins - 1) / largest_code(dtype)
 
 
 def _joined(ranges: list[tuple[int, int]], thinnest: int) -> Iterator[tuple[int, int]]:

@@ -35,17 +35,19 @@ def reference_mm(spacing_mm_zyx: tuple[float, float, float]) -> float:
 
 
 def joint_shares(volume: RawVolume, level: RawVolume, factors: Factors) -> Shares:
-    """Return the matrix [256, 256] of a level: row c holds the shares, in 1/65535, of what lies beneath its bin c.
+    """Return the matrix [256, 256] of a level: row c holds the shares, in 1/65535, of what lies beneath its bin c."""
+    return shares_of_counts(joint_counts(volume, level, factors))
 
-    One pass over both volumes, slab by slab.
-    """
+
+def joint_counts(volume: RawVolume, level: RawVolume, factors: Factors) -> NDArray[np.uint64]:
+    """Count the voxels of level 0 by the bin of the level and their own. One pass over both volumes, slab by slab."""
     counts = np.zeros((BINS, BINS), np.uint64)
     depth, factor = volume.shape_zyx[0], factors[0]
     for z0, z1 in slab_ranges(depth, volume.slice_bytes):
         first, stop = max(0, z0 // factor - 1), min(level.shape_zyx[0], (z1 - 1) // factor + 2)
         slices = level.read_slab(first, stop)
         _native.joint_histogram(volume.read_slab(z0, z1), z0, depth, slices, first, factors, counts)
-    return shares_of_counts(counts)
+    return counts
 
 
 def shares_of_counts(counts: NDArray[np.uint64]) -> Shares:

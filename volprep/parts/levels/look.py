@@ -7,8 +7,11 @@ reaches it from outside, the mean over the six directions along the axes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
@@ -16,6 +19,8 @@ from volprep_formats.arrays import Float32Array, Float64Array
 
 Factors = tuple[int, int, int]
 
+_BINS = 1024
+"""Of 16-bit codes; 8-bit codes have a bin each."""
 _LONGEST_AXIS = 128
 """Blocks along the longest axis of the weights: 8 MB for each transfer function."""
 _LEAST_WEIGHT = 0.02
@@ -28,20 +33,20 @@ _LINEAR = 0.3
 class Look:
     """What `fit_level` of the native core asks for: see there."""
 
-    bins: int
-    """Values are counted in bins 0 to bins - 1."""
     linear: float
     """Weight of the difference of values."""
-    own: Float32Array
-    """[function, bin]."""
-    slope: Float32Array
-    """[function, bin]."""
-    product: Float32Array
-    """[function, bin, bin]."""
+    table: Float32Array
+    """[function, bin, 4]: the look of each bin. Values are counted in these bins."""
     weights: Float32Array
     """[function, z, y, x] for blocks of level 0."""
     block_zyx: Factors
     """Voxels of level 0 along the edges of a block."""
+
+    @property
+    def bins(self) -> int:
+        """Number of bins."""
+        _, bins, _ = self.table.shape
+        return int(bins)
 
 
 def largest_code(dtype: np.dtype[np.generic]) -> int:
@@ -49,79 +54,99 @@ def largest_code(dtype: np.dtype[np.generic]) -> int:
     return int(256**dtype.itemsize) - 1
 
 
-def plain_look(bins: int, shape_zyx: tuple[int, int, int]) -> Look:
+def bins_of(dtype: np.dtype[np.generic]) -> int:
+    """Return the number of bins that values of codes of this type are counted in."""
+    return min(_BINS, largest_code(dtype) + 1)
+
+
+def plain_look(bins: int, shape_zyx: Factors) -> Look:
     """Count every value itself, without a transfer function."""
-    return Look(
-        bins=bins,
-        linear=1.0,
-        own=np.empty((0, bins), np.float32),
-        slope=np.empty((0, bins), np.float32),
-        product=np.empty((0, bins, bins), np.float32),
-        weights=np.empty((0, 1, 1, 1), np.float32),
-        block_zyx=shape_zyx,
-    )
+    nothing = np.empty((0, bins, 4), np.float32)
+    return Look(linear=1.0, table=nothing, weights=np.empty((0, 1, 1, 1), np.float32), block_zyx=shape_zyx)
 
 
-def look_through(
-    tables: Sequence[Float64Array],
-    bins: int,
-    volume: RawVolume,
-    spacing_mm_zyx: tuple[float, float, float],
-    factors: Factors,
-) -> Look:
-    """Look through lookup tables [entries, linear colour and extinction per millimetre] over all codes.
+class Looks:
+    """Looks of a volume through lookup tables. Its voxels are read once, for the weights of all levels."""
 
-    `volume` holds the codes of level 0, `factors` are those of the level. One pass over the volume.
-    """
-    thickness_mm = min(spacing_mm_zyx) * max(factors) / 2
-    parts = [_products(_features(table, bins, thickness_mm)) for table in tables]
-    block = _block(volume.shape_zyx, factors)
-    weights = _weights(tables, volume, spacing_mm_zyx, block)
-    own, slope, product = (np.stack(each) for each in zip(*parts, strict=True))
-    # Features lie between 0 and 1; so do values in these units.
-    return Look(bins, _LINEAR**2 / (bins - 1) ** 2, own, slope, product, weights, block)
+    def __init__(
+        self,
+        tables: Sequence[Float64Array],
+        volume: RawVolume,
+        spacing_mm_zyx: tuple[float, float, float],
+        longest_axis: int | None = None,
+    ) -> None:
+        """Take tables [entries, linear colour and extinction per millimetre] over all codes, and the codes.
+
+        Weights have at most `longest_axis` blocks along an axis, 128 where it is None.
+        """
+        self._longest_axis = longest_axis or _LONGEST_AXIS
+        self._tables = tables
+        self._volume = volume
+        self._spacing_mm_zyx = spacing_mm_zyx
+        self._bins = bins_of(volume.dtype)
+        self._known: dict[Factors, Float32Array] = {}
+
+    def of_level(self, factors: Factors) -> Look:
+        """Return the look for a level with these factors."""
+        thickness_mm = min(self._spacing_mm_zyx) * max(factors) / 2
+        at_bins = (_at_bins(table, self._bins) for table in self._tables)
+        table = np.stack([_features(each, thickness_mm) for each in at_bins])
+        z, y, x = (max(edge, f) for edge, f in zip(self._smallest_block, factors, strict=True))
+        # Features lie between 0 and 1; so do values in these units.
+        return Look(_LINEAR**2 / (self._bins - 1) ** 2, table, self._weights((z, y, x)), (z, y, x))
+
+    @cached_property
+    def _smallest_block(self) -> Factors:
+        edge = 1
+        while -(-max(self._volume.shape_zyx) // edge) > self._longest_axis:
+            edge *= 2
+        return edge, edge, edge
+
+    @cached_property
+    def _extinctions(self) -> list[Float32Array]:
+        """Mean extinction [z, y, x] of the smallest blocks, through each table. One pass over the volume."""
+        # The kernel takes four numbers for a bin; here they belong to four tables.
+        at_bins = [_at_bins(table, self._bins)[:, 3] for table in self._tables]
+        spare = [np.zeros(self._bins)] * (-len(at_bins) % 4)
+        table = np.stack([*at_bins, *spare], axis=-1).reshape(self._bins, -1, 4).transpose(1, 0, 2).astype(np.float32)
+        slabs = slab_ranges(self._volume.shape_zyx[0], self._volume.slice_bytes, multiple=self._smallest_block[0])
+        read = (self._volume.read_slab(z0, z1) for z0, z1 in slabs)
+        means = np.concatenate([sample_means(slab, self._smallest_block, table)[1] for slab in read])
+        z, fours, y, x, four = means.shape
+        every = means.transpose(1, 4, 0, 2, 3).reshape(fours * four, z, y, x)
+        return [np.ascontiguousarray(each) for each in every[: len(at_bins)]]
+
+    def _weights(self, block: Factors) -> Float32Array:
+        if block not in self._known:
+            ratio = [large // small for large, small in zip(block, self._smallest_block, strict=True)]
+            lengths_mm = [f * h for f, h in zip(block, self._spacing_mm_zyx, strict=True)]
+            found = []
+            for extinction in self._extinctions:
+                means = np.empty(_native.box_reduced_shape(extinction.shape, ratio), np.float32)
+                _native.box_reduce(extinction, means, ratio)
+                found.append(_visibility(means, lengths_mm))
+            self._known[block] = np.stack(found)
+        return self._known[block]
 
 
-def _features(table: Float64Array, bins: int, thickness_mm: float) -> Float64Array:
+def sample_means(slab: NDArray[Any], factors: Factors, table: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Means over blocks of codes: values in bins [z, y, x], and looks [z, function, y, x, 4] of a table of looks."""
+    values = np.empty(_native.box_reduced_shape(slab.shape, factors), np.float32)
+    z, y, x = values.shape
+    looks = np.empty((z, len(table), y, x, 4), np.float32)
+    bins_per_code = (table.shape[1] - 1) / largest_code(slab.dtype)
+    _native.sample_means(slab, factors, bins_per_code, np.ascontiguousarray(table), values, looks)
+    return values, looks
+
+
+def _at_bins(table: Float64Array, bins: int) -> Float64Array:
     entries = np.linspace(0.0, 1.0, len(table))
-    at_bins = np.column_stack([np.interp(np.linspace(0.0, 1.0, bins), entries, channel) for channel in table.T])
+    return np.column_stack([np.interp(np.linspace(0.0, 1.0, bins), entries, channel) for channel in table.T])
+
+
+def _features(at_bins: Float64Array, thickness_mm: float) -> Float32Array:
     opacity = -np.expm1(-at_bins[:, 3] * thickness_mm)
-    return np.column_stack([opacity, opacity[:, None] * at_bins[:, :3]])
-
-
-def _products(features: Float64Array) -> tuple[Float32Array, Float32Array, Float32Array]:
-    slopes = np.diff(features, axis=0, append=features[-1:])
-    # Sums of four products in one order on every machine, which a matrix product would not promise.
-    own, slope = ((left * slopes).sum(axis=1) for left in (features, slopes))
-    product = sum(np.multiply.outer(slopes[:, k], features[:, k]) for k in range(features.shape[1]))
-    return own.astype(np.float32), slope.astype(np.float32), np.asarray(product, np.float32)
-
-
-def _block(shape_zyx: tuple[int, int, int], factors: Factors) -> Factors:
-    block = factors
-    while max(-(-n // f) for n, f in zip(shape_zyx, block, strict=True)) > _LONGEST_AXIS:
-        block = (2 * block[0], 2 * block[1], 2 * block[2])
-    return block
-
-
-def _weights(
-    tables: Sequence[Float64Array], volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], block: Factors
-) -> Float32Array:
-    codes = largest_code(volume.dtype) + 1
-    at_codes = [_extinctions(table, codes) for table in tables]
-    blocks: list[list[Float32Array]] = [[] for _ in tables]
-    for z0, z1 in slab_ranges(volume.shape_zyx[0], 4 * volume.slice_bytes, multiple=block[0]):
-        slab = volume.read_slab(z0, z1)
-        for extinction, found in zip(at_codes, blocks, strict=True):
-            means = np.empty(_native.box_reduced_shape(slab.shape, block), np.float32)
-            _native.box_reduce(extinction[slab], means, block)
-            found.append(means)
-    lengths_mm = [f * h for f, h in zip(block, spacing_mm_zyx, strict=True)]
-    return np.stack([_visibility(np.concatenate(found), lengths_mm) for found in blocks])
-
-
-def _extinctions(table: Float64Array, codes: int) -> Float32Array:
-    return np.interp(np.linspace(0.0, 1.0, codes), np.linspace(0.0, 1.0, len(table)), table[:, 3]).astype(np.float32)
+    return np.column_stack([opacity, opacity[:, None] * at_bins[:, :3]]).astype(np.float32)
 
 
 def _visibility(extinction_per_mm: Float32Array, lengths_mm: Sequence[float]) -> Float32Array:

@@ -6,7 +6,9 @@ the volume: memory depends on the number of samples, not on the depth of the vol
 views; those stay a test.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +55,22 @@ class RaySamples:
         _native.ray_light(self.values, self.offsets, self.lengths_mm, self.scale, table, result)
         return result
 
+    def part(self, begin: int, end: int) -> "RaySamples":
+        """Return the samples of rays begin to end - 1."""
+        first, last = (int(self.offsets[ray]) for ray in (begin, end))
+        offsets = self.offsets[begin : end + 1] - first
+        return RaySamples(self.values[first:last], offsets, self.lengths_mm[begin:end], self.scale)
+
+    @classmethod
+    def joined(cls, parts: "Sequence[RaySamples]") -> "RaySamples":
+        """Return the samples of all rays of parts that have the same scale."""
+        counts = np.concatenate([np.diff(part.offsets) for part in parts])
+        offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+        values, lengths_mm = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "lengths_mm")
+        )
+        return cls(values, offsets, lengths_mm, parts[0].scale)
+
 
 def random_lines(grid: Grid, wanted: int, seed: int) -> RaySegments:
     """Give rays that cross the box of `grid`; fewer than `wanted` where they would be long in voxels."""
@@ -91,6 +109,16 @@ def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], 
         _native.sample_rays(slab, z0, depth, origins, directions, lines.lengths_mm, offsets, values)
     scale = 1.0 / largest_code(volume.dtype)
     return RaySamples(values, offsets, np.ascontiguousarray(lines.lengths_mm), scale)
+
+
+def sample_both(
+    volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: Sequence[RaySegments]
+) -> list[RaySamples]:
+    """Sample a level along several sets of rays; one pass over the file."""
+    joined = RaySegments(*(np.concatenate(each) for each in zip(*map(_arrays, lines), strict=True)))
+    samples = sample_level(volume, spacing_mm_zyx, joined)
+    ends = np.cumsum([0, *(len(each.lengths_mm) for each in lines)])
+    return [samples.part(begin, end) for begin, end in pairwise(ends.tolist())]
 
 
 def _inside(

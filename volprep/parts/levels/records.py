@@ -22,6 +22,8 @@ class Trial(Record):
     """Filter."""
     transfer: str
     """Transfer function."""
+    on: Literal["whole", "blocks"] = "whole"
+    """Whether the whole level was made, or blocks of it, to find out which filters are worth that."""
     table: Literal["common", "adapted"]
     """Whether with the table of level 0, or one fitted to the level."""
     rmse: float

@@ -1,15 +1,16 @@
 """Coarser levels: each is made from the codes of level 0 by its filter, and rounded once.
 
-Where the filter is to be chosen, every candidate makes the level, and the pictures decide (choice.py). They also decide
-whether a level gets a lookup table of its own. What was decided stands in the draft for later stages. Where voxels are
-classified, levels are classified, too (classified.py).
+Where the filter is to be chosen, the light along random rays decides (choice.py). It also decides whether a level gets
+a lookup table of its own. What was decided stands in the draft for later stages. Where voxels are classified, levels
+are classified, too (classified.py).
 """
 
 from collections.abc import Iterator
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.choice import Chooser, Classified, level_slices
+from volprep.parts.levels.choice import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
+from volprep.parts.levels.made import Classified, level_slices
 from volprep.parts.levels.records import LevelChoice
 from volprep.parts.stage import Stage, Work, present
 from volprep.parts.texels import voxels_of
@@ -31,7 +32,7 @@ FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups)
+    common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated)
     return (*common, *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
 
 
@@ -40,7 +41,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     coarser = [level for level in plan.levels if level.index > 0]
     # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
     adapts = COMPOSITINGS[plan.shared.compositing].level_filter is None
-    adapt = adapts and bool(plan.lookups) and not plan.quantize.labels
+    adapt = adapts and bool(plan.lookups or plan.preintegrated) and not plan.quantize.labels
     measured = adapt or any(level.filter == "auto" for level in coarser)
     progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
     chooser: Chooser | ClassifiedChooser | None = None

@@ -1,6 +1,7 @@
 """How a level becomes a mosaic: the channels, the order of the slices and the textures that a class of devices has."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, most_slices, room_of
 from volprep.plan.records import LevelPlan, VolumePlan
@@ -29,8 +30,12 @@ def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wante
     of four channels do, in as many textures as it takes, and as the units and the memory of the device class allow.
     """
     units = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
+    one = Packing(gutter=wanted.gutter)
+    if bits not in FOUR_CHANNELS:
+        # A classified voxel fills a texel.
+        return _fitted(level, bits, profile, beside, replace(one, components_per_voxel=4), units, between)
     if wanted.order == "auto":
-        single = _fitted(level, bits, profile, beside, Packing(gutter=wanted.gutter), 1, between)
+        single = _fitted(level, bits, profile, beside, one, 1, between)
         if isinstance(single, VolumePlan):
             return single
     orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)

@@ -38,7 +38,8 @@ _WHY = {
 
 def wanted_normals(scene: Scene) -> NormalSettings | None:
     """Return the settings of normals: those of the scene, the default if its lighting needs them, else None."""
-    return scene.normals or (NormalSettings() if scene.render.lighting != "none" else None)
+    reads = scene.render.lighting != "none" and scene.lighting.normals == "volume"
+    return scene.normals or (NormalSettings() if reads else None)
 
 
 def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
@@ -127,12 +128,14 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         yield PlanItem(
             name="normals",
             kept=False,
-            reason="the scene has no lighting, so no shader reads a normal",
+            reason="the scene has no lighting, so no shader reads a normal"
+            if scene.render.lighting == "none"
+            else f"as the scene asks, shaders take {scene.lighting.normals} differences of the values themselves",
             size_bytes=3 * voxels,
         )
         return
     use = "no shader reads them; the scene wants them as data"
-    if scene.render.lighting != "none":
+    if scene.render.lighting != "none" and scene.lighting.normals == "volume":
         use = f"for lighting with a {scene.render.lighting}"
     layout = normals.textures[0].mosaic
     form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"

@@ -1,43 +1,92 @@
-"""Programs that cast rays through the levels of a package: which there are, and which levels each draws."""
+"""Programs that draw the levels of a package: which there are, and which levels each draws."""
 
 from collections.abc import Iterator, Sequence
 
 from volprep.plan.records import VolumePlan
-from volprep.scene.scene import RenderWishes
-from volprep_formats.package.program import ProgramDesign, Technique
+from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.program import Light, ProgramDesign, Sampling
 
+_PREFIX = {"ray-casting": "raycast"}
 VERTEX = "shaders/raycast.vert"
-"""Vertex shader that they share."""
+"""Vertex shader of programs that cast rays in one pass."""
 
 
-def ray_casters(transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> Iterator[ProgramDesign]:
+def require_technique(scene: Scene) -> None:
+    """Raise VP3130 for what the technique of the scene does not go with."""
+    render = scene.render
+    technique = TECHNIQUES[render.technique]
+    possible = {
+        f"compositing {render.compositing}": render.compositing in technique.compositings,
+        f"classification {render.classification}": render.classification in technique.classifications,
+        "[grid]": scene.grid is None or "subvolumes" in technique.samplings,
+        "[proxy]": scene.proxy is None or technique.name == "ray-casting",
+        f"skip.kind {scene.skip.kind}": scene.skip.kind in {"auto", "none"} or technique.loops,
+    }
+    for what, goes in possible.items():
+        if not goes:
+            raise VolprepError("VP3130", technique=technique.name, what=what)
+
+
+def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
     """Return the programs that draw a transfer function, or a picture of several.
 
     One draws all 3D textures; mosaics and bricks have one each, whose text holds the layout.
     """
-    name = f"raycast-{transfer}"
-    if len(volumes) == 1 or technique_of(volumes[0]) == "raycast_texture3d":
-        yield _program(name, transfer, volumes, render)
+    technique = scene.render.technique
+    name = f"{_PREFIX.get(technique, technique)}-{transfer}"
+    if len(volumes) == 1 or sampling_of(volumes[0]) == "texture3d":
+        yield _program(name, transfer, volumes, scene)
         return
     for volume in volumes:
-        yield _program(f"{name}-{volume.level}", transfer, (volume,), render)
+        yield _program(f"{name}-{volume.level}", transfer, (volume,), scene)
 
 
-def technique_of(volume: VolumePlan) -> Technique:
-    """Return the technique that samples the textures of a level."""
+def shader_files(program: ProgramDesign) -> tuple[str, ...]:
+    """Return the files of the shaders of a program, those of its passes too."""
+    passes = range(TECHNIQUES[program.technique].passes_before)
+    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes))
+
+
+def pass_file(program: ProgramDesign, number: int) -> str:
+    """Return the file of the fragment shader of a pass that comes first."""
+    return f"{program.fragment.removesuffix('.frag')}-pass-{number}.frag"
+
+
+def sampling_of(volume: VolumePlan) -> Sampling:
+    """Return how the textures of a level are sampled."""
     if volume.mosaic is not None:
-        return "raycast_mosaic"
-    return "raycast_texture3d" if volume.bricks is None else "raycast_bricks"
+        return "mosaic"
+    return "texture3d" if volume.bricks is None else "bricks"
 
 
-def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], render: RenderWishes) -> ProgramDesign:
+def light_of(scene: Scene) -> Light | None:
+    """Return the light with a place; none where the scene has no such lighting."""
+    wanted = scene.lighting
+    if scene.render.lighting not in {"phong", "blinn-phong"} or wanted.light_mm is None:
+        return None
+    return Light(
+        place_mm_xyz=wanted.light_mm,
+        ambient=wanted.ambient,
+        diffuse=wanted.diffuse,
+        specular=wanted.specular,
+        shininess=wanted.shininess,
+    )
+
+
+def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> ProgramDesign:
+    render = scene.render
     return ProgramDesign(
         name=name,
-        technique=technique_of(volumes[0]),
+        sampling=sampling_of(volumes[0]),
         compositing=render.compositing,
         classification=render.classification,
         lighting=render.lighting,
-        vertex=VERTEX,
+        normals_from=scene.lighting.normals if render.lighting != "none" else "volume",
+        light=light_of(scene),
+        technique=render.technique,
+        vertex=VERTEX if render.technique == "ray-casting" else f"shaders/{render.technique}.vert",
         fragment=f"shaders/{name}.frag",
         levels=tuple(volume.level for volume in volumes),
         transfer=transfer,

@@ -68,6 +68,8 @@ class Found:
     """What rays make of what they meet: it says what is empty."""
     editable: bool = False
     """Whether users may edit transfer functions: what is empty now says little then."""
+    loops: bool = True
+    """Whether a fragment takes several samples, of which it may skip some."""
 
 
 def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
@@ -130,7 +132,7 @@ def measured_occupied(function: TransferFunction, epsilon: float, found: Found) 
         np.clip((values[inside].astype(np.float64) - low) / (high - low), 0, 1).astype(np.float32)
         for values in (blocks.low, blocks.high)
     )
-    table = found.compositing.visible(Table.exact(function).resampled((low, high), found.entries).extinction_per_mm)
+    table = found.compositing.visible(Table.exact(function).resampled((low, high), found.entries))
     threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
     return occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
 
@@ -150,6 +152,8 @@ def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
     """Why a transfer function gets no table, or None if it gets one."""
     if wanted.kind == "none":
         return "the scene does not ask for it"
+    if not found.loops:
+        return "a fragment takes one sample: there is nothing to skip"
     if found.editable:
         return _no_room(wanted, found)
     if share == 0.0:

@@ -5,13 +5,17 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import ChannelPlan
+from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 
 Extinctions = Float64Array
+_ENTRIES = 4096
+"""Entries that stand for a function that has no table."""
 
 
 def visible_extinction(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> Extinctions:
@@ -20,13 +24,39 @@ def visible_extinction(draft: Draft, plan: ChannelPlan, transfer: str, level: in
     Of a pre-integrated table an entry is the greatest of the segments between it and its neighbours: a segment shows
     something only if one between two entries inside it does.
     """
-    manifest, visible = draft.manifest, COMPOSITINGS[plan.shared.compositing].visible
+    function = next(each for each in plan.transfer_functions if each.name == transfer)
+    visible = COMPOSITINGS[plan.shared.compositing].visible
+    return visible(entry_table(_extinctions(draft, plan, transfer, level), plan.quantize.window, function))
+
+
+def entry_table(extinctions: Extinctions, window: tuple[float, float], function: TransferFunction) -> Table:
+    """Return the table of `function` that has these entries over the window of the stored values, without colours."""
+    values = np.linspace(*window, len(extinctions))
+    return Table(values, np.zeros((len(values), 3)), extinctions, function.reference_mm, function.isovalue)
+
+
+def _extinctions(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> Extinctions:
+    manifest = draft.manifest
     for palette in manifest.palettes:
         if palette.transfer == transfer:
-            return visible(np.array([entry.extinction_per_mm for entry in palette.entries]))
+            return np.array([entry.extinction_per_mm for entry in palette.entries])
+    if not plan.tables:
+        return _between_points(plan, transfer)
     tables = (table_for(manifest.textures, role, transfer, level) for role in ("transfer", "preintegrated"))
     texture = next(table for table in tables if table is not None)
-    return visible(entry_extinctions(texture, ktx2.decode(draft.read_bytes(texture.file), texture.file).data[0]))
+    return entry_extinctions(texture, ktx2.decode(draft.read_bytes(texture.file), texture.file).data[0])
+
+
+def _between_points(plan: ChannelPlan, transfer: str) -> Extinctions:
+    """Return what a function that is evaluated exactly shows at entries, and at each of them what lies beside it."""
+    table = Table.exact(next(each for each in plan.transfer_functions if each.name == transfer))
+    low, high = plan.quantize.window
+    entries: Extinctions = np.interp(np.linspace(low, high, _ENTRIES), table.values, table.extinction_per_mm)
+    # Between two entries it is greater than at both only at a control point.
+    place = np.clip((table.values - low) / (high - low) * (_ENTRIES - 1), 0, _ENTRIES - 1)
+    for beside in (np.floor(place), np.ceil(place)):
+        np.maximum.at(entries, beside.astype(np.intp), table.extinction_per_mm)
+    return entries
 
 
 def entry_extinctions(texture: Texture, texels: NDArray[np.generic]) -> Extinctions:

@@ -72,11 +72,12 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         "render.lighting": scene.render.lighting != "none",
         "[normals]": scene.normals is not None,
         "[proxy]": scene.proxy is not None,
-        "[grid]": scene.grid is not None,
+        "[grid]": scene.must_be_cut,
         "[bricks]": scene.bricks is not None,
         "textures.mipmaps": scene.textures.mipmaps,
         "skip.ranges": scene.skip.ranges,
         f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},
+        f"technique {scene.render.technique}": scene.render.technique != RenderWishes().technique,
         f"classification {scene.render.classification}": scene.render.classification != RenderWishes().classification,
     }
     for what, wanted in needs.items():

@@ -62,14 +62,15 @@ def marked_sections(package: Package, found: Cut) -> UInt8Array:
     """Sections through the middle of the box, in the coarsest level, with the box drawn in: across z, y and x."""
     coarsest = max(package.manifest.levels, key=lambda level: level.index)
     mark = next(mark for mark in found.record.marks if mark.level == coarsest.index)
-    codes = level_volume(package, coarsest.index).stored.astype(np.float64)
-    grey = np.rint(codes * (255 / max(codes.max(), 1e-9))).astype(np.uint8)
-    low, high = (np.array(corner[::-1]) * grey.shape for corner in (mark.low_str, mark.high_str))
-    middle = np.clip((low + high) / 2, 0, np.array(grey.shape) - 1).astype(int)
+    codes = level_volume(package, coarsest.index).stored
+    grey_per_code = 255 / max(float(codes.max()), 1e-9)
+    low, high = (np.array(corner[::-1]) * codes.shape for corner in (mark.low_str, mark.high_str))
+    middle = np.clip((low + high) / 2, 0, np.array(codes.shape) - 1).astype(int)
     sections = []
     for axis in range(3):
         rows, columns = (each for each in range(3) if each != axis)
-        section = np.take(grey, middle[axis], axis)
+        # Only the sections become grey: the level may be as large as a device can hold.
+        section = np.rint(np.take(codes, middle[axis], axis).astype(np.float64) * grey_per_code).astype(np.uint8)
         spacing = np.array(coarsest.grid.spacing_mm_zyx)[[rows, columns]]
         picture = _framed(section, spacing, low[[rows, columns]], high[[rows, columns]])
         # People expect the head above: rows along an axis that leads there run from the bottom up.

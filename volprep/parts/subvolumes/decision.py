@@ -2,18 +2,20 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
 
 from volprep.parts.levels.decision import by
 from volprep.parts.programs.decision import VERTEX
 from volprep.parts.subvolumes.cuts import cuts_along
 from volprep.plan.products import SubvolumesPlan
-from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import one_channel
+from volprep.plan.records import ChannelPlan, VolumePlan
+from volprep.plan.room import Misfit, one_channel
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
@@ -22,8 +24,45 @@ GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
 ITEM = "sub-volumes"
 """Name of the item; seal adds the files of the pieces, since only the stage knows which are empty."""
+_LEAST_SIZE = 16
+"""Voxels of a piece along an axis: smaller ones are not proposed, a sixth of them would be layers that are shared."""
 _HELD = 8
 """Pieces that a device draws at a time: those around a point."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """How level 0 could be cut for a device class that cannot hold it whole."""
+
+    size: int
+    """Largest number of voxels along an axis of a piece."""
+    pieces_zyx: tuple[int, int, int]
+    """Number of pieces along each axis."""
+    file_bytes: int
+    """Size of all pieces."""
+    device_bytes: int
+    """Of those that a device draws at a time."""
+
+
+def propose(scene: Scene, profile: DeviceProfile, grid: Grid, bits: int) -> Proposal | Misfit:
+    """Propose the fewest pieces of which a device holds eight in half of its memory, all nearly of one size.
+
+    The other half is for a coarser level, and what else is sampled.
+    """
+    if scene.render.classification == "preclassified":
+        return Misfit("pieces hold values, and the voxels of this scene are classified")
+    texel = one_channel(bits, profile)
+    if texel is None or not profile.max_3d_texture_size:
+        return Misfit(f"profile {profile.name} has no 3D textures that could hold pieces")
+    most = profile.max_texture_bytes // (2 * _HELD * BYTES_PER_TEXEL[texel])
+    # The roots of cubes of whole numbers are not always rounded to these.
+    edge = min(int(most ** (1 / 3) + 1e-6), profile.max_3d_texture_size)
+    if edge < _LEAST_SIZE:
+        return Misfit(f"pieces of {_LEAST_SIZE} voxels along an axis are more than profile {profile.name} can hold")
+    between = max(grid.shape_zyx) - 1
+    size = -(-between // -(-between // (edge - 1))) + 1
+    pieces_zyx, file_bytes = _pieces(grid, size, texel)
+    return Proposal(size, pieces_zyx, file_bytes, _held_bytes(grid, size, texel))
 
 
 def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
@@ -34,29 +73,46 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     volumes: tuple[VolumePlan, ...],
     functions: tuple[TransferFunction, ...],
 ) -> SubvolumesPlan | None:
-    """Decide how level 0 is cut. Raises VP3030 where the profile cannot hold eight pieces of this size."""
+    """Decide how level 0 is cut. Raises VP3030 where the profile cannot hold eight pieces of the size in the scene."""
     wanted = scene.grid
     if wanted is None:
         return None
+    size: int | Literal["auto"] = wanted.size
+    if size == "auto":
+        proposed = propose(scene, profile, grid, bits)
+        if volumes[0].level == 0 or isinstance(proposed, Misfit):
+            return None
+        size = proposed.size
     texel = one_channel(bits, profile)
-    largest = math.prod(min(n, wanted.size) for n in grid.shape_zyx)
-    if texel is None or wanted.size > profile.max_3d_texture_size:
+    if texel is None or size > profile.max_3d_texture_size:
         reason = f"3D textures hold at most {profile.max_3d_texture_size} along an axis"
-        raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
-    size = _HELD * largest * BYTES_PER_TEXEL[texel]
-    if size > profile.max_texture_bytes:
-        reason = f"eight of them take {size} bytes, more than the {profile.max_texture_bytes} for textures"
-        raise VolprepError("VP3030", profile=profile.name, size=wanted.size, reason=reason)
+        raise VolprepError("VP3030", profile=profile.name, size=size, reason=reason)
+    held = _held_bytes(grid, size, texel)
+    if held > profile.max_texture_bytes:
+        reason = f"eight of them take {held} bytes, more than the {profile.max_texture_bytes} for textures"
+        raise VolprepError("VP3030", profile=profile.name, size=size, reason=reason)
     # A level 0 that the package has anyway as one 3D texture is the file to seek in.
     finest = volumes[0].files[0] if _is_whole(volumes[0]) else "subvolumes/whole.ktx2"
     return SubvolumesPlan(
-        size=wanted.size,
+        size=size,
         format=texel,
         pieces=wanted.layout != "single",
         whole=None if wanted.layout == "files" else finest,
         keep_empty=scene.crop == "none",
         programs=tuple(_program(function, scene) for function in functions if wanted.layout != "single"),
     )
+
+
+def _held_bytes(grid: Grid, size: int, texel: TextureFormat) -> int:
+    """Return the bytes of the pieces that a device draws at a time."""
+    return _HELD * math.prod(min(n, size) for n in grid.shape_zyx) * BYTES_PER_TEXEL[texel]
+
+
+def _pieces(grid: Grid, size: int, texel: TextureFormat) -> tuple[tuple[int, int, int], int]:
+    """Return how many pieces there are along each axis, and the bytes of all of them."""
+    z, y, x = (len(cuts_along(n, size)) - 1 for n in grid.shape_zyx)
+    voxels = math.prod(n + count - 1 for n, count in zip(grid.shape_zyx, (z, y, x), strict=True))
+    return (z, y, x), voxels * BYTES_PER_TEXEL[texel]
 
 
 def _is_whole(finest: VolumePlan) -> bool:
@@ -67,7 +123,7 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
     name = f"subvolumes-{function.name}"
     return ProgramDesign(
         name=name,
-        technique="raycast_subvolumes",
+        sampling="subvolumes",
         compositing=scene.render.compositing,
         classification=scene.render.classification,
         lighting="none",
@@ -78,29 +134,41 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
     )
 
 
-def describe_subvolumes(
-    plan: SubvolumesPlan | None, grid: Grid, levels: tuple[LevelPlan, ...], volumes: tuple[VolumePlan, ...]
-) -> Iterator[PlanItem]:
-    """Return whether there are sub-volumes, and why."""
-    whole_fits = levels[0].index == 0
-    if plan is None:
+def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
+    """Return whether there are sub-volumes, and why; where the scene could have some, which, and what they cost."""
+    subvolumes = plan.subvolumes
+    whole_fits = plan.levels[0].index == 0
+    if subvolumes is None:
         if whole_fits:
             yield PlanItem(name=ITEM, kept=False, reason="the whole volume fits into one texture")
         else:
-            yield PlanItem(name=ITEM, kept=False, reason="the scene has no table [grid]")
+            yield _left_out(scene, plan)
         return
-    counts = [len(cuts_along(n, plan.size)) - 1 for n in grid.shape_zyx]
-    z, y, x = counts
+    pieces_zyx, size_bytes = _pieces(plan.grid, subvolumes.size, subvolumes.format)
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
-    files = [GRID, *(program.fragment for program in plan.programs)]
-    if plan.whole is not None and all(plan.whole not in volume.files for volume in volumes):
-        files.append(plan.whole)
+    asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
+    files = [GRID, *(program.fragment for program in subvolumes.programs)]
+    if subvolumes.whole is not None and all(subvolumes.whole not in volume.files for volume in plan.volumes):
+        files.append(subvolumes.whole)
     yield PlanItem(
         name=ITEM,
         kept=True,
-        reason=f"the scene asks for them{fits}: {by((z, y, x))} pieces of at most {plan.size} voxels along an axis; "
+        reason=f"{asked}{fits}: {by(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
         "neighbours share a layer of voxels",
         files=tuple(files),
-        size_bytes=math.prod(n + c - 1 for n, c in zip(grid.shape_zyx, counts, strict=True))
-        * BYTES_PER_TEXEL[plan.format],
+        size_bytes=size_bytes,
+    )
+
+
+def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:
+    proposed = propose(scene, plan.profile, plan.grid, plan.quantize.bits)
+    if isinstance(proposed, Misfit):
+        return PlanItem(name=ITEM, kept=False, reason=proposed.reason)
+    return PlanItem(
+        name=ITEM,
+        kept=False,
+        reason=f"the scene has no table [grid]. With size = {proposed.size} level 0 is "
+        f"{by(proposed.pieces_zyx)} pieces, of which a device draws eight at a time in {proposed.device_bytes} bytes "
+        f'of textures; --grid auto, or a table [grid] with size = "auto", takes that',
+        size_bytes=proposed.file_bytes,
     )

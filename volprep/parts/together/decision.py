@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from volprep.parts.programs.decision import ray_casters
+from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.skip.decision import Found, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.parts.together.packing import Packed
@@ -18,11 +18,15 @@ from volprep.plan.products import SkipTablePlan, TogetherPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes
+
+_EXACT = 4096
+"""Entries that stand for a function that has no table."""
 
 
 @dataclass(frozen=True)
@@ -87,13 +91,13 @@ def plan_together(
         profile = group[0].profile
         limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
         _refuse(scene, f"no level leaves enough {limit} of profile {profile.name} for all channels")
-    programs = tuple(ray_casters(name, levels, scene.render))
+    programs = tuple(ray_casters(name, levels, scene))
     item = PlanItem(
         name=name,
         kept=True,
         reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
         f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours",
-        files=tuple(program.fragment for program in programs),
+        files=tuple(path for program in programs for path in shader_files(program) if path != program.vertex),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
     founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
@@ -131,18 +135,19 @@ def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
         crop=plan.crop,
         grid=plan.grid,
         quantize=plan.quantize,
-        entries=max(table.entries for table in plan.tables),
+        entries=max((table.entries for table in plan.tables), default=_EXACT),
         levels=plan.levels,
         volumes=plan.volumes,
         measured=measured,
         editable=scene.editable,
+        loops=TECHNIQUES[scene.render.technique].loops,
     )
 
 
 def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     if scene.render.lighting != "none":
         yield "each channel is lit by its own normals, and where channels overlap there is no common normal"
-    if scene.render.classification not in {"lookup", "palette"}:
+    if scene.render.classification not in {"lookup", "palette", "control-points"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
     labels = [plan.channel for plan in group if plan.quantize.labels]
     if labels:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from volprep.compositing import COMPOSITINGS, Compositing
-from volprep.parts.values.labels import LARGEST_LABEL
 from volprep.parts.values.window import Window, is_exact, windows
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
+from volprep.scan.relabelled import LARGEST_LABEL
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import QuantizeSettings, Scene
 from volprep.transfer.table import Table
@@ -104,7 +104,7 @@ def choose_values(
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
     # An edited function may show any value.
-    shown = () if scene.editable else functions
+    shown = () if scene.editable or compositing.every_value else functions
 
     def best_window(bits: Literal[8, 16]) -> tuple[PictureDifference, Quantizer]:
         tried = [Quantizer(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]

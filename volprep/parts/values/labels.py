@@ -5,18 +5,19 @@ whole step too long: the opacity of one step is what such a ray is off by, howev
 """
 
 import math
+from collections.abc import Sequence
 
-from volprep.compositing import COMPOSITINGS
+from volprep.scan.relabelled import LARGEST_LABEL
 from volprep.scene.scene import Scene
 from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
 
-LARGEST_LABEL = 255
-"""Labels are codes of 8 bits."""
 _SHARE = 0.25
 """Part of the largest error allowed that one step through the densest label may make: rays meet several corners. With
 a half, 1 of 9 views of thin labels was beyond it, with a quarter none (largest error 0.27 and 0.11 of 0.25)."""
+_LONGEST_STEP_VOXELS = 0.5
 _FINEST_STEP_VOXELS = 0.125
 """No finer step for labels so dense that only a step of nothing would do."""
 
@@ -30,20 +31,14 @@ def require_distinct_labels(scene: Scene) -> None:
         raise VolprepError("VP3043", problem=f"they share the {render.palette_entries} entries of the palette")
 
 
-def step_voxels_of(scene: Scene, functions: tuple[TransferFunction, ...], voxel_mm: float) -> float:
-    """Return the distance of samples in voxels of `voxel_mm`: what the scene wants, or else what its voxels need.
+def label_step_voxels(functions: Sequence[TransferFunction], voxel_mm: float, tolerance: Tolerance) -> float:
+    """Return the distance of samples in voxels of `voxel_mm`.
 
-    For labels it is so short that the densest one, along one step, has an opacity of a quarter of the largest error.
+    It is so short that the densest label, along one step, has an opacity of a quarter of the largest error.
     """
-    render = scene.render
-    if render.step_voxels is not None:
-        return render.step_voxels
-    usual = 1.0 if render.classification == "preintegrated" else COMPOSITINGS[render.compositing].step_voxels
-    if not scene.source.labels:
-        return usual
     densest_per_mm = max(Table.exact(function).largest_extinction(0, LARGEST_LABEL) for function in functions)
-    allowed_mm = -math.log1p(-_SHARE * scene.tolerance.maximum) / max(densest_per_mm, 1e-12)
-    return max(_FINEST_STEP_VOXELS, min(usual, allowed_mm / voxel_mm))
+    allowed_mm = -math.log1p(-_SHARE * tolerance.maximum) / max(densest_per_mm, 1e-12)
+    return max(_FINEST_STEP_VOXELS, min(_LONGEST_STEP_VOXELS, allowed_mm / voxel_mm))
 
 
 def label_reason(functions: tuple[TransferFunction, ...], step_mm: float) -> str:

@@ -1,0 +1,1 @@
+"""How near pictures of a package are to the scan, measured when it is sealed."""
