@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.proxy.files import DRACO_RULE
 from volprep.report import text
+from volprep.report.devices import device_parts
 from volprep.report.environment import environment
 from volprep.report.plots import (
     Plot,
@@ -13,6 +15,7 @@ from volprep.report.plots import (
     error_against_time,
     transfer_plot,
 )
+from volprep.validation.folder import CURVES_PAGE
 from volprep.validation.pictures import colours, css_bytes
 from volprep.validation.records import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep_formats.package.channels import channel_views
@@ -26,10 +29,13 @@ _WAYS: dict[WayName, str] = {
 }
 
 _KINDS = {
+    "analyze": "an Analyze volume",
     "dicom": "a DICOM series",
     "metaimage": "a MetaImage volume",
+    "mgh": "a FreeSurfer volume",
     "mosaic": "a mosaic of slices",
     "nifti": "a NIfTI volume",
+    "npy": "a NumPy array",
     "nrrd": "an NRRD volume",
     "ome-tiff": "an OME-TIFF volume",
     "ome-zarr": "an OME-Zarr volume",
@@ -62,14 +68,18 @@ class ProgramPlots:
     step: Plot
 
 
-def page(report: Report) -> str:
-    """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report."""
+def page(report: Report, *, with_curves: bool = False) -> str:
+    """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report.
+
+    `with_curves` says whether the page of the curves lies beside it, too.
+    """
     manifest = report.package.manifest
     return (
         environment(report.oracle_tolerance)
         .get_template("report.html.j2")
         .render(
             report=report,
+            curves_page=CURVES_PAGE if with_curves else None,
             manifest=manifest,
             plots={program.program: _plots(program, report) for program in report.programs},
             transfer_plots=_transfer_plots(manifest),
@@ -85,9 +95,11 @@ def page(report: Report) -> str:
             source_bytes=report.cost.source_bytes,
             hero=_hero(report),
             kind=_kind(manifest),
+            truth=_truth(manifest),
             nominal=[_nominal(program) for program in report.programs],
             legend=_legend(report.difference_gain),
             beside=_beside(report),
+            device_parts=device_parts(report),
         )
     )
 
@@ -145,6 +157,12 @@ def _kind(manifest: Manifest) -> str:
     name = f"{name} ({info.modality})" if info.modality else name
     more = len(manifest.channels) - 1
     return f"{name} and {more} more {'channel' if more == 1 else 'channels'}" if more else name
+
+
+def _truth(manifest: Manifest) -> str:
+    """Return what pictures are compared with."""
+    drawn = [COMPOSITINGS[program.compositing] for program in manifest.programs]
+    return (drawn or [COMPOSITINGS["emission-absorption"]])[0].truth
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

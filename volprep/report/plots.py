@@ -20,6 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 from volprep.parts.values.decision import SHARE
 from volprep.plan.form_trial import FormTrial
 from volprep.report.text import plain, ratio
+from volprep.validation.curves.records import COST_NAMES, Curve, plotted_cost
 from volprep.validation.pictures import css_colour
 from volprep.validation.records import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
 from volprep.validation.verdict import share_of
@@ -53,6 +54,23 @@ class Plot:
     """SVG for phones."""
 
 
+@dataclass(frozen=True)
+class DeviceCurve:
+    """Error against time of one device."""
+
+    label: str
+    """What the legend calls it."""
+    front: tuple[tuple[float, float], ...]
+    """Milliseconds and RMSE of the points that are joined, fastest first."""
+    beside: tuple[tuple[float, float], ...]
+    """The same of points that stand alone."""
+
+
+def curves_against_time(curves: Sequence[DeviceCurve], tolerance_rmse: float, name: str) -> Plot:
+    """RMSE against milliseconds per draw, a curve for each device."""
+    return _plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse), name)
+
+
 def error_against_time(program: ProgramResult, report: Report) -> Plot:
     """RMSE against milliseconds per draw: total and drawing error of the finest level, total error of the others."""
     return _plot(lambda axes: _draw_error_against_time(axes, program.sweep, report), f"{program.program}-time")
@@ -70,6 +88,11 @@ def error_against_size(report: Report) -> Plot | None:
     """
     forms = [form for form in report.forms if form.maximum > 0]
     return _plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
+
+
+def curve_plot(curve: Curve, allowed_rmse: float) -> Plot:
+    """RMSE against what a choice costs, with the Pareto front, and a ring around what the package has."""
+    return _plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
 
 
 def transfer_plot(function: TransferFunction, window: tuple[float, float], unit: str) -> Plot:
@@ -112,6 +135,19 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
         )
     _floor(axes, sweep.floors[0], report)
     axes.axhline(report.tolerance.rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+
+
+def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: float) -> None:
+    _logarithmic(axes, "milliseconds per draw", "RMSE")
+    for position, curve in enumerate(curves):
+        colour, marker = _SERIES[position % len(_SERIES)], _MARKERS[position % len(_MARKERS)]
+        for points, label, line in ((curve.front, curve.label, "-"), (curve.beside, None, "none")):
+            times, errors = [point[0] for point in points], [point[1] for point in points]
+            size, alpha = (6.0, 1.0) if label else (4.0, 0.45)
+            axes.plot(
+                times, errors, label=label, linestyle=line, color=colour, marker=marker, markersize=size, alpha=alpha
+            )
+    axes.axhline(tolerance_rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
@@ -175,6 +211,46 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
     axes.axvline(plain, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), label="uncompressed")
     axes.axhline(1.0, color=_LIMIT, linewidth=1.4, label="tolerance")
     axes.axhline(SHARE, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
+
+
+def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
+    _logarithmic(axes, COST_NAMES[curve.cost], "RMSE")
+    series = list(dict.fromkeys(point.series for point in curve.points))
+    one_each = len(series) == len(curve.points)
+    for number, name in enumerate(series):
+        points = sorted((each for each in curve.points if each.series == name), key=lambda each: each.step_mm)
+        costs = [plotted_cost(point, curve.cost) for point in points]
+        axes.plot(
+            costs,
+            [point.errors.rmse for point in points],
+            color=_SERIES[0 if one_each else number % len(_SERIES)],
+            marker=_MARKERS[0 if one_each else number % len(_MARKERS)],
+            linewidth=1.2,
+            label=None if one_each else name,
+        )
+        if curve.cost == "milliseconds":
+            for point in points:
+                span = (point.wall.low, point.wall.high)
+                axes.plot(span, [point.errors.rmse] * 2, color=_MUTED, linewidth=0.8, zorder=1)
+    front = sorted((plotted_cost(each, curve.cost), each.errors.rmse) for each in curve.points if each.on_front)
+    axes.step(*zip(*front, strict=True), where="post", color=_INK, linewidth=1.6, label="Pareto front", zorder=1.5)
+    for number, point in enumerate(sorted(curve.points, key=lambda each: each.errors.rmse)):
+        if point.chosen:
+            place = (plotted_cost(point, curve.cost), point.errors.rmse)
+            axes.plot(*place, "o", markersize=15, markerfacecolor="none", color=_LIMIT, label="in the package")
+        if one_each:
+            axes.annotate(
+                point.label,
+                (plotted_cost(point, curve.cost), point.errors.rmse),
+                xytext=(8, 6 if number % 2 else -6),
+                textcoords="offset points",
+                va="center",
+                color=_MUTED,
+                fontsize=8.5,
+            )
+    axes.axhline(allowed_rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+    if one_each:
+        axes.margins(x=0.18)
 
 
 def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str) -> None:

@@ -5,22 +5,29 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from volprep.plan.device_files import read_devices
+from volprep.report.curves_page import curves_page
 from volprep.report.page import page
+from volprep.validation.curves.measure import measure_curves
 from volprep.validation.folder import report_folder
 from volprep.validation.records import Report
 from volprep.validation.run import measure_package
+from volprep.validation.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.progress import Progress
 
 
-def default_report_path(package: Path) -> Path:
-    """Return the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
-    path = package.resolve()
-    return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
-
-
 def validate(
-    path: Path, report_path: Path, progress: Progress, *, source: Path | None = None, picture_size: int | None = None
+    path: Path,
+    report_path: Path,
+    progress: Progress,
+    *,
+    source: Path | None = None,
+    picture_size: int | None = None,
+    witness: bool = False,
+    devices: Path | None = None,
+    curves: bool = False,
 ) -> Report:
     """Validate the sealed package at `path`, and write the report to the folder `report_path`.
 
@@ -34,19 +41,36 @@ def validate(
         The scan, or a scene that names it; without it the origin beside the package tells.
     picture_size
         Width and height of the pictures, at least 16; without it the scene tells.
+    witness
+        Whether VTK draws the scan, too, as a second opinion.
+    devices
+        Folder of what devices have measured of this package, for the report.
+    curves
+        Whether to measure all choices, too: curves.json and curves.html in the same folder.
 
     Raises
     ------
     VolprepError
         VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
-        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, and what reader and
-        renderer raise. A package beyond the tolerance is no error here: the verdict says so.
+        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when
+        VTK cannot be asked, VP6050 for curves without shaders, VP7036 and VP7037 for a measurement that is none or of
+        another package, and what reader and renderer raise. A package beyond the tolerance is no error here: the
+        verdict says so.
     """
     if report_path.resolve().is_relative_to(path.resolve()):
         raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
+    measured = () if devices is None else read_devices(devices, manifest_sha256(path))
     with report_folder(report_path) as folder, _scratch(report_path) as scratch:
-        report = measure_package(path, folder, scratch, progress, source=source, picture_size=picture_size)
-        folder.write(report, page(report))
+        report = measure_package(
+            path, folder, scratch, progress, source=source, picture_size=picture_size, witness=witness
+        )
+        report = report.model_copy(update={"devices": measured})
+        if curves:
+            judge, files = find_scan(path, source), scratch / "curves"
+            files.mkdir()
+            choices = measure_curves(report.package.manifest, judge, files, progress, picture_size)
+            folder.write_curves(choices, curves_page(choices))
+        folder.write(report, page(report, with_curves=curves))
     return report
 
 

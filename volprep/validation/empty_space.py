@@ -23,6 +23,7 @@ from volprep.validation.records import EmptySpace, SavingView, SavingWay, WayNam
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.uncut import unskipped
+from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
@@ -53,11 +54,11 @@ class _Drawn:
     """Samples and looks of each view, in half the width and height; None without a float target."""
 
 
-def measure_empty_space(bench: Bench, program: Program) -> EmptySpace | None:
+def measure_empty_space(bench: Bench, program: Program, viewed: ViewedProgram) -> EmptySpace | None:
     """Draw the finest level of a program in every way that its package has.
 
     None where it has neither table nor mesh, or where its shader is not the one that this version of volprep composes,
-    so that nobody can tell what it would be without.
+    so that nobody can tell what it would be without. The last way is how the package is `viewed`.
     """
     subject = bench.subject
     level = min(program.levels)
@@ -67,7 +68,8 @@ def measure_empty_space(bench: Bench, program: Program) -> EmptySpace | None:
     bench.progress.start(f"empty space, {program.name}", len(ways))
     found = []
     for way in ways:
-        found.append(_drawn(bench, way, level))
+        pictures = [*viewed.drawn.values()] if way is ways[-1] else None
+        found.append(_drawn(bench, way, level, pictures))
         bench.progress.advance()
     limit = _limit(subject)
     results = tuple(
@@ -102,12 +104,12 @@ def _ways(subject: Subject, program: Program, level: int) -> Iterator[_Way]:
             yield _Way(with_table, kind, package, own)
 
 
-def _drawn(bench: Bench, way: _Way, level: int) -> _Drawn:
+def _drawn(bench: Bench, way: _Way, level: int, drawn: list[Float32Array] | None) -> _Drawn:
     subject = bench.subject
     cameras = list(subject.views.values())
     with way.kind(way.package, level=level, transfer=way.program.transfer) as renderer:
         with bench.clock.part("drawing"):
-            pictures = [renderer.render(camera, subject.shape_hw) for camera in cameras]
+            pictures = drawn or [renderer.render(camera, subject.shape_hw) for camera in cameras]
         with bench.clock.part("timing"):
             draw_ms = renderer.time_ms(subject.views[SWEEP_VIEW], subject.shape_hw, repeats=_DRAWS)
     with bench.clock.part("counting"):

@@ -15,9 +15,21 @@ DATA_FILE = "report.json"
 """Name of the data in the folder of a report."""
 PAGE_FILE = "index.html"
 """Name of the page in the folder of a report."""
+CURVES_FILE = "curves.json"
+"""Name of the data of the curves, where they were measured."""
+CURVES_PAGE = "curves.html"
+"""Name of their page."""
 PICTURES = "pictures"
 """Name of the folder of pictures in the folder of a report."""
+TRUTH = "truth"
+"""Name of the folder of truth pictures, for devices to be measured against, in the folder of a report."""
 _FAILED = "VP6021"
+
+
+def default_report_path(package: Path) -> Path:
+    """Return the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
+    path = package.resolve()
+    return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
 
 
 class ReportFolder:
@@ -33,11 +45,25 @@ class ReportFolder:
         with output_errors(path, _FAILED):
             path.write_bytes(png_bytes(picture))
 
+    def truth(self, name: str, data: bytes) -> None:
+        """Write the file `name` into the folder of truth pictures."""
+        path = self._partial / TRUTH / name
+        with output_errors(path, _FAILED):
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(data)
+
     def write(self, data: Record, page: str) -> None:
         """Write the data and the page."""
+        self._write(DATA_FILE, data, PAGE_FILE, page)
+
+    def write_curves(self, data: Record, page: str) -> None:
+        """Write the data of the curves and their page."""
+        self._write(CURVES_FILE, data, CURVES_PAGE, page)
+
+    def _write(self, data_file: str, data: Record, page_file: str, page: str) -> None:
         with output_errors(self._partial, _FAILED):
-            (self._partial / DATA_FILE).write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
-            (self._partial / PAGE_FILE).write_text(page, encoding="utf-8")
+            (self._partial / data_file).write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            (self._partial / page_file).write_text(page, encoding="utf-8")
 
 
 @contextmanager
@@ -73,6 +99,6 @@ def _require_replaceable(target: Path) -> None:
     if target.exists() and not target.is_dir():
         raise VolprepError("VP6020", path=target, problem="it is no folder")
     names = {path.name for path in target.iterdir()} if target.is_dir() else set()
-    others = sorted(names - {DATA_FILE, PAGE_FILE, PICTURES})
+    others = sorted(names - {DATA_FILE, PAGE_FILE, CURVES_FILE, CURVES_PAGE, PICTURES, TRUTH})
     if others:
         raise VolprepError("VP6020", path=target, problem=f"it holds {others[0]}, which is no part of a report")

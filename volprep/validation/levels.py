@@ -10,17 +10,20 @@ from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES
 from volprep.validation.records import LevelComparison
 from volprep.validation.subject import Subject, errors
+from volprep_formats.arrays import Float32Array
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
+
+_SLAB_VOXELS = 2**22
 
 
 def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePicture) -> tuple[LevelComparison, ...]:
     """Compare the coarse levels that are drawn like `program` with what the box filter would have made of the scan.
 
-    Nothing where samples are not classified by lookup tables: there no level has a table of its own. Nor where channels
-    are drawn together: each is compared by itself.
+    Nothing where samples are classified by palettes, or voxels are: there no level has a table of its own. Nor where
+    channels are drawn together: each is compared by itself.
     """
-    if program.classification != "lookup" or bench.subject.package.manifest.together is not None:
+    if program.classification not in {"lookup", "preintegrated"} or bench.subject.package.manifest.together is not None:
         return ()
     subject = bench.subject
     wanted = set(subject.levels(program))
@@ -61,9 +64,19 @@ def _box_level(subject: Subject, level: Level) -> Volume:
     part = tuple(
         slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True)
     )
-    values = scan.stored[part].astype(np.float32)
-    values *= np.float32(scan.slope)
-    values += np.float32(scan.intercept)
-    means = np.empty(_native.box_reduced_shape(values.shape, level.factors_zyx), np.float32)
-    _native.box_reduce(values, means, level.factors_zyx)
-    return Volume(means, level.grid, 1.0, 0.0, scan.nearest, scan.normals)
+    return Volume(box_means(scan, part, level.factors_zyx), level.grid, 1.0, 0.0, scan.nearest, scan.normals)
+
+
+def box_means(scan: Volume, part: tuple[slice, ...], factors_zyx: tuple[int, int, int]) -> Float32Array:
+    """Return the means of the physical values of a part of the scan over cells, slab by slab."""
+    stored = scan.stored[part]
+    means = np.empty(_native.box_reduced_shape(stored.shape, factors_zyx), np.float32)
+    rows = stored.shape[1] * stored.shape[2]
+    # Whole cells, so that slabs make the same means as the whole.
+    cells = max(1, _SLAB_VOXELS // (rows * factors_zyx[0]))
+    for first in range(0, len(means), cells):
+        slab = stored[first * factors_zyx[0] : (first + cells) * factors_zyx[0]].astype(np.float32)
+        slab *= np.float32(scan.slope)
+        slab += np.float32(scan.intercept)
+        _native.box_reduce(slab, means[first : first + cells], factors_zyx)
+    return means

@@ -6,9 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.techniques import TECHNIQUES
 from volprep.truth.convergence import fit_order
 from volprep.validation.records import Convergence, Target
-from volprep_formats.package.program import ClassificationName, CompositingName
+from volprep_formats.package.program import ClassificationName, CompositingName, TechniqueName
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
@@ -30,13 +31,16 @@ def convergence(
     classification: ClassificationName = "lookup",
     *,
     compositing: CompositingName = "emission-absorption",
+    technique: TechniqueName = "ray-casting",
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
     record = COMPOSITINGS[compositing]
+    walk = TECHNIQUES[technique]
     expected = _OF_LABELS if labels else record.order
+    expected = expected if walk.order is None else walk.order
     jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
-    limits = [] if record.order_limit is None else [record.order_limit]
+    limits = [each.order_limit for each in (record, walk) if each.order_limit is not None]
     if classification == "preintegrated":
         limits.append(
             "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "

@@ -9,7 +9,6 @@ Pieces are drawn eight at a time, as a device holds them: blocks around points o
 together are the whole level, put together in the order in which rays meet them, and compared with the truth.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
@@ -17,19 +16,19 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.plan.probe import difference
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.truth.averaged import averaged
 from volprep.validation.bench import Bench
-from volprep.validation.records import OtherDrawing, OtherView, ProgramResult
+from volprep.validation.edits_and_cuts import judge_cut, judge_edit
+from volprep.validation.pixels import Picture, judged, pixels_of
+from volprep.validation.records import OtherDrawing, ProgramResult
 from volprep.validation.subject import Subject
 from volprep.validation.views import ViewedProgram
-from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
 from volprep_formats.package.program import Program
 
-Picture = NDArray[np.float32]
 Index = tuple[int, int, int]
 _FAR = 1e6
 """Diagonals between a volume and where parallel rays come from."""
@@ -38,8 +37,13 @@ _TILINGS = (1, 0)
 
 
 def judge_others(bench: Bench, program: Program, viewed: ViewedProgram) -> tuple[OtherDrawing, ...]:
-    """Draw coarse levels, and pieces, with the transfer function of `program`, whose truth is known."""
-    return (*_coarse_levels(bench, program, viewed), *_pieces(bench, program, viewed))
+    """Draw coarse levels, pieces, edits and a cut with the transfer function of `program`, whose truth is known."""
+    return (
+        *_coarse_levels(bench, program, viewed),
+        *_pieces(bench, program, viewed),
+        *judge_edit(bench, program),
+        *judge_cut(bench, program.transfer),
+    )
 
 
 def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
@@ -56,41 +60,21 @@ def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Ite
 
 def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> OtherDrawing:
     subject = bench.subject
-    pixels = _pixels(subject, chosen.level)
+    pixels = pixels_of(subject, chosen.level)
     allowed = Tolerance(rmse=subject.render.tolerance.rmse, maximum=1.0)
     views = []
     with chosen as renderer:
         for name, box_from_clip in subject.views.items():
             with bench.clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
-            views.append(_judged(name, _averaged(drawn, pixels), _averaged(viewed.truths[name], pixels), allowed))
+            views.append(judged(name, averaged(drawn, pixels), averaged(viewed.truths[name], pixels), allowed))
     return OtherDrawing(
         item=f"level {chosen.level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
+        level=chosen.level.index,
         pixels=pixels,
         views=tuple(views),
     )
-
-
-def _pixels(subject: Subject, level: Level) -> int:
-    """Return the size of pictures in which a voxel of the level is a pixel, or less than one.
-
-    Half of that of the report at most, so that each pixel is the mean of four rays at least.
-    """
-    # Orthographic standard views have the height of the diagonal; in perspective it is a fifth more.
-    voxels = math.hypot(*level.grid.extent_mm_zyx) / min(level.grid.spacing_mm_zyx)
-    return max(1, min(subject.shape_hw[0] // 2, round(voxels)))
-
-
-def _averaged(picture: NDArray[np.floating], pixels: int) -> Picture:
-    """Return the means of a square picture over larger pixels, whose edges may lie within one of its own."""
-    size = len(picture)
-    edges = np.linspace(0.0, size, pixels + 1)
-    own = np.arange(size)
-    overlap = np.minimum(edges[1:, None], own + 1) - np.maximum(edges[:-1, None], own)
-    weights = np.clip(overlap, 0.0, None) * (pixels / size)
-    averaged: Picture = np.einsum("ih,hwc,jw->ijc", weights, picture, weights, optimize=True).astype(np.float32)
-    return averaged
 
 
 def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
@@ -100,17 +84,20 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
     if files is None or own is None:
         return
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
-    truths = viewed.truths if own.lighting == program.lighting else _unlit(bench, program.transfer)
+    lit_alike = own.lighting == program.lighting
+    truths = viewed.truths if lit_alike else _unlit(bench, program.transfer)
+    unlit = "" if lit_alike else ", without light"
     for first in _TILINGS:
         blocks = [*_blocks(grid, first)]
         bench.progress.start(f"pieces of {program.transfer}", len(blocks))
         views = tuple(
-            _judged(name, picture, truths[name], subject.render.tolerance)
+            judged(name, picture, truths[name], subject.render.tolerance)
             for name, picture in _put_together(bench, own, grid, first, blocks)
         )
         yield OtherDrawing(
-            item=f"pieces around points {first}, {first + 2}, ... with {program.transfer}",
+            item=f"pieces around points {first}, {first + 2}, ... with {program.transfer}{unlit}",
             program=own.name,
+            level=0,
             pixels=subject.shape_hw[0],
             views=views,
         )
@@ -167,17 +154,12 @@ def _front_to_back(
     return sorted(places, key=lambda place: sum(abs(k - start) for k, start in zip(place, at, strict=True)))
 
 
-def _judged(view: str, drawn: Picture, truth: Picture, tolerance: Tolerance) -> OtherView:
-    found = difference(drawn.astype(np.float64), truth.astype(np.float64))
-    passed = found.rmse <= tolerance.rmse and found.maximum <= tolerance.maximum
-    return OtherView(view=view, passed=passed, rmse=found.rmse, maximum=found.maximum)
-
-
 def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str, ...]:
-    """Return the programs of a package that `results` have not drawn, by their names."""
-    drawn = {each.program for each in results} | {other.program for each in results for other in each.others}
-    drawn |= {each.empty_space.drawn_by for each in results if each.empty_space is not None}
+    """Return what of a package `results` have not drawn: programs with their levels, by their names."""
+    drawn: set[tuple[str, int | None]] = {(each.program, each.level) for each in results}
+    drawn |= {(other.program, other.level) for each in results for other in each.others}
+    drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}
     pieces = () if manifest.subvolumes is None else manifest.subvolumes.programs
     at_meshes = () if manifest.proxy is None else manifest.proxy.programs
-    every = (*manifest.programs, *pieces, *at_meshes)
-    return tuple(f"program {each.name}" for each in every if each.name not in drawn)
+    every = [(each.name, level) for each in (*manifest.programs, *pieces, *at_meshes) for level in each.levels]
+    return tuple(f"program {name} at level {level}" for name, level in every if (name, level) not in drawn)

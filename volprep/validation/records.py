@@ -14,7 +14,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep.parts.levels.records import LevelChoice
+from volprep.plan.device_records import DeviceRecord
 from volprep.plan.form_trial import FormTrial
+from volprep.validation.witness.records import Witness
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.values import ByteCount, Sha256
@@ -86,7 +88,7 @@ class SweepPoint(Record):
     step_mm: Annotated[float, Field(gt=0.0)]
     """Distance of the samples."""
     step_ratio: Annotated[float, Field(gt=0.0)]
-    """Step over the nominal step."""
+    """Step over the nominal step of the level."""
     samples_mean: NonNegative
     """Samples per ray that meets the volume, mean; early termination takes fewer."""
     samples_max: Annotated[int, Field(ge=0)]
@@ -273,12 +275,14 @@ class OtherView(Record):
 
 
 class OtherDrawing(Record):
-    """A coarse level, or the pieces of level 0, drawn in the standard views and judged."""
+    """A coarse level, the pieces of level 0, an edit or a cut, drawn in standard views and judged."""
 
     item: str
     """What is drawn."""
     program: str
     """Name of the program that draws it."""
+    level: Annotated[int, Field(ge=0)] | None = None
+    """Level that is drawn; null for a cut, which is part of none."""
     pixels: Count
     """Width and height of the pictures: one pixel for a voxel of a level, or as large as those of the report."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
@@ -296,7 +300,7 @@ class ProgramResult(Record):
     program: str
     """Name of the program in the manifest."""
     technique: str
-    """How it samples the volume."""
+    """How it goes through the volume."""
     transfer: str
     """Name of the transfer function that it draws."""
     level: Annotated[int, Field(ge=0)]
@@ -310,7 +314,7 @@ class ProgramResult(Record):
     empty_space: EmptySpace | None = None
     """What its skip table and its mesh save; null where it has neither."""
     others: tuple[OtherDrawing, ...] = ()
-    """Coarse levels, and pieces of level 0, that are drawn with the same transfer function."""
+    """Coarse levels, pieces of level 0, an edit and a cut that are drawn with the same transfer function."""
 
 
 class Deviation(Record):
@@ -359,9 +363,11 @@ class Verdict(Record):
     differing: tuple[str, ...] = ()
     """Items that do not follow from scene and scan."""
     beyond: tuple[str, ...] = ()
-    """Coarse levels, and pieces of level 0, of which a view is beyond the tolerance."""
+    """Coarse levels, pieces of level 0, edits and cuts of which a view is beyond the tolerance."""
     unproved: tuple[str, ...] = ()
     """What the package ships and no picture has judged."""
+    disagreeing: tuple[str, ...] = ()
+    """Programs whose pictures, or whose truth, a second renderer does not agree with."""
     worst_program: str
     """Program of the worst view."""
     worst_view: str
@@ -397,9 +403,9 @@ class Cost(Record):
     threads: Count
     """Threads of the oracle."""
     peak_memory_bytes: ByteCount
-    """Largest resident memory of the process."""
+    """Largest resident memory of the process, with files that the system has mapped, and can let go of."""
     source_bytes: ByteCount
-    """Size of the source volume, which the oracle holds whole."""
+    """Size of the source volume, a file that the system maps into memory where rays read it."""
 
 
 class PackageFacts(Record):
@@ -442,12 +448,18 @@ class Report(Record):
     """Whether the package may ship."""
     derivation: Derivation | None = None
     """What was derived again from the scan and compared."""
+    witness: Witness | None = None
+    """What a second renderer says; null where none was asked."""
+    layout_picture: str | None = None
+    """File of a figure of proxy meshes, bricks, sub-volumes or slices; null where there are none, or without VTK."""
     programs: tuple[ProgramResult, ...]
     """What each program draws."""
     made: tuple[LevelChoice, ...] = ()
     """How each coarse level was made and what else was tried, as the build noted it beside the package."""
     forms: tuple[FormTrial, ...] = ()
     """Compressed forms that were considered; what encoding took stands beside the package."""
+    devices: tuple[DeviceRecord, ...] = ()
+    """What devices have measured of this package."""
     driver: Driver
     """The OpenGL ES that drew the pictures."""
     cost: Cost

@@ -11,25 +11,30 @@ from volprep import _native
 from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.origin import read_origin
 from volprep.plan.form_trial import FormTrial
-from volprep.truth.decoded import holds_labels, kernel_of_light
+from volprep.truth.decoded import holds_labels, light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
 from volprep.validation.empty_space import measure_empty_space
 from volprep.validation.exact.derive import derive
 from volprep.validation.exact.findings import error_of
-from volprep.validation.folder import ReportFolder
+from volprep.validation.fidelity import fidelity_findings
+from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.levels import compare_levels
 from volprep.validation.others import judge_others, unproved
 from volprep.validation.preview import preview_findings
-from volprep.validation.records import Cost, Derivation, Driver, PackageFacts, ProgramResult, Report
+from volprep.validation.records import Cost, Derivation, PackageFacts, ProgramResult, Report
 from volprep.validation.scan import find_scan
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
+from volprep.validation.truth_pictures import write_truth
 from volprep.validation.verdict import judge
-from volprep.validation.views import draw_differences, measure_views
+from volprep.validation.views import MeasuredPrograms, Statement, draw_differences, measure_views
 from volprep.validation.whole import open_whole
+from volprep.validation.witness.judge import ask_witness
+from volprep.vtk.layouts import draw_figure
+from volprep.vtk.process import require_pyvista
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Tolerance
@@ -47,11 +52,16 @@ def measure_package(
     *,
     source: Path | None = None,
     picture_size: int | None = None,
+    witness: bool = False,
 ) -> Report:
     """Measure the sealed package at `path`; pictures go to `folder`, the scan and its codes to the empty `scratch`.
 
+    With `witness`, VTK draws the scan, too.
+
     Raises what `volprep.report.validate` names.
     """
+    if witness:
+        require_pyvista()
     clock = Clock()
     with clock.part("all"):
         with clock.part("checking"):
@@ -62,6 +72,10 @@ def measure_package(
         with clock.part("deriving"):
             derived = derive(package, found, scratch, progress)
             derivation = _with_preview(derived.record, package)
+        if not derivation.findings and (found.scene.fidelity or package.manifest.fidelity):
+            with clock.part("fidelity"):
+                stated = fidelity_findings(package, derived.scans, wanted=found.scene.fidelity)
+                derivation = derivation.with_findings(stated)
         if {each.name for each in package.manifest.channels} != derived.scans.keys():
             raise error_of(derivation.findings, path)
         package = _judged(package, found.scene.tolerance)
@@ -69,12 +83,15 @@ def measure_package(
         subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
         try:
-            programs, gain, driver = _measure([Bench(each, folder, clock, progress) for each in subjects])
+            measured = _measure([Bench(each, folder, clock, progress) for each in subjects])
         except VolprepError as error:
             if not derivation.findings:
                 raise
             # What is wrong with the package says more than what a driver makes of it.
             raise error_of(derivation.findings, path) from error
+        programs = measured.programs
+        asked = ask_witness(measured.statements, SWEEP_VIEW, scratch) if witness else None
+        layout = _layout_picture(package, folder) if witness else None
         return Report(
             generator=f"volprep {version('volprep')}",
             package=_facts(package),
@@ -83,13 +100,21 @@ def measure_package(
             step_mm=subject.render.step_mm,
             tolerance=subject.render.tolerance,
             oracle_tolerance=DEFAULT_TOLERANCE,
-            difference_gain=gain,
-            verdict=judge(programs, subject.render.tolerance, derivation.items, unproved(package.manifest, programs)),
+            difference_gain=measured.gain,
+            verdict=judge(
+                programs,
+                subject.render.tolerance,
+                derivation.items,
+                unproved(package.manifest, programs),
+                () if asked is None else asked.disagreeing,
+            ),
             derivation=derivation,
+            witness=asked,
+            layout_picture=layout,
             programs=programs,
             made=_made(path),
             forms=_forms(path, package.manifest),
-            driver=driver,
+            driver=measured.driver,
             cost=Cost(
                 seconds=clock.so_far(),
                 threads=_native.max_threads(),
@@ -131,12 +156,12 @@ def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Sub
 def _require_no_lit_labels(package: Package) -> None:
     """Raise VP6014 if a program lights labels."""
     for part in channel_packages(package).values():
-        if holds_labels(part.manifest) and kernel_of_light(part.manifest) is not None:
+        if holds_labels(part.manifest) and light_of_scan(part.manifest) is not None:
             raise VolprepError("VP6014", path=package.path)
 
 
-def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Driver]:
-    """Measure all programs of all channels; give them, the gain of their difference pictures, and the driver."""
+def _measure(benches: list[Bench]) -> MeasuredPrograms:
+    """Measure all programs of all channels."""
     if not benches[0].subject.package.manifest.profile.has_shaders:
         return measure_slices(benches[0])
     programs = [(bench, program) for bench in benches for program in bench.subject.programs]
@@ -151,12 +176,24 @@ def _measure(benches: list[Bench]) -> tuple[tuple[ProgramResult, ...], float, Dr
             views=views.views,
             sweep=measure_sweep(bench, program, views),
             levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
-            empty_space=measure_empty_space(bench, program),
+            empty_space=measure_empty_space(bench, program, views),
             others=judge_others(bench, program, views),
         )
         for (bench, program), views in zip(programs, viewed, strict=True)
     )
-    return results, gain, viewed[0].driver
+    write_truth(benches[0], zip((bench for bench, _ in programs), viewed, results, strict=True))
+    statements = tuple(Statement(*each, views) for each, views in zip(programs, viewed, strict=True))
+    return MeasuredPrograms(results, gain, viewed[0].driver, statements)
+
+
+def _layout_picture(package: Package, folder: ReportFolder) -> str | None:
+    """Write the figure of how the package lays out its volume; None where there is no such layout."""
+    picture = draw_figure(package)
+    if picture is None:
+        return None
+    name = f"{PICTURES}/layout.png"
+    folder.picture(name, picture)
+    return name
 
 
 def _made(path: Path) -> tuple[LevelChoice, ...]:

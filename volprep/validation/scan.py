@@ -15,7 +15,7 @@ from volprep.scene.channels import drawn_channels, with_listed_channels
 from volprep.scene.profiles import load_profile, profile_names
 from volprep.scene.request import at_place, load_request
 from volprep.scene.scene import Scene
-from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
+from volprep.truth.decoded import Volume, holds_labels, light_of_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Manifest
@@ -112,5 +112,5 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])
     # Of several channels the first says where the voxels are, as in the package; all are registered with it.
-    labels, kernel = holds_labels(manifest), kernel_of_light(manifest)
+    labels, kernel = holds_labels(manifest), light_of_scan(manifest)
     return Volume(stored, manifest.source.info.grid, info.slope, info.intercept, labels, kernel)

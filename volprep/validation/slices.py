@@ -14,7 +14,6 @@ from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import (
     Breakdown,
     Convergence,
-    Driver,
     LevelFloor,
     ProgramResult,
     Sweep,
@@ -22,7 +21,7 @@ from volprep.validation.records import (
 )
 from volprep.validation.subject import errors
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.views import ViewedProgram, draw_differences, measure_views
+from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram, draw_differences, measure_views
 from volprep_formats.package.parts.slices.texels import slice_texels
 
 _DRAWS = 3
@@ -46,8 +45,8 @@ class Stacks:
         return f"slices-{self.transfer}"
 
 
-def measure_slices(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driver]:
-    """Measure the slices of all transfer functions; give them, the gain of their difference pictures, and the driver.
+def measure_slices(bench: Bench) -> MeasuredPrograms:
+    """Measure the slices of all transfer functions.
 
     Raises what `SliceRenderer` raises.
     """
@@ -67,7 +66,8 @@ def measure_slices(bench: Bench) -> tuple[tuple[ProgramResult, ...], float, Driv
         )
         for stacks, views in zip(each, viewed, strict=True)
     )
-    return results, gain, viewed[0].driver
+    statements = tuple(Statement(bench, stacks, views) for stacks, views in zip(each, viewed, strict=True))
+    return MeasuredPrograms(results, gain, viewed[0].driver, statements)
 
 
 def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from volprep.compositing import COMPOSITINGS
-from volprep.truth.camera import standard_views
+from volprep.truth.camera import Camera, standard_views
 from volprep.truth.decoded import Volume, level_volume, own_table, table_function
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
@@ -11,7 +11,7 @@ from volprep.validation.records import ErrorNumbers
 from volprep_formats.arrays import FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -31,13 +31,14 @@ class Subject:
         """
         self.package = package
         self._channels = channels or {}
-        self.render = _render_settings(package)
+        self.render = render_settings(package)
         self.scan = scan
         self.shape_hw = (picture_size, picture_size)
         self.grid = package.manifest.levels[0].grid
         """Grid of the finest level; its box is that of all levels. The scan's may have a border around it."""
-        self._cameras = standard_views(self.grid, self.render.projection)
-        self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self._cameras.items()}
+        self.cameras = standard_views(self.grid, self.render.projection)
+        """Standard views by name."""
+        self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self.cameras.items()}
         """Matrix from clip coordinates to the package's box space by name of the standard view."""
         known = {function.name for function in package.manifest.transfer_functions}
         programs = [each for each in package.manifest.programs if (each.transfer in known) == (channels is None)]
@@ -45,6 +46,17 @@ class Subject:
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
         self._levels: dict[int, Volume] = {}
+        self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
+
+    @property
+    def compositing(self) -> CompositingName:
+        """What rays of the package make of what they meet; slices come near to emission and absorption."""
+        return self._compositing.name
+
+    @property
+    def is_of_several(self) -> bool:
+        """Whether several channels are drawn in one picture."""
+        return bool(self._channels)
 
     @property
     def _is_classified(self) -> bool:
@@ -62,6 +74,16 @@ class Subject:
         """
         if self._is_classified:
             return self.truth(transfer, view)
+        # The sweep and the comparison of levels ask for the same few pictures.
+        key = (transfer, view, level)
+        if key not in self._on_coarse:
+            drawn = self._on_data(transfer, view, level)
+            if level == 0:
+                return drawn
+            self._on_coarse[key] = drawn
+        return self._on_coarse[key]
+
+    def _on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         media = [
             (part.level(level), part.table(name, level) if part.has_own_table(name, level) else part.function(name))
             for name, part in self._parts(transfer)
@@ -70,11 +92,21 @@ class Subject:
 
     def on_codes(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the codes of `level` with the control points of the transfer function."""
+        if not self._is_classified and not self.is_of_several and not self.has_own_table(transfer, level):
+            return self.on_data(transfer, view, level)
         return self.on_volume(self.level(level), transfer, view)
 
     def on_volume(self, volume: Volume, transfer: str, view: str) -> OraclePicture:
         """Draw any volume with the control points of the transfer function."""
         return self._draw([(volume, self.function(transfer))], view)
+
+    def of_function(self, function: TransferFunction, view: str) -> OraclePicture:
+        """Draw the scan at full precision with another transfer function."""
+        return self._draw([(self.scan, function)], view)
+
+    def of_volume(self, volume: Volume, transfer: str, camera: Camera) -> OraclePicture:
+        """Draw any volume from any camera with the control points of the transfer function."""
+        return self._seen([(volume, self.function(transfer))], camera)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
@@ -92,9 +124,9 @@ class Subject:
 
     def levels(self, program: Program) -> list[int]:
         """Levels at which the transfer function of `program` is drawn in the same way, finest first."""
-        same = (program.technique, program.transfer)
+        same = (program.sampling, program.transfer)
         programs = self.package.manifest.programs
-        return sorted({level for each in programs if (each.technique, each.transfer) == same for level in each.levels})
+        return sorted({level for each in programs if (each.sampling, each.transfer) == same for level in each.levels})
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
         """Return the transfer functions that make a picture: the one of this name, or those of all of its channels."""
@@ -109,11 +141,14 @@ class Subject:
         return [*self._channels.items()] or [(transfer, self)]
 
     def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
+        return self._seen(media, self.cameras[view])
+
+    def _seen(self, media: Sequence[tuple[Volume, TransferFunction]], camera: Camera) -> OraclePicture:
         volume = media[0][0]
         return self._compositing.oracle(
             [Medium(each.stored, each.slope, each.intercept, function) for each, function in media],
             volume.grid,
-            self._cameras[view].box_from_clip(volume.grid, aspect=1.0),
+            camera.box_from_clip(volume.grid, aspect=1.0),
             self.shape_hw,
             nearest=volume.nearest,
             normals=volume.normals,
@@ -134,7 +169,8 @@ def _finest(programs: Sequence[Program]) -> tuple[Program, ...]:
     return tuple(finest.values())
 
 
-def _render_settings(package: Package) -> RenderSettings:
+def render_settings(package: Package) -> RenderSettings:
+    """Return how a sealed package wants to be drawn. Raises VP4011 if it does not say."""
     render = package.manifest.render
     if render is None:
         raise VolprepError("VP4011", path=package.path, problem="a sealed package without render settings")

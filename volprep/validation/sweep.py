@@ -26,10 +26,10 @@ from volprep_formats.package.reader import Package
 SWEEP_VIEW = "anterior-left"
 """Oblique to all axes of a patient."""
 _RATIOS = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
-"""Steps over the nominal step."""
+"""Steps over the nominal step of the level."""
 _FINEST_LEVEL_STEPS = 6
-_COARSE_RATIOS = (4.0, 2.0, 1.0)
-"""A coarse level is chosen to be cheap: steps below the nominal one are of no use there."""
+_COARSE_RATIOS = (2.0, 1.0, 0.5)
+"""A coarse level is chosen to be cheap: much finer steps than its nominal one are of no use there."""
 _DRAWS = 3
 
 
@@ -59,7 +59,7 @@ class _Sweeper:
 
     def ratios(self, level: int) -> tuple[float, ...]:
         """Return the six finest steps that shader and driver can draw, as multiples of the nominal one."""
-        manifest, step_mm = self._subject.package.manifest, self._subject.render.step_mm
+        manifest, step_mm = self._subject.package.manifest, self._subject.render.step_of(level)
         least = self._program.step_mm_min or 0.0
         possible = tuple(ratio for ratio in _RATIOS if ratio * step_mm >= least)
         if turns_of_rays(manifest, self._program, level, possible[-1] * step_mm) > CERTAIN_TURNS:
@@ -68,9 +68,10 @@ class _Sweeper:
         return possible[-_FINEST_LEVEL_STEPS:]
 
     def draw(self, renderer: Renderer, ratio: float) -> Float32Array:
-        """Draw with a multiple of the nominal step."""
+        """Draw with a multiple of the nominal step of the level."""
+        step_mm = ratio * self._subject.render.step_of(renderer.level.index)
         with self._clock.part("drawing"):
-            return renderer.render(self._box_from_clip, self._subject.shape_hw, ratio * self._subject.render.step_mm)
+            return renderer.render(self._box_from_clip, self._subject.shape_hw, step_mm)
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
@@ -112,7 +113,7 @@ class _Sweeper:
     def _point(
         self, renderer: Renderer, picture: Float32Array, on_data: Float64Array, level: int, ratio: float
     ) -> SweepPoint:
-        step_mm = ratio * self._subject.render.step_mm
+        step_mm = ratio * self._subject.render.step_of(level)
         with self._clock.part("timing"):
             draw_ms = renderer.time_ms(self._box_from_clip, self._subject.shape_hw, step_mm, repeats=_DRAWS)
         counts = samples(self._chords, step_mm)
@@ -176,6 +177,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         subject.functions(program.transfer),
         program.classification,
         compositing=program.compositing,
+        technique=program.technique,
         labels=subject.scan.nearest,
     )
     for level in coarser:

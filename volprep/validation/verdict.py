@@ -28,10 +28,12 @@ def judge(
     tolerance: Tolerance,
     differing: Sequence[str] = (),
     unproved: Sequence[str] = (),
+    disagreeing: Sequence[str] = (),
 ) -> Verdict:
     """Judge all views of `programs` (at least one view) and name the worst. Of equals the first is the worst.
 
-    `differing` are items that do not follow from the scan, `unproved` those that nothing has judged.
+    `differing` are items that do not follow from the scan, `unproved` those that nothing has judged,
+    `disagreeing` programs that a second renderer does not agree with.
     """
     views = [(program.program, view) for program in programs for view in program.views]
     worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
@@ -39,13 +41,14 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     beyond = tuple(other.item for each in programs for other in each.others if not other.passed)
     return Verdict(
-        passed=not (failed or changed or differing or beyond or unproved),
+        passed=not (failed or changed or differing or beyond or unproved or disagreeing),
         views=len(views),
         failed=failed,
         changed=changed,
         differing=tuple(differing),
         beyond=beyond,
         unproved=tuple(unproved),
+        disagreeing=tuple(disagreeing),
         worst_program=worst_program,
         worst_view=worst.view,
         worst_rmse=worst.total.rmse,

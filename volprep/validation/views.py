@@ -13,7 +13,7 @@ from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.pictures import coloured, gain_for, largest_difference
-from volprep.validation.records import Driver, ViewPictures, ViewResult
+from volprep.validation.records import Driver, ProgramResult, ViewPictures, ViewResult
 from volprep.validation.subject import errors
 from volprep.validation.verdict import passes
 from volprep_formats.arrays import Float32Array, FloatArray
@@ -51,8 +51,36 @@ class ViewedProgram:
     """Oracle on the package's data in the view of the sweep."""
     truths: dict[str, Float32Array]
     """Truth in each standard view, premultiplied linear."""
+    drawn: dict[str, Float32Array]
+    """What the package draws in each standard view."""
     driver: Driver
     """The OpenGL ES that drew."""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """Pictures of one transfer function, and who drew them."""
+
+    bench: Bench
+    """Its subject, and where results go."""
+    program: Drawn
+    """The program, or what stands for one, that draws it."""
+    viewed: ViewedProgram
+    """Its truths and its pictures."""
+
+
+@dataclass(frozen=True)
+class MeasuredPrograms:
+    """All programs of a package."""
+
+    programs: tuple[ProgramResult, ...]
+    """What was measured."""
+    gain: float
+    """Gain of the pictures of differences."""
+    driver: Driver
+    """The OpenGL ES that drew."""
+    statements: tuple[Statement, ...]
+    """The pictures of the finest level."""
 
 
 def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram:
@@ -66,6 +94,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     differences = {}
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
     truths: dict[str, Float32Array] = {}
+    pictures: dict[str, Float32Array] = {}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
     with renderer_of(subject.package, level=level, transfer=program.transfer) as renderer:
         for name, box_from_clip in subject.views.items():
@@ -85,7 +114,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
                     truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
                     pictures=_names(program, name),
                 )
-            truths[name] = truth.rgba.astype(np.float32)
+            truths[name], pictures[name] = truth.rgba.astype(np.float32), drawn
             if name == kept_view:
                 kept[name] = truth, on_data
             _write_pictures(bench.folder, result.pictures, truth.rgba, drawn)
@@ -93,7 +122,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
             results.append(result)
             bench.progress.advance()
         driver = driver_of(renderer)
-    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], truths, driver)
+    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], truths, pictures, driver)
 
 
 def driver_of(renderer: Renderer | SliceRenderer) -> Driver:

@@ -15,10 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from volprep.parts.work import source_volume
+from volprep.parts.source_field import source_field
 from volprep.pipeline.import_draft import Imported, import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
@@ -26,7 +23,7 @@ from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.stages import STAGES, run_stage
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scene.request import Request
-from volprep.truth.decoded import Volume, holds_labels, kernel_of_light
+from volprep.truth.decoded import Volume
 from volprep.validation.exact.draft import ComparingDraft
 from volprep.validation.exact.findings import findings_of
 from volprep.validation.records import Derivation
@@ -71,7 +68,7 @@ def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> 
             findings=tuple(findings_of(package, draft)),
         ),
         manifest=draft.manifest,
-        scans={name: _scan(draft, view) for name, view in channel_views(draft.manifest).items()},
+        scans={name: source_field(draft, view) for name, view in channel_views(draft.manifest).items()},
     )
 
 
@@ -103,20 +100,3 @@ def _chosen(plan: ChannelPlan, manifest: Manifest, noted: Iterator[str]) -> Chan
         made_by = level.filter if level.filter != "auto" or chosen == "none" else chosen
         levels.append(level.model_copy(update={"filter": made_by}))
     return plan.model_copy(update={"levels": tuple(levels)})
-
-
-def _scan(draft: ComparingDraft, manifest: Manifest) -> Volume:
-    """Return the scan of a channel, which the system maps into memory as it is read."""
-    channel = manifest.channels[0]
-    raw = source_volume(draft, channel.name)
-    stored: NDArray[np.generic] = np.memmap(raw.path, raw.dtype.newbyteorder("<"), "r", shape=raw.shape_zyx)
-    info = channel.source.info
-    # Of several channels the first says where the voxels are, as in the package; all are registered with it.
-    return Volume(
-        stored,
-        draft.manifest.source.info.grid,
-        info.slope,
-        info.intercept,
-        holds_labels(manifest),
-        kernel_of_light(manifest),
-    )

@@ -16,7 +16,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import COMPONENTS, Texture
 from volprep_formats.textures import ktx2
 
-_GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6033")
+_GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6044", "VP6033")
 
 
 def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Deviation]:
@@ -85,7 +85,7 @@ def _bytes_per_texel(texture: Texture) -> int | None:
 
 def _is_fitted(texture: Texture) -> bool:
     """Return whether a texture is a table of a level's own: least squares, which two machines may round otherwise."""
-    return texture.role == "transfer" and texture.level is not None
+    return texture.role in {"transfer", "preintegrated"} and texture.level is not None
 
 
 def _within_a_step(package: Package, draft: ComparingDraft, texture: Texture) -> bool:

@@ -9,7 +9,7 @@ _ROUNDING = 1e-9
 """Relative difference of numbers that two machines may compute differently."""
 _NAMES = ("name", "texture", "transfer", "index", "kind", "file", "channel")
 """Fields by which entries of a list are told apart, for messages."""
-_NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan"}
+_NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan", "fidelity"}
 """Fields that say who wrote the package, what its files are, and why: other checks are for them."""
 
 

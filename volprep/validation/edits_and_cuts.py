@@ -1,0 +1,143 @@
+"""What users make of a package: tables of an edited transfer function, and a box cut out of level 0; judged as well.
+
+Both are drawn by chance: from the digest of the scan, so that two validations of one package judge the same.
+
+An editable package holds what makes new tables: for lookup, of each level its own, and of what is empty. The edited
+function keeps the shape of the scene's: its values are shifted, its colours exchanged, its extinctions lowered, so that
+the scene's tolerance is fair. It is drawn at all levels in the three oblique views.
+
+A cut is read from pieces or from the whole file. An app draws it like any volume, which needs no program of the
+package; so the oracle draws its texels and the same box of the scan, in nine views.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.editing.inputs import edit_with
+from volprep.parts.subvolumes.cut import Cut, cut
+from volprep.render.renderer import Renderer
+from volprep.truth.averaged import averaged
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import Volume
+from volprep.validation.bench import Bench
+from volprep.validation.pixels import judged, pixels_of
+from volprep.validation.records import OtherDrawing, OtherView
+from volprep.validation.subject import Subject
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.program import Program
+from volprep_formats.package.transfer_function import TransferFunction
+
+OBLIQUE = ("anterior-left", "anterior-right", "posterior-left")
+"""Views in which rays meet voxels at every angle."""
+_SHIFT = 0.03
+_CUT_VOXELS = 64
+
+
+def judge_edit(bench: Bench, program: Program) -> Iterator[OtherDrawing]:
+    """Draw an edited transfer function at all levels, if users may edit it."""
+    subject = bench.subject
+    if subject.package.manifest.editing is None or subject.is_of_several:
+        return
+    function = edited(subject.function(program.transfer), _chance(subject))
+    with bench.clock.part("oracle"):
+        truths = {name: subject.of_function(function, name).rgba.astype(np.float32) for name in OBLIQUE}
+    levels = [level for level in subject.package.manifest.levels if level.index in subject.levels(program)]
+    bench.progress.start(f"edited tables of {program.transfer}", len(levels))
+    for level in levels:
+        finest = level.index == min(program.levels)
+        pixels = subject.shape_hw[0] if finest else pixels_of(subject, level)
+        allowed = subject.render.tolerance
+        if not finest:
+            allowed = Tolerance(rmse=allowed.rmse, maximum=1.0)
+        views: list[OtherView] = []
+        with Renderer(
+            subject.package, level=level.index, transfer=program.transfer, edit=edit_with(function)
+        ) as renderer:
+            for name, truth in truths.items():
+                with bench.clock.part("drawing"):
+                    drawn = renderer.render(subject.views[name], subject.shape_hw)
+                views.append(judged(name, averaged(drawn, pixels), averaged(truth, pixels), allowed))
+        yield OtherDrawing(
+            item=f"level {level.index} with an edited {program.transfer}",
+            program=renderer.program.name,
+            level=level.index,
+            pixels=pixels,
+            views=tuple(views),
+        )
+        bench.progress.advance()
+
+
+def edited(function: TransferFunction, chance: np.random.Generator) -> TransferFunction:
+    """Return a function of the same shape with other values, colours and extinctions, none of them larger."""
+    first, last = function.points[0].value, function.points[-1].value
+    shift = chance.uniform(-_SHIFT, _SHIFT) * (last - first)
+    factor = chance.uniform(0.5, 0.9)
+    turn = int(chance.integers(1, 3))
+    points = tuple(
+        point.model_copy(
+            update={
+                "value": point.value + shift,
+                "colour": (*point.colour[turn:], *point.colour[:turn]),
+                "extinction_per_mm": point.extinction_per_mm * factor,
+            }
+        )
+        for point in function.points
+    )
+    return function.model_copy(update={"points": points})
+
+
+def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
+    """Cut a box out of level 0, if the package has sub-volumes, and compare it with the same box of the scan."""
+    subject = bench.subject
+    if subject.package.manifest.subvolumes is None or subject.is_of_several:
+        return
+    found = random_cut(subject)
+    record = found.record
+    with bench.clock.part("oracle"):
+        truth, taken = _scan_of(subject, found), _volume_of(found)
+        views = []
+        for name, camera in standard_views(record.grid, subject.render.projection).items():
+            pictures = [subject.of_volume(each, transfer, camera).rgba for each in (taken, truth)]
+            one, other = (picture.astype(np.float32) for picture in pictures)
+            views.append(judged(name, one, other, subject.render.tolerance))
+    at = ", ".join(str(start) for start in record.start_zyx[::-1])
+    size = "×".join(str(n) for n in record.grid.shape_zyx[::-1])
+    yield OtherDrawing(
+        item=f"a cut of {size} voxels at {at} with {transfer}",
+        program="oracle on its texels",
+        level=None,
+        pixels=subject.shape_hw[0],
+        views=tuple(views),
+    )
+
+
+def random_cut(subject: Subject) -> Cut:
+    """Cut a box around a voxel that chance chooses."""
+    shape = subject.package.manifest.levels[0].grid.shape_zyx
+    grid = subject.package.manifest.grid
+    shape = shape if grid is None else grid.shape_zyx
+    z, y, x = (int(n) for n in _chance(subject).integers(0, shape))
+    return cut(subject.package, (x, y, z), _CUT_VOXELS)
+
+
+def _volume_of(found: Cut) -> Volume:
+    """Return what an app gets."""
+    texels, record = found.texels, found.record
+    if texels.dtype.kind != "f":
+        return Volume(texels, record.grid, record.slope, record.intercept)
+    return Volume(texels.astype(np.float32), record.grid, record.slope * 65535, record.intercept)
+
+
+def _scan_of(subject: Subject, found: Cut) -> Volume:
+    """Return the same box of the scan, which may have a border that the package lost."""
+    scan, grid = subject.scan, found.record.grid
+    start_xyz = (np.linalg.inv(scan.grid.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
+    box = tuple(slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True))
+    stored: NDArray[np.generic] = np.ascontiguousarray(scan.stored[box])
+    return Volume(stored, grid, scan.slope, scan.intercept, scan.nearest)
+
+
+def _chance(subject: Subject) -> np.random.Generator:
+    return np.random.default_rng(int(subject.package.manifest.source.sha256[:16], 16))
