@@ -7,10 +7,11 @@ beside the lock of a job tells the next one how the attempt ended, so that it do
 import asyncio
 import logging
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from importlib.metadata import version
+from importlib.util import find_spec
 from itertools import islice
 
 import dask
@@ -30,6 +31,9 @@ _ONLY_HERE = "127.0.0.1:0"
 _SETTINGS = {
     # Each death comes back to us: a second attempt is ours to count.
     "distributed.scheduler.allowed-failures": 0,
+    # A killed worker is started again by its nanny. After this time the cluster would give both up, for ever: with the
+    # 15 s that Dask has, a batch on a busy machine was left without workers, and waited.
+    "distributed.deploy.lost-worker-timeout": "10 days",
     # A worker has one scan and holds no results: limits of memory are watched where the work is done.
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
@@ -41,8 +45,9 @@ _SETTINGS = {
 class Local:
     """Worker processes of this machine, with one thread each."""
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, dashboard: Callable[[str], None]) -> None:
         self._workers = workers
+        self._dashboard = dashboard
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
         """Do tasks; give each result as soon as it is there. Raises what `work` raises."""
@@ -58,6 +63,7 @@ class Local:
             ) as cluster,
             Client(cluster) as client,
         ):
+            _tell_dashboard(client, self._dashboard)
             client.register_plugin(_LeaveInterruptsToParent())
             yield from _run(client, tasks)
 
@@ -65,8 +71,9 @@ class Local:
 class Remote:
     """The workers of a scheduler."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, dashboard: Callable[[str], None]) -> None:
         self._address = address
+        self._dashboard = dashboard
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
         """Do tasks; give each result as soon as it is there.
@@ -95,6 +102,7 @@ class Remote:
             for found in client.run(_version).values():
                 if found != here:
                     raise VolprepError("VP8031", address=self._address, found=found, here=here)
+            _tell_dashboard(client, self._dashboard)
             yield client
 
 
@@ -104,6 +112,16 @@ class _LeaveInterruptsToParent(WorkerPlugin):
     def setup(self, worker: Worker) -> None:  # noqa: ARG002 - so Dask calls it
         """Begin in a worker, in its main thread."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _tell_dashboard(client: Client, tell: Callable[[str], None]) -> None:
+    """Tell the address of the scheduler's page, if it has one: without bokeh it only says that there is none."""
+    if client.run_on_scheduler(_has_dashboard) and client.dashboard_link:
+        tell(client.dashboard_link)
+
+
+def _has_dashboard() -> bool:
+    return find_spec("bokeh") is not None
 
 
 def _version() -> str:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+from volprep.batch.facts import Facts
+from volprep.scene.channels import files_of
 from volprep.scene.request import Request, load_request, request_for_source
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
@@ -26,13 +28,15 @@ class FoundScan:
     where: str
     """For messages: the line of a table, or the path in a tree."""
     source: Path | None
-    """File or folder, absolute; None if the scene names it."""
+    """File or folder, absolute; None if the scene or `url` names it."""
     files: tuple[Path, ...] = ()
     """Files of a DICOM series; empty where `source` is all that is read."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or an ending of it. OME: name of the image."""
     volume: int | None = None
     """Number of the volume, from 1."""
+    mask: Path | None = None
+    """Mask of the scan; None takes that of the scene, if it has one."""
     scene: Path | None = None
     """Scene file; None takes that of the batch."""
     profiles: tuple[str, ...] = ()
@@ -41,6 +45,26 @@ class FoundScan:
     """Name that the user gave."""
     identity: str = ""
     """What makes this scan another one than all others: a name is made from it."""
+    facts: Facts | None = None
+    """What its headers say, where somebody asked for it."""
+    rule: str = ""
+    """Name of the rule that it matches."""
+    url: str | None = None
+    """Address of objects in a store, fetched before they are read."""
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """What counts for a scan of which a table says nothing else."""
+
+    scene: Path | None = None
+    """Scene file; None draws a scan as its values suggest."""
+    profiles: tuple[str, ...] = ()
+    """Classes of devices; none takes that of the scene."""
+    chosen: Callable[[Request], Request] = lambda request: request
+    """Puts what the command line says of sources and transfer functions into a request."""
+    needs_mask: bool = False
+    """Whether a scan without a mask is refused."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +79,18 @@ class Job:
     """Scene and profile; the scene has the name of the job."""
     files: tuple[Path, ...]
     """Files and folders that are read."""
+    rule: str = ""
+    """Name of the rule that chose the scene."""
+    voxels: int | None = None
+    """Number of voxels, where the headers have been read."""
+    url: str | None = None
+    """Address of the scan in a store, if it is in one."""
 
     @property
     def shown_source(self) -> str:
         """Where the scan is, for the screen only: a path may name a patient."""
+        if self.url is not None:
+            return self.url
         spec = self.request.scene.source
         return spec.path or ", ".join(path_text(path) for path in self.files)
 
@@ -71,19 +103,19 @@ class Job:
         return hashlib.sha256(json.dumps(wishes, sort_keys=True).encode()).hexdigest()
 
 
-def expand(
-    found: Sequence[FoundScan], jobs_path: Path, key: bytes, scene: Path | None, profiles: Sequence[str]
-) -> list[Job]:
+def expand(found: Sequence[FoundScan], jobs_path: Path | str, key: bytes, defaults: Defaults) -> list[Job]:
     """Make the jobs of all scans: one for each of its profiles.
 
-    `scene` and `profiles` count where a scan has none of its own. Raises VP8005 for two jobs of one name, VP8007 for a
+    Raises VP8005 for two jobs of one name, VP8007 for a
     profile that cannot have a folder of its name, and what `load_request` raises.
     """
     loaded = cache(load_request)
     jobs: dict[tuple[str, str], tuple[Job, str]] = {}
     for scan in found:
-        for profile in scan.profiles or tuple(profiles) or (None,):
-            job = _job(scan, scan.scene or scene, profile, loaded, key)
+        for profile in scan.profiles or defaults.profiles or (None,):
+            job = _job(scan, profile, loaded, key, defaults)
+            if defaults.needs_mask and not _is_masked(job.request):
+                raise VolprepError("VP8008", path=jobs_path, where=scan.where)
             if _FOLDER.fullmatch(job.profile) is None:
                 raise VolprepError("VP8007", path=jobs_path, profile=job.profile)
             first = jobs.setdefault((job.name, job.profile), (job, scan.where))
@@ -103,21 +135,35 @@ def in_shard(name: str, number: int, count: int) -> bool:
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8]) % count == number - 1
 
 
-def _job(scan: FoundScan, scene: Path | None, profile: str | None, loaded: _Loader, key: bytes) -> Job:
-    told: dict[str, object] = {"series": scan.series, "volume": scan.volume}
+def _is_masked(request: Request) -> bool:
+    spec = request.scene.source
+    each = spec.channels if isinstance(spec.channels, tuple) and spec.channels else (spec,)
+    return all(channel.mask is not None for channel in each)
+
+
+def _job(scan: FoundScan, profile: str | None, loaded: _Loader, key: bytes, defaults: Defaults) -> Job:
+    scene = scan.scene or defaults.scene
+    mask = None if scan.mask is None else path_text(scan.mask)
+    told: dict[str, object] = {"series": scan.series, "volume": scan.volume, "mask": mask}
     choices = {name: value for name, value in told.items() if value is not None}
     if scene is not None:
         request = loaded(scene, profile)
         if scan.source is not None:
             choices["path"] = path_text(scan.source)
     else:
-        assert scan.source is not None  # noqa: S101 - a table is refused where neither is given
-        request = request_for_source(scan.source, profile)
+        assert scan.source is not None or scan.url is not None  # noqa: S101 - a table is refused where none is given
+        request = request_for_source(scan.source or Path("/"), profile)
+    if scan.url is not None:
+        choices["path"] = scan.url
+    request = defaults.chosen(request)
     if choices:
         request = request.with_source(**choices)
     name = scan.name or name_of(scan.identity, key)
     request = replace(request, scene=request.scene.model_copy(update={"name": name}))
     spec = request.scene.source
-    several = spec.channels if isinstance(spec.channels, tuple) and spec.channels else (spec,)
-    files = scan.files or tuple(each.place(Path()) for each in several)
-    return Job(name, request.profile.name, request, files)
+    place = spec.mask_place(Path())
+    files = scan.files if scan.files or scan.url is not None else files_of(spec)
+    if place is not None and place not in files:
+        files = (*files, place)
+    voxels = None if scan.facts is None else scan.facts.voxels
+    return Job(name, request.profile.name, request, files, scan.rule, voxels, scan.url)

@@ -45,6 +45,8 @@ def page(records: list[JobRecord]) -> str:
     shown = [record for record in records if record.outcome == "built"]
     return template.render(
         shown=shown,
+        profiles=sorted({record.profile for record in shown}),
+        results=sorted({result_of(record) for record in shown}),
         failures=_failures(records),
         summary=summary(records),
         total=len(records),

@@ -46,6 +46,10 @@ class Place:
         """The package of a job."""
         return self.folder / profile / f"{name}.volpkg"
 
+    def fetched(self, name: str, profile: str) -> Path:
+        """Where a scan from a store lies while it is built, and what goes to a store: others cannot read it."""
+        return self._state / f"{name}.{profile}.fetched"
+
     @property
     def is_there(self) -> bool:
         """Whether this process sees the folder; one on another machine may not."""

@@ -53,6 +53,10 @@ class JobRecord(Record):
     """Path of the package, from the folder of the ledger."""
     package_sha256: Sha256 | None = None
     """Digest of manifest.json, which names the digests of all other files."""
+    stored: str | None = None
+    """Path of the package below the address of --to, if it is there and no longer in the folder."""
+    stored_mark: Sha256 | None = None
+    """Changes when that object does; made with a key of this folder."""
     preview: str | None = None
     """Path of the preview, from the folder of the ledger."""
     shape_zyx: tuple[int, int, int] | None = None

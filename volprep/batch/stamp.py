@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from volprep.batch.jobs import Job
+from volprep.batch.storage import mark_of
 
 _WITH_OTHERS = {".mhd", ".nhdr", ".hdr"}
 """Headers whose voxels are in other files of their folder."""
@@ -24,6 +25,8 @@ def stamp_of(job: Job, key: bytes) -> str:
     for path in job.files:
         for file in _files(path):
             digest.update(_line(file))
+    if job.url is not None:
+        digest.update((mark_of(job.url, key) or "unreachable").encode())
     return digest.hexdigest()
 
 

@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import Field, ValidationError, field_validator
 
 from volprep.batch.jobs import FoundScan
+from volprep.batch.storage import is_url
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_of_text
 from volprep_formats.record import Record, problems
@@ -22,11 +23,14 @@ class Row(Record):
     """One line of a jobs table; each field is a column."""
 
     source: str = ""
-    """File or folder of the scan; a relative path starts at the folder of the table. Empty: the scene names it."""
+    """File or folder of the scan, or its address in a store, s3://...; a relative path starts at the folder of the
+    table. Empty: the scene names it."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or an ending of it, if a folder holds several. OME: name of the image."""
     volume: Annotated[int, Field(ge=1)] | None = None
     """Number of the volume, from 1, if there are several."""
+    mask: str = ""
+    """Mask of the scan, outside which nothing of it is used; a relative path starts at the folder of the table."""
     scene: str = ""
     """Scene file; a relative path starts at the folder of the table. Empty: that of the command line."""
     profiles: tuple[str, ...] = ()
@@ -77,17 +81,21 @@ def _scan(path: Path, line: int, cells: dict[str, object], *, has_scene: bool) -
     if not row.source and not row.scene and not has_scene:
         raise VolprepError("VP8003", path=path, line=line, problem="neither source nor scene is given")
     base = path.absolute().parent
-    source = base / path_of_text(row.source) if row.source else None
+    url = row.source if is_url(row.source) else None
+    source = base / path_of_text(row.source) if row.source and url is None else None
     scene = base / path_of_text(row.scene) if row.scene else None
-    for each in (source, scene):
+    mask = base / path_of_text(row.mask) if row.mask else None
+    for each in (source, scene, mask):
         if each is not None and not each.exists():
             raise VolprepError("VP8004", path=path, line=line, file=each)
-    identity = json.dumps(["line", row.source, row.series, row.volume, row.scene])
+    identity = json.dumps(["line", row.source, row.series, row.volume, row.scene, *([row.mask] if row.mask else [])])
     return FoundScan(
         where=f"line {line}",
         source=source,
+        url=url,
         series=row.series,
         volume=row.volume,
+        mask=mask,
         scene=scene,
         profiles=tuple(str(base / each) if each.endswith(".toml") else each for each in row.profiles),
         name=row.name,

@@ -2,8 +2,10 @@
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+from volprep.batch.facts import facts_of_series, facts_of_source
 from volprep.batch.jobs import FoundScan
 from volprep.batch.place import is_batch
 from volprep_formats.diagnostics import VolprepError
@@ -12,14 +14,15 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers import format_of
 from volprep_formats.readers.dicom.scan import Series, scan
 from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.source import SourceSpec
 
 _WHOLE_FOLDERS = {"ome-zarr", "volpkg", "stack"}
 """Formats whose scan is a folder."""
 _HEAD_BYTES = 64
 
 
-def scans_in_tree(root: Path, progress: Progress) -> list[FoundScan]:
-    """Find all scans below `root`, in an order that does not change.
+def scans_in_tree(root: Path, progress: Progress, *, with_facts: bool = False) -> list[FoundScan]:
+    """Find all scans below `root`, in an order that does not change; with what their headers say, if that is wished.
 
     Raises VP1001 for a path that is not there, VP1003 for a folder that cannot be read, VP8006 if no scan is found.
     """
@@ -27,28 +30,36 @@ def scans_in_tree(root: Path, progress: Progress) -> list[FoundScan]:
         raise VolprepError("VP1001", path=root)
     root = root.absolute()
     listed = scan(root, progress)
-    found = [_of_series(series, root) for series in listed.series]
+    found = [_of_series(series, root, with_facts=with_facts) for series in listed.series]
     # A file that claims to be DICOM and is damaged is a scan that fails, not one that is passed over.
     damaged = [path for error in listed.damaged if isinstance(path := error.fields.get("path"), Path)]
-    found += [_of_path(path, root) for path in damaged]
-    taken = {path for each in found for path in (each.files or (each.source,))}
-    found += [_of_path(path, root) for path in _others(root) if path not in taken]
+    alone = [_of_path(path, root) for path in damaged]
+    taken = {path for each in (*found, *alone) for path in (each.files or (each.source,))}
+    alone += [_of_path(path, root) for path in _others(root) if path not in taken]
+    found += [_with_facts(each) for each in alone] if with_facts else alone
     if not found:
         raise VolprepError("VP8006", path=root, files=listed.other_files)
     return found
 
 
-def _of_series(series: Series, root: Path) -> FoundScan:
+def _of_series(series: Series, root: Path, *, with_facts: bool) -> FoundScan:
     files = tuple(sorted({image.path for image in series.images}))
     # The smallest folder that holds all: a build reads the headers of everything below it.
     folder = files[0] if len(files) == 1 else Path(os.path.commonpath([file.parent for file in files]))
     where = path_text(folder.relative_to(root))
-    return FoundScan(where, folder, files, series=series.uid, identity=f"series {series.uid}")
+    facts = facts_of_series(series) if with_facts else None
+    return FoundScan(where, folder, files, series=series.uid, identity=f"series {series.uid}", facts=facts)
 
 
 def _of_path(path: Path, root: Path) -> FoundScan:
     where = path_text(path.relative_to(root))
     return FoundScan(where, path, identity=f"path {where}")
+
+
+def _with_facts(scan: FoundScan) -> FoundScan:
+    assert scan.source is not None  # noqa: S101 - `_of_path` gave it
+    known = _format(scan.source) or ""
+    return replace(scan, facts=facts_of_source(SourceSpec(path=path_text(scan.source)), known))
 
 
 def _others(root: Path) -> Iterator[Path]:

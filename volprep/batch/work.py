@@ -5,6 +5,7 @@ twice, and a process that dies leaves no record, or a whole one.
 """
 
 import hashlib
+import shutil
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,13 +20,18 @@ from volprep.batch.ledger import Ledger
 from volprep.batch.place import Place
 from volprep.batch.records import JobRecord, job_error, unexpected
 from volprep.batch.stamp import stamp_of
+from volprep.batch.storage import fetch, mark_of, store
 from volprep.pipeline.build import build
+from volprep.pipeline.origin import read_origin, write_origin
+from volprep.scene.request import Request
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import output_errors
+from volprep_formats.output import output_errors, write_file
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.publish import remove_package
+from volprep_formats.package.storage.single_file import write_single_file
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 
 ATTEMPTS = 2
@@ -47,6 +53,8 @@ class Task:
     seen: str | None
     """When the record ended that was there as the batch began; None if there was none."""
     limits: Limits
+    to: str | None = None
+    """Address below which packages are stored; None leaves them in the folder."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +114,7 @@ def work(task: Task) -> Ended:
             record = _attempt(task, attempts, len(deaths), last)
         else:
             record = _record_of_deaths(task, deaths)
+        shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
         ledger.append(record)
         attempts.forget()
         return Ended(task, record, is_new=True)
@@ -122,6 +131,7 @@ def give_up(task: Task) -> Ended:
         if last is not None and is_done(last, task):
             return Ended(task, last, is_new=False)
         record = _record_of_deaths(task, attempts.deaths() or ["killed"] * ATTEMPTS)
+        shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
         ledger.append(record)
         attempts.forget()
         return Ended(task, record, is_new=True)
@@ -146,6 +156,12 @@ def _is_of_same_work(record: JobRecord, task: Task) -> bool:
 
 
 def _has_package(record: JobRecord, task: Task) -> bool:
+    if task.to is not None and record.stored is not None:
+        return record.stored_mark == mark_of(f"{task.to.rstrip('/')}/{record.stored}", task.place.key())
+    return task.to is None and _has_folder(record, task)
+
+
+def _has_folder(record: JobRecord, task: Task) -> bool:
     manifest = task.place.package(record.name, record.profile) / MANIFEST
     try:
         return hashlib.sha256(manifest.read_bytes()).hexdigest() == record.package_sha256
@@ -173,17 +189,55 @@ def _attempt(task: Task, attempts: Attempts, retries: int, last: JobRecord | Non
 
 
 def _made(task: Task, record: JobRecord, last: JobRecord | None) -> JobRecord:
-    """Build the package, unless only its report is missing, and validate it if that is wished."""
+    """Build the package, unless only its report is missing, validate it and store it, if that is wished."""
     package = task.place.package(task.job.name, task.job.profile)
-    if last is not None and _is_of_same_work(last, task) and last.outcome == "built" and _has_package(last, task):
+    if last is not None and _is_of_same_work(last, task) and last.outcome == "built" and _has_folder(last, task):
         manifest = read_manifest(package)
     else:
-        manifest = build(task.job.request, package, Silent())
+        manifest = build(_at_hand(task), package, Silent())
         if stamp_of(task.job, task.place.key()) != record.source_stamp:
             remove_package(package)
             raise VolprepError("VP8023", path=package)
     record = record.model_copy(update=_facts(package, manifest, task.place))
-    return record.model_copy(update=_proved(package, task.place)) if task.validate else record
+    if task.validate:
+        record = record.model_copy(update=_proved(package, task.place))
+    if task.job.url is not None:
+        _name_address(package, task.job.url)
+    return record if task.to is None else record.model_copy(update=_stored(package, manifest, task, task.to))
+
+
+def _at_hand(task: Task) -> Request:
+    """Return the request of a job whose scan lies on this machine: one in a store is fetched."""
+    job = task.job
+    if job.url is None:
+        return job.request
+    return job.request.with_source(path=path_text(fetch(job.url, task.place.fetched(job.name, job.profile))))
+
+
+def _name_address(package: Path, url: str) -> None:
+    """Let the origin of a package name the address of its scan, and not where it lay while it was built."""
+    origin = read_origin(package)
+    if origin is not None:
+        source = origin.scene.source.model_copy(update={"path": url})
+        write_origin(package, origin.model_copy(update={"scene": origin.scene.with_source(source)}))
+
+
+def _stored(package: Path, manifest: Manifest, task: Task, to: str) -> dict[str, object]:
+    """Store a package as one object, and remove its folder; its preview stays for the page."""
+    inside = f"{task.job.profile}/{task.job.name}.volpkg.zip"
+    url = f"{to.rstrip('/')}/{inside}"
+    packed = task.place.fetched(task.job.name, task.job.profile) / package.with_suffix(".volpkg.zip").name
+    packed.parent.mkdir(mode=0o700, exist_ok=True)
+    with packed.open("wb") as file:
+        write_single_file(package, [*(record.path for record in manifest.files), MANIFEST], file, Silent())
+    store(packed, url)
+    found: dict[str, object] = {"package": None, "stored": inside, "stored_mark": mark_of(url, task.place.key())}
+    if manifest.preview is not None:
+        preview = package.with_suffix(Path(manifest.preview).suffix)
+        write_file(preview, (package / manifest.preview).read_bytes())
+        found["preview"] = preview.relative_to(task.place.folder).as_posix()
+    remove_package(package)
+    return found
 
 
 def _facts(package: Path, manifest: Manifest, place: Place) -> dict[str, object]:
@@ -200,7 +254,8 @@ def _facts(package: Path, manifest: Manifest, place: Place) -> dict[str, object]
 
 
 def _proved(package: Path, place: Place) -> dict[str, object]:
-    from volprep.report.validate import default_report_path, validate  # noqa: PLC0415 - loads plots and OpenGL
+    from volprep.report.validate import validate  # noqa: PLC0415 - loads plots and OpenGL
+    from volprep.validation.folder import default_report_path  # noqa: PLC0415 - as above
 
     folder = default_report_path(package)
     report = validate(package, folder, Silent())
