@@ -1,0 +1,34 @@
+"""A small phantom that is built, validated, and ready to be looked at."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from phantom_scene import write_phantom_scene
+
+from volprep.pipeline.build import build
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.validation.folder import default_report_path
+from volprep.validation.records import Report
+from volprep_formats.progress import Silent
+
+SIZE = 48
+
+
+@dataclass(frozen=True)
+class Validated:
+    """A package, and its report beside it."""
+
+    package: Path
+    report_folder: Path
+    report: Report
+
+
+@pytest.fixture(scope="session")
+def phantom(tmp_path_factory) -> Validated:
+    folder = tmp_path_factory.mktemp("viewed")
+    package = folder / "phantom.volpkg"
+    build(load_request(write_phantom_scene(folder)), package, Silent())
+    place = default_report_path(package)
+    return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))

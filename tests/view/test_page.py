@@ -1,0 +1,270 @@
+"""The page in a browser: it draws, is turned, says how wrong it is, measures, and tells what goes wrong."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from view_page import drag, opened, picture, press, served, text_of
+
+from volprep.plan.device_files import read_devices
+from volprep.truth.camera import standard_views
+from volprep_formats.grid import Grid
+from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.package.storage.single_file import write_single_file
+from volprep_formats.progress import Silent
+
+STEP_OF_8_BITS = 1 / 255
+
+
+@pytest.fixture(scope="module")
+def page(browser, phantom):
+    """The browser, with the page of the phantom."""
+    with served(phantom.package) as server:
+        assert opened(browser, server.url) == "ready"
+        yield browser
+
+
+def middle_row(drawn: np.ndarray) -> float:
+    """Row of the middle of what is seen."""
+    weights = drawn[..., 3].sum(axis=1)
+    return float((np.arange(len(weights)) * weights).sum() / weights.sum())
+
+
+def turn_back(page) -> None:
+    page.run("document.getElementById('reset').click()")
+
+
+def test_the_page_draws_the_package_and_asks_nobody_else(page, phantom) -> None:
+    drawn = picture(page)
+    assert drawn.shape[0] > 200
+    assert 0.05 < (drawn[..., 3] > 0.05).mean() < 0.9
+    assert drawn[..., 3].max() > 0.8
+    asked = page.run("return performance.getEntriesByType('resource').map((each) => new URL(each.name).origin)")
+    assert set(asked) == {page.run("return location.origin")}
+    assert text_of(page, "title") == phantom.report.package.manifest.name
+    assert page.console == []
+
+
+def test_the_first_view_shows_the_whole_volume_upright_as_the_standard_view_does(page, phantom) -> None:
+    matrix = page.run("return window.volprep.stage.orbit.boxFromClip(1)")
+    grid: Grid = phantom.report.package.manifest.levels[0].grid
+    camera = standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, aspect=1.0)
+    assert np.allclose(np.reshape(matrix, (4, 4)).T, camera, atol=1e-9)
+
+
+def test_a_drag_a_key_and_the_wheel_turn_and_zoom_and_reset_takes_it_back(page) -> None:
+    turn_back(page)
+    first = picture(page)
+    drag(page, (150, 250), (230, 280))
+    turned = picture(page)
+    assert np.abs(turned - first).max() > 0.2
+    press(page, "ArrowLeft")
+    assert np.abs(picture(page) - turned).max() > 0.02
+    turn_back(page)
+    assert np.array_equal(picture(page), first)
+    page.send("Input.dispatchMouseEvent", type="mouseWheel", x=150, y=250, deltaX=0, deltaY=-300)
+    assert (picture(page)[..., 3] > 0.05).sum() > 1.2 * (first[..., 3] > 0.05).sum()
+    press(page, "0")
+    assert np.array_equal(picture(page), first)
+
+
+def test_two_fingers_move_and_zoom(page) -> None:
+    turn_back(page)
+    first = picture(page)
+    for kind, points in (
+        ("touchStart", [(150, 250), (230, 250)]),
+        ("touchMove", [(110, 300), (270, 300)]),
+        ("touchEnd", []),
+    ):
+        touches = [{"x": x, "y": y, "id": index} for index, (x, y) in enumerate(points)]
+        page.send("Input.dispatchTouchEvent", type=kind, touchPoints=touches)
+    found = picture(page)
+    assert (found[..., 3] > 0.05).sum() > 1.5 * (first[..., 3] > 0.05).sum()
+    rows = [
+        float((np.arange(len(each)) * each[..., 3].sum(axis=1)).sum() / each[..., 3].sum()) for each in (first, found)
+    ]
+    assert rows[1] > rows[0] + 10
+
+
+def test_the_error_of_the_step_and_level_is_that_of_the_report(page, phantom) -> None:
+    turn_back(page)
+    points = phantom.report.programs[0].sweep.points
+    nominal = next(point for point in points if point.level == 0 and point.step_ratio == 1)
+    assert f"{nominal.total.rmse:.3g}" in text_of(page, "error").replace("·10⁻", "e-")
+    page.run("const s = document.getElementById('step'); s.value = 4; s.dispatchEvent(new Event('input'))")
+    assert page.run("return window.volprep.stage.renderer.step") == pytest.approx(2 * phantom.report.step_mm)
+    twice = next(point for point in points if point.level == 0 and point.step_ratio == 2)
+    assert f"{twice.total.rmse:.3g}" in text_of(page, "error").replace("·10⁻", "e-")
+    page.run("const s = document.getElementById('step'); s.value = 0; s.dispatchEvent(new Event('input'))")
+
+
+def test_another_transfer_function_and_a_cut_change_the_picture(page) -> None:
+    turn_back(page)
+    first = picture(page)
+    change = """
+      const element = document.getElementById(given[0]) ?? document.querySelector(given[0]);
+      element.value = given[1];
+      element.dispatchEvent(new Event(given[2]));
+      await new Promise((resolve) => setTimeout(resolve, 500));
+      await window.volprep.stage.renderer.ready;
+    """
+    page.run(change, "transfer", "core", "change")
+    core = picture(page)
+    assert np.abs(core - first).max() > 0.2
+    assert "core" in page.run("return document.getElementById('transfer').value")
+    page.run(change, "transfer", "shell", "change")
+    assert np.array_equal(picture(page), first)
+    page.run(change, "#cut-box input", 140, "input")
+    cut = picture(page)
+    assert 0 < cut[..., 3].sum() < 0.9 * first[..., 3].sum()
+    page.run("document.getElementById('cut-reset').click(); await new Promise((done) => setTimeout(done, 500))")
+    assert np.array_equal(picture(page), first)
+
+
+def test_the_picture_is_saved_as_a_png_of_what_is_seen(page) -> None:
+    turn_back(page)
+    size = page.run(
+        "const bitmap = await createImageBitmap(await window.volprep.stage.picture());"
+        "const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);"
+        "const context = canvas.getContext('2d'); context.drawImage(bitmap, 0, 0);"
+        "const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);"
+        "const reds = data.filter((_, at) => at % 4 === 0);"
+        "return [bitmap.width, bitmap.height, reds.reduce((most, each) => Math.max(most, each)), data[0]]"
+    )
+    assert size[:2] == list(picture(page).shape[1::-1])
+    assert size[2] > 200
+    assert size[3] == 0
+
+
+def test_what_was_decided_and_left_out_stands_beside_the_picture(page, phantom) -> None:
+    page.run("document.getElementById('contents').open = true")
+    told = text_of(page, "contents-body")
+    for item in phantom.report.package.manifest.plan:
+        assert item.reason in told
+
+
+def test_all_controls_have_names_and_can_be_reached_by_keys(page) -> None:
+    page.run("document.getElementById('cut').open = true")
+    nodes = page.send("Accessibility.getFullAXTree")["nodes"]
+    roles = {"button", "combobox", "slider", "checkbox", "textbox", "spinbutton", "application", "link"}
+    controls = [node for node in nodes if node["role"]["value"] in roles and not node["ignored"]]
+    assert len(controls) > 15
+    assert [node for node in controls if not node.get("name", {}).get("value")] == []
+    order = page.run(
+        "return [...document.querySelectorAll('a, button, select, input, summary, canvas, [tabindex]')]"
+        ".filter((each) => each.tabIndex > 0).length"
+    )
+    assert order == 0  # the order of the page is that of its keys
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_contrast_in_light_and_in_dark(page, scheme) -> None:
+    page.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    ratios = page.run("""
+      const light = (text) => {
+        const parts = text.match(/[\\d.]+/g).slice(0, 3).map((each) => each / 255);
+        return parts.map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+      };
+      const of = (text) => { const [r, g, b] = light(text); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+      const behind = (element) => {
+        for (let at = element; at; at = at.parentElement) {
+          const colour = getComputedStyle(at).backgroundColor;
+          if (!/rgba\\(0, 0, 0, 0\\)|transparent/.test(colour)) return colour;
+        }
+        return "rgb(255, 255, 255)";
+      };
+      const texts = "a, p, h1, h2, h3, label, legend, dt, dd, button, select, summary, output, .why";
+      return [...document.querySelectorAll(texts)]
+        .filter((each) => each.innerText && !each.disabled && !each.closest("[hidden]"))
+        .map((each) => [of(getComputedStyle(each).color), of(behind(each)), each.innerText.slice(0, 30)])
+        .map(([a, b, text]) => [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), text]);
+    """)
+    page.send("Emulation.setEmulatedMedia", features=[])
+    assert len(ratios) > 30
+    assert [each for each in ratios if each[0] < 4.5] == []
+
+
+def test_nothing_sticks_out_of_a_narrow_screen(page) -> None:
+    widths = page.run("return [document.documentElement.scrollWidth, document.documentElement.clientWidth]")
+    assert widths[0] <= widths[1]
+
+
+def test_a_device_is_measured_and_what_it_sends_agrees_with_validation(browser, phantom, tmp_path) -> None:
+    with served(phantom.package, tmp_path / "devices") as server:
+        assert opened(browser, server.url) == "ready"
+        told = browser.run(
+            """
+            document.querySelector("#measure button.main").click();
+            const done = () => /Sent to volprep|VP\\d{4}/.test(document.getElementById("measure").innerText);
+            while (!done()) await new Promise((resolve) => setTimeout(resolve, 100));
+            return document.getElementById("measure").innerText;
+            """,
+            timeout=80,
+        )
+    assert "VP" not in told
+    (record,) = read_devices(tmp_path / "devices", phantom.report.package.manifest_sha256)
+    assert record.seconds < 61
+    assert "SwiftShader" in record.device.gpu
+    assert {probe.name for probe in record.probes} >= {"timer queries", "R8 3D linear"}
+    for measured, proved in zip(record.programs, phantom.report.programs, strict=True):
+        assert [view.view for view in measured.views] == [view.view for view in proved.views]
+        for view, other in zip(measured.views, proved.views, strict=True):
+            assert abs(view.rmse - other.total.rmse) < STEP_OF_8_BITS
+        by_place = {(point.level, point.step_mm): point for point in proved.sweep.points}
+        assert len(measured.points) + len(record.left_out) >= len(by_place)
+        assert len(measured.points) > 0
+        for point in measured.points:
+            assert abs(point.rmse - by_place[point.level, point.step_mm].total.rmse) < STEP_OF_8_BITS
+            assert 0 < point.fastest_ms <= point.draw_ms <= point.slowest_ms
+            assert point.steady or "*" in told
+
+
+def test_a_damaged_package_is_told_of_with_code_and_remedy(browser, phantom, tmp_path) -> None:
+    package = tmp_path / "phantom.volpkg"
+    shutil.copytree(phantom.package, package)
+    for path in (package / "textures").glob("volume-*"):
+        data = bytearray(path.read_bytes())
+        data[-1] ^= 1
+        path.write_bytes(data)
+    with served(package) as server:
+        assert opened(browser, server.url) == "problem"
+        told = text_of(browser, "problem")
+    assert "VP4009" in told
+    assert "Copy the package again, or build it again." in told
+    assert browser.run("return document.getElementById('problem').getAttribute('role')") == "alert"
+
+
+def test_a_package_in_one_file_is_read_by_ranges(browser, phantom, tmp_path) -> None:
+    package = tmp_path / "phantom.volpkg.zip"
+    names = [MANIFEST, *(record.path for record in phantom.report.package.manifest.files)]
+    with package.open("wb") as file:
+        write_single_file(phantom.package, names, file, Silent())
+    with served(package) as server:
+        assert opened(browser, server.url) == "ready"
+        assert picture(browser)[..., 3].max() > 0.5
+        parts = "return performance.getEntriesByType('resource').filter((each) => /zip$/.test(each.name)).length"
+        assert browser.run(parts) > 3
+
+
+def test_a_browser_without_webgl_is_told_so(browser, phantom) -> None:
+    script = "HTMLCanvasElement.prototype.getContext = () => null"
+    added = browser.send("Page.addScriptToEvaluateOnNewDocument", source=script)["identifier"]
+    try:
+        with served(phantom.package) as server:
+            assert opened(browser, server.url) == "problem"
+            assert "VP7041" in text_of(browser, "problem")
+    finally:
+        browser.send("Page.removeScriptToEvaluateOnNewDocument", identifier=added)
+
+
+def test_without_a_report_the_page_draws_and_says_how_to_get_one(browser, phantom, tmp_path) -> None:
+    package = tmp_path / "alone.volpkg"
+    shutil.copytree(phantom.package, package)
+    with served(package) as server:
+        assert opened(browser, server.url) == "ready"
+        assert picture(browser)[..., 3].max() > 0.5
+        assert "volprep validate" in text_of(browser, "error")
+        assert "volprep validate" in text_of(browser, "measure")
+        settings = json.loads(browser.run("return (await fetch('view.json')).text()"))
+    assert settings["report"] is None

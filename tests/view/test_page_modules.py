@@ -1,0 +1,114 @@
+"""The modules of the page, one by one, without a browser."""
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from npm_package import npm_package
+
+from volprep import view as view_room
+from volprep_formats.diagnostics import CATALOGUE
+from volprep_formats.runtime import runtime_folder
+
+PAGE = Path(view_room.__file__).parent / "page"
+CHROME_ON_ANDROID = "Mozilla/5.0 (Linux; Android 10; K) AppleWebKit/537.36 (KHTML, like Gecko) Chrome/150.0.0.0 Mobile"
+SAFARI_ON_A_PHONE = (
+    "Mozilla/5.0 (iPhone; CPU iPhone OS 17_5 like Mac OS X) AppleWebKit/605.1.15 (KHTML, like Gecko) Version/17.5 "
+    "Mobile/15E148 Safari/604.1"
+)
+FIREFOX = "Mozilla/5.0 (X11; Linux x86_64; rv:150.0) Gecko/20100101 Firefox/150.0"
+
+
+def node(script: str) -> str:
+    """What a script prints; `PAGE` in it is the folder of the modules."""
+    text = script.replace("PAGE", PAGE.as_uri())
+    done = subprocess.run(
+        ["node", "--input-type=module", "-e", text], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_words_of_the_page_are_those_of_the_catalogue() -> None:
+    words = json.loads(node('console.log(JSON.stringify((await import("PAGE/problems.js")).WORDS))'))
+    assert words == {code: [CATALOGUE[code].summary, CATALOGUE[code].remedy] for code in words}
+    thrown = {code for file in PAGE.glob("*.js") for code in re.findall(r"\"(VP\d{4})\"", file.read_text())}
+    assert thrown == set(words)
+
+
+@pytest.mark.parametrize(
+    ("about", "browser", "platform"),
+    [
+        ({"userAgent": CHROME_ON_ANDROID}, "Chrome 150.0.0.0", "Linux; Android 10"),
+        ({"userAgent": SAFARI_ON_A_PHONE}, "Safari 17.5", "iPhone; CPU iPhone OS 17_5 like Mac OS X"),
+        ({"userAgent": FIREFOX}, "Firefox 150.0", "X11; Linux x86_64"),
+        ({"userAgent": ""}, "unknown browser", "unknown"),
+        (
+            {
+                "userAgentData": {
+                    "platform": "Windows",
+                    "brands": [
+                        {"brand": "Not=A?Brand", "version": "8"},
+                        {"brand": "Chromium", "version": "150"},
+                        {"brand": "Microsoft Edge", "version": "150"},
+                    ],
+                }
+            },
+            "Microsoft Edge 150",
+            "Windows",
+        ),
+    ],
+)
+def test_browser_and_system_have_names(about, browser, platform) -> None:
+    script = f'console.log(JSON.stringify((await import("PAGE/device.js")).browserNames({json.dumps(about)})))'
+    assert json.loads(node(script)) == {"browser": browser, "platform": platform}
+
+
+def test_the_time_of_a_draw_is_the_slope_whatever_a_wait_costs() -> None:
+    """A clock of its own: a draw takes 3 ms, a wait 20 ms, and the second of five repetitions is disturbed."""
+    found = node("""
+        let now = 0;
+        let pending = 0;
+        let waits = 0;
+        globalThis.performance = { now: () => now };
+        const { Clock } = await import("PAGE/timing.js");
+        const wait = () => { now += 20 + 3 * pending + (++waits === 6 ? 30 : 0); pending = 0; };
+        const clock = new Clock({ gl: { getExtension: () => null }, draw: () => { pending += 1; }, wait });
+        await clock.choose(1000);
+        console.log(JSON.stringify([clock.kind, clock.note, await clock.time(1000)]));
+    """)
+    kind, note, time = json.loads(found)
+    assert (kind, note) == ("fence", "this browser has none")
+    assert time["draw_ms"] == pytest.approx(3.0)
+    assert time["fastest_ms"] <= 3.0 <= time["slowest_ms"]
+    assert time["draws"] > 10
+
+
+def test_a_draw_that_takes_longer_than_its_time_is_not_timed() -> None:
+    found = node("""
+        let now = 0;
+        globalThis.performance = { now: () => now };
+        const { Clock } = await import("PAGE/timing.js");
+        const clock = new Clock({ gl: { getExtension: () => null }, draw: () => { now += 900; }, wait: () => {} });
+        console.log(JSON.stringify([await clock.time(1000), now, await clock.time(3000)]));
+    """)
+    none, spent, time = json.loads(found)
+    assert (none, spent) == (None, 900)
+    assert (time["draw_ms"], time["draws"]) == (900, 3)
+
+
+def test_types_of_the_page_hold(tmp_path) -> None:
+    tsc = npm_package("typescript", "5.9.3") / "node_modules" / "typescript" / "bin" / "tsc"
+    (tmp_path / "page").symlink_to(PAGE)
+    (tmp_path / "runtime").symlink_to(runtime_folder())
+    options = {"strict": True, "allowJs": True, "checkJs": True, "noEmit": True, "preserveSymlinks": True, "types": []}
+    target = {"target": "es2022", "module": "es2022", "moduleResolution": "bundler"}
+    libraries = {"lib": ["es2023", "dom", "dom.iterable", "dom.asynciterable"]}
+    config = {"compilerOptions": {**options, **target, **libraries}, "files": ["page/main.js"]}
+    (tmp_path / "tsconfig.json").write_text(json.dumps(config), encoding="utf-8")
+    done = subprocess.run(
+        ["node", str(tsc), "-p", str(tmp_path)], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stdout

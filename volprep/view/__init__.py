@@ -1,0 +1,1 @@
+"""The page that shows and measures a package: its files, its server, and what devices send back."""

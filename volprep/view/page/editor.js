@@ -1,0 +1,299 @@
+/** A transfer function: its curve, and, where the package is editable, its points to be moved. */
+import { make, svg } from "./dom.js";
+import { number } from "./numbers.js";
+import { showProblem } from "./problems.js";
+
+const WIDTH = 340;
+const HEIGHT = 130;
+const LEFT = 6;
+const RIGHT = 6;
+const TOP = 8;
+const BELOW = 32;
+const NUDGE = 0.01;
+
+/** @typedef {{value: number, colour: [number, number, number], extinction_per_mm: number}} Point */
+
+/**
+ * @param {import("./stage.js").Stage} stage
+ * @param {any} manifest
+ * @param {HTMLElement} place
+ * @param {() => void} changed
+ */
+export function functionEditor(stage, manifest, place, changed) {
+  /** Points as they were changed, by the name of the function. @type {Map<string, Point[]>} */
+  const edits = new Map();
+  const editable = Boolean(manifest.editing);
+  let waiting = false;
+  let again = false;
+  /** Applies the last change; those in between are not drawn. @param {string} name */
+  const apply = async (name) => {
+    again = true;
+    if (waiting) return;
+    waiting = true;
+    while (again) {
+      again = false;
+      const points = edits.get(name);
+      await stage.renderer.setTransfer(points ? { points, reference_mm: of(manifest, name).reference_mm } : null, name).catch(showProblem);
+    }
+    waiting = false;
+    changed();
+  };
+  const show = () => {
+    const picture = stage.renderer.program;
+    const together = manifest.together?.name === picture ? manifest.together.transfers : null;
+    const names = together ?? [picture];
+    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, together !== null)));
+  };
+  /** @param {string} name @param {boolean} titled */
+  const one = (name, titled) => {
+    const { channel, points } = of(manifest, name);
+    const box = make("div");
+    const curve = new Curve(channel, edits.get(name) ?? points, editable, (now) => {
+      edits.set(name, now);
+      undo.disabled = false;
+      apply(name);
+    });
+    const undo = make("button", { type: "button", disabled: !edits.has(name) }, "Take changes back");
+    undo.addEventListener("click", () => {
+      edits.delete(name);
+      apply(name);
+      show();
+    });
+    if (titled) box.append(make("h3", {}, name));
+    box.append(curve.element);
+    if (editable) {
+      curve.buttons.append(undo);
+      box.append(curve.fields, curve.buttons);
+    } else box.append(make("p", { className: "hint" }, "To change it here, build the package from a scene with ", make("code", {}, "editable = true"), "."));
+    return box;
+  };
+  show();
+  return { show, isEdited: () => edits.size > 0, takeBack: async () => {
+    const kept = new Map(edits);
+    for (const name of kept.keys()) await stage.renderer.setTransfer(null, name);
+    return async () => {
+      for (const [name, points] of kept) await stage.renderer.setTransfer({ points, reference_mm: of(manifest, name).reference_mm }, name);
+    };
+  } };
+}
+
+/** The function of a name, and its channel. @param {any} manifest @param {string} name */
+function of(manifest, name) {
+  for (const channel of manifest.channels) {
+    const found = channel.transfer_functions.find((/** @type {any} */ each) => each.name === name);
+    if (found) return { channel, points: /** @type {Point[]} */ (found.points), reference_mm: found.reference_mm };
+  }
+  throw new Error(`there is no transfer function ${name}`);
+}
+
+/** Extinction over value, the area in the function's colours. */
+class Curve {
+  #points;
+  #chosen = 0;
+  #editable;
+  #then;
+  #unit;
+  #low;
+  #high;
+  #most;
+  element;
+  fields = make("div", { className: "thirds" });
+  buttons = make("div", { className: "row" });
+
+  /** @param {any} channel @param {Point[]} points @param {boolean} editable @param {(points: Point[]) => void} then */
+  constructor(channel, points, editable, then) {
+    this.#points = points.map((each) => ({ ...each }));
+    this.#editable = editable;
+    this.#then = then;
+    this.#unit = channel.source.info.unit || "";
+    const window = channel.quantization?.window ?? [channel.statistics.minimum, channel.statistics.maximum];
+    this.#low = Math.min(window[0], points[0].value);
+    this.#high = Math.max(window[1], points[points.length - 1].value, this.#low + 1e-9);
+    this.#most = Math.max(...points.map((each) => each.extinction_per_mm), 1e-9) * (editable ? 1.5 : 1.08);
+    this.element = svg("svg", { class: "curve", viewBox: `0 0 ${WIDTH} ${HEIGHT}` });
+    if (editable) this.#listen();
+    else {
+      this.element.setAttribute("role", "img");
+      this.element.setAttribute("aria-label", `Extinction from ${number(this.#low)} to ${number(this.#high)} ${this.#unit}`);
+    }
+    this.#draw();
+    this.#form();
+  }
+
+  /** @param {number} value */
+  #x(value) {
+    return LEFT + ((value - this.#low) / (this.#high - this.#low)) * (WIDTH - LEFT - RIGHT);
+  }
+
+  /** @param {number} extinction */
+  #y(extinction) {
+    return TOP + (1 - Math.min(1, extinction / this.#most)) * (HEIGHT - TOP - BELOW);
+  }
+
+  #draw() {
+    const floor = this.#y(0);
+    const points = this.#points;
+    const ends = [{ ...points[0], value: this.#low }, ...points, { ...points[points.length - 1], value: this.#high }];
+    const areas = ends.slice(1).flatMap((to, index) => strips(ends[index], to).map(([a, b]) =>
+      svg("polygon", { points: `${this.#x(a.value)},${floor} ${this.#x(a.value)},${this.#y(a.extinction_per_mm)} ${this.#x(b.value)},${this.#y(b.extinction_per_mm)} ${this.#x(b.value)},${floor}`, fill: css(a.colour), "shape-rendering": "crispEdges" }),
+    ));
+    const line = svg("polyline", { class: "line", points: ends.map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`).join(" ") });
+    const label = (/** @type {number} */ value, /** @type {string} */ anchor) => svg("text", { x: this.#x(value), y: HEIGHT - 16, "text-anchor": anchor }, number(value));
+    const title = svg("text", { x: WIDTH / 2, y: HEIGHT - 3, "text-anchor": "middle" }, `value${this.#unit ? ` in ${this.#unit}` : ""}; height: extinction per mm, up to ${number(this.#most)}`);
+    const focused = document.activeElement?.parentNode === this.element;
+    const handles = this.#editable ? points.map((point, index) => this.#handle(point, index)) : [];
+    // Fingers are wider than what they point at.
+    const reach = handles.map((each, index) => svg("circle", { class: "reach", cx: each.getAttribute("cx"), cy: each.getAttribute("cy"), r: 18, "data-index": index }));
+    this.element.replaceChildren(svg("line", { class: "axis", x1: LEFT, x2: WIDTH - RIGHT, y1: floor, y2: floor }), ...areas, line, label(this.#low, "start"), label(this.#high, "end"), title, ...reach, ...handles);
+    if (focused) handles[this.#chosen]?.focus();
+  }
+
+  /** @param {Point} point @param {number} index */
+  #handle(point, index) {
+    const text = `${number(point.value)} ${this.#unit}, extinction ${number(point.extinction_per_mm)} per mm`;
+    return svg("circle", {
+      class: index === this.#chosen ? "handle chosen" : "handle",
+      cx: this.#x(point.value),
+      cy: this.#y(point.extinction_per_mm),
+      r: 7,
+      tabindex: 0,
+      role: "slider",
+      "aria-label": `Point ${index + 1} of ${this.#points.length}`,
+      "aria-valuetext": text,
+      "aria-valuenow": point.value,
+      "aria-valuemin": this.#low,
+      "aria-valuemax": this.#high,
+      "data-index": index,
+    });
+  }
+
+  #listen() {
+    let dragged = -1;
+    const indexOf = (/** @type {Event} */ event) => Number(/** @type {Element} */ (event.target).getAttribute?.("data-index") ?? -1);
+    this.element.addEventListener("pointerdown", (/** @type {PointerEvent} */ event) => {
+      dragged = /** @type {Element} */ (event.target).hasAttribute("data-index") ? indexOf(event) : -1;
+      if (dragged < 0) return;
+      this.element.setPointerCapture(event.pointerId);
+      this.#choose(dragged);
+    });
+    this.element.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
+      if (dragged < 0) return;
+      const box = this.element.getBoundingClientRect();
+      const x = ((event.clientX - box.left) / box.width) * WIDTH;
+      const y = ((event.clientY - box.top) / box.height) * HEIGHT;
+      const value = this.#low + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (this.#high - this.#low);
+      const extinction = (1 - (y - TOP) / (HEIGHT - TOP - BELOW)) * this.#most;
+      this.#change({ value, extinction_per_mm: extinction });
+    });
+    for (const end of ["pointerup", "pointercancel"]) this.element.addEventListener(end, () => (dragged = -1));
+    this.element.addEventListener("focusin", (/** @type {FocusEvent} */ event) => {
+      const index = indexOf(event);
+      if (index >= 0 && index !== this.#chosen) this.#choose(index);
+    });
+    this.element.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+      const moves = /** @type {Record<string, [number, number]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] });
+      const move = moves[event.key];
+      if (!move) return;
+      event.preventDefault();
+      const point = this.#points[this.#chosen];
+      this.#change({
+        value: point.value + move[0] * NUDGE * (this.#high - this.#low),
+        extinction_per_mm: point.extinction_per_mm + move[1] * NUDGE * this.#most,
+      });
+    });
+  }
+
+  /** @param {number} index */
+  #choose(index) {
+    this.#chosen = index;
+    this.#draw();
+    this.#form();
+  }
+
+  /** Changes the chosen point, between its neighbours. @param {Partial<Point>} wish */
+  #change(wish) {
+    const points = this.#points;
+    const point = points[this.#chosen];
+    Object.assign(point, wish);
+    point.value = clamp(point.value, points[this.#chosen - 1]?.value ?? this.#low, points[this.#chosen + 1]?.value ?? this.#high);
+    point.extinction_per_mm = clamp(point.extinction_per_mm, 0, this.#most);
+    this.#draw();
+    this.#form();
+    this.#then(points.map((each) => ({ ...each })));
+  }
+
+  /** The chosen point as fields, for exact numbers and for who does not drag. */
+  #form() {
+    if (!this.#editable || this.fields.contains(document.activeElement)) return;
+    const point = this.#points[this.#chosen];
+    const field = (/** @type {string} */ text, /** @type {any} */ properties, /** @type {(value: string) => Partial<Point> | null} */ read) => {
+      const input = make("input", properties);
+      input.addEventListener("change", () => {
+        const wish = read(input.value);
+        if (wish) this.#change(wish);
+      });
+      return make("label", {}, text, input);
+    };
+    const finite = (/** @type {string} */ text, /** @type {(value: number) => Partial<Point>} */ wish) => (text !== "" && Number.isFinite(Number(text)) ? wish(Number(text)) : null);
+    this.fields.replaceChildren(
+      field(`Point ${this.#chosen + 1}: value`, { type: "number", step: "any", value: Number(point.value.toPrecision(5)) }, (text) => finite(text, (value) => ({ value }))),
+      field("Extinction", { type: "number", step: "any", min: 0, value: Number(point.extinction_per_mm.toPrecision(4)) }, (text) => finite(text, (extinction_per_mm) => ({ extinction_per_mm }))),
+      field("Colour", { type: "color", value: css(point.colour) }, (text) => ({ colour: linear(text) })),
+    );
+    const add = make("button", { type: "button" }, "Add a point");
+    add.addEventListener("click", () => this.#add());
+    const remove = make("button", { type: "button", disabled: this.#points.length < 3 }, "Remove it");
+    remove.addEventListener("click", () => this.#remove());
+    const kept = [...this.buttons.children].slice(2);
+    this.buttons.replaceChildren(add, remove, ...kept);
+  }
+
+  /** Adds a point behind the chosen one, on the curve. */
+  #add() {
+    const points = this.#points;
+    const at = Math.min(this.#chosen, points.length - 2);
+    points.splice(at + 1, 0, between(points[at], points[at + 1], 0.5));
+    this.#chosen = at + 1;
+    this.#change({});
+  }
+
+  #remove() {
+    this.#points.splice(this.#chosen, 1);
+    this.#chosen = Math.min(this.#chosen, this.#points.length - 1);
+    this.#change({});
+  }
+}
+
+/** @param {number} value @param {number} least @param {number} most */
+const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
+
+/** @param {Point} a @param {Point} b @param {number} share @returns {Point} */
+function between(a, b, share) {
+  const mix = (/** @type {number} */ p, /** @type {number} */ q) => p + (q - p) * share;
+  return {
+    value: mix(a.value, b.value),
+    extinction_per_mm: mix(a.extinction_per_mm, b.extinction_per_mm),
+    colour: [mix(a.colour[0], b.colour[0]), mix(a.colour[1], b.colour[1]), mix(a.colour[2], b.colour[2])],
+  };
+}
+
+/** Pieces of a line that have one colour each. @param {Point} a @param {Point} b */
+function strips(a, b) {
+  const count = a.colour.every((each, index) => each === b.colour[index]) ? 1 : 16;
+  return Array.from({ length: count }, (_, index) => [between(a, b, index / count), between(a, b, (index + 1) / count)]);
+}
+
+/** @param {readonly number[]} colour linear @returns {string} #rrggbb */
+function css(colour) {
+  const encoded = colour.map((each) => (each <= 0.0031308 ? 12.92 * each : 1.055 * each ** (1 / 2.4) - 0.055));
+  return `#${encoded.map((each) => Math.round(clamp(each, 0, 1) * 255).toString(16).padStart(2, "0")).join("")}`;
+}
+
+/** @param {string} text #rrggbb @returns {[number, number, number]} */
+function linear(text) {
+  const one = (/** @type {number} */ at) => {
+    const value = parseInt(text.slice(at, at + 2), 16) / 255;
+    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+  };
+  return [one(1), one(3), one(5)];
+}

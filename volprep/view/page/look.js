@@ -1,0 +1,88 @@
+/** Which picture is drawn, at which level, with which step, over what. */
+import { byId, make } from "./dom.js";
+import { bytes, number, voxels } from "./numbers.js";
+import { showProblem } from "./problems.js";
+
+/** Steps of the slider for a factor of two. */
+const NOTCHES = 4;
+const [FINEST, COARSEST] = [-3 * NOTCHES, 3 * NOTCHES];
+
+/**
+ * @param {import("./stage.js").Stage} stage
+ * @param {any} manifest
+ * @param {() => void} changed told when what is drawn is another
+ */
+export function lookControls(stage, manifest, changed) {
+  const { renderer } = stage;
+  const [transfer, level, step, background] = ["transfer", "level", "step", "background"].map(byId);
+  transfer.replaceChildren(...renderer.programs.map(({ name, together }) => make("option", { value: name }, together ? `${name} (all channels together)` : named(manifest, name))));
+  transfer.value = renderer.program;
+  transfer.disabled = renderer.programs.length < 2;
+  Object.assign(step, { min: FINEST, max: COARSEST, step: 1, value: 0, disabled: false });
+  /** Each level has a step of its own, of which the slider is a multiple. */
+  let packageStep = renderer.packageStep;
+  const setStep = () => {
+    packageStep = renderer.packageStep;
+    renderer.setStep(Number(step.value) ? packageStep * 2 ** (step.value / NOTCHES) : undefined);
+  };
+  const levels = () => {
+    const now = String(wantedLevel ?? renderer.level);
+    level.replaceChildren(...renderer.levels.map((index) => make("option", { value: index }, levelText(manifest, renderer.program, index))));
+    level.value = now;
+    level.disabled = renderer.levels.length < 2;
+    if (packageStep === renderer.packageStep) return;
+    setStep();
+    stepText();
+  };
+  let wantedLevel = /** @type {number | null} */ (null);
+  const stepText = () => {
+    const ratio = 2 ** (step.value / NOTCHES);
+    const times = Number(step.value) ? `${ratio > 1 ? number(ratio, 2) : `1⁄${number(1 / ratio, 2)}`} × the package's` : "as the package asks";
+    const text = `${number(renderer.step)} mm, ${times}`;
+    byId("step-text").value = text;
+    step.setAttribute("aria-valuetext", text);
+  };
+  transfer.addEventListener("change", async () => {
+    await renderer.setProgram(transfer.value).catch(showProblem);
+    levels();
+    changed();
+  });
+  level.addEventListener("change", async () => {
+    wantedLevel = Number(level.value);
+    await renderer.setLevel(wantedLevel).catch(showProblem);
+    wantedLevel = null;
+    levels();
+    changed();
+  });
+  step.addEventListener("input", () => {
+    try {
+      setStep();
+      showProblem(null);
+    } catch (error) {
+      showProblem(error);
+    }
+    stepText();
+    changed();
+  });
+  background.addEventListener("change", () => {
+    stage.background = background.value;
+    byId("frame").classList.toggle("white", background.value === "white");
+  });
+  levels();
+  stepText();
+  return { levels, lock: (/** @type {boolean} */ is) => [transfer, level, step].forEach((each) => (each.disabled = is || (each !== step && each.length < 2))) };
+}
+
+/** A transfer function by name, with its channel where there are several. @param {any} manifest @param {string} name */
+function named(manifest, name) {
+  const channel = manifest.channels.find((/** @type {any} */ each) => each.transfer_functions.some((/** @type {any} */ one) => one.name === name));
+  return manifest.channels.length > 1 && channel ? `${name} (channel ${channel.name})` : name;
+}
+
+/** @param {any} manifest @param {string} picture @param {number} index */
+function levelText(manifest, picture, index) {
+  const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
+  const files = new Set(manifest.textures.filter((/** @type {any} */ each) => each.level === index && ["volume", "bricks", "normals"].includes(each.role)).map((/** @type {any} */ each) => each.file));
+  const size = manifest.files.filter((/** @type {any} */ each) => files.has(each.path)).reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
+  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}`;
+}

@@ -1,0 +1,198 @@
+"""What a browser can ask for: every file of the page by its address, and nothing else.
+
+No path is ever made of an address: an address is looked up here, so that none can lead elsewhere.
+"""
+
+import io
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from volprep.validation.folder import DATA_FILE, TRUTH
+from volprep.validation.truth_records import TRUTH_FILE, TruthIndex
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.digest import manifest_sha256
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.contents import Contents, open_contents
+from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.record import Record
+from volprep_formats.regular_files import open_regular, read_regular
+from volprep_formats.runtime import runtime_folder
+
+INDEX = "index.html"
+SETTINGS = "view.json"
+ZIP = "package.volpkg.zip"
+"""Address of a package that is one file."""
+DEVICES = "devices"
+"""Where measurements are sent to."""
+PAGE = "page"
+RUNTIME = "runtime"
+_FOLDER = "package/"
+_REPORT = "report"
+_PAGE_FOLDER = Path(__file__).parent / PAGE
+_MOST_REPORT_BYTES = 2**26
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".png": "image/png",
+}
+
+
+class ViewSettings(Record):
+    """What the page is told of where things are; addresses are relative to the page."""
+
+    generator: str
+    """Program and version that made the page."""
+    package: str
+    """Address of the package: a folder, which ends in a slash, or one file."""
+    manifest_sha256: str
+    """Digest of its manifest, by which measurements name it."""
+    report: str | None
+    """Address of the data of the report; null without one."""
+    truth: str | None
+    """Address of the folder of truth pictures; null without one."""
+    devices: str | None
+    """Where to send measurements; null where nobody takes them."""
+
+
+@dataclass(frozen=True)
+class Served:
+    """A file that a browser can ask for."""
+
+    content_type: str
+    """Its media type."""
+    open: Callable[[], Contents]
+    """Gives it, open."""
+
+
+Site = Mapping[str, Served]
+"""Each file by its address, relative to the page."""
+
+
+@dataclass(frozen=True)
+class ShownPackage:
+    """A package, and the report that is shown with it."""
+
+    package: Package
+    """The package, sealed."""
+    report: Path | None
+    """Folder of its report; None without one."""
+    truth: TruthIndex | None
+    """Truth pictures in that folder."""
+
+
+def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPackage:
+    """Open the package at `path`, and find its report: the folder `report`, or else `usual_report` if it is there.
+
+    Raises what opening a package raises, VP7030 for one that no browser can draw, VP7039 for a `report` of another
+    package. A usual report of another package is not shown.
+    """
+    package = Package.open(path)
+    profile = package.manifest.profile
+    if not profile.has_shaders:
+        raise VolprepError("VP7030", path=path, profile=profile.name)
+    folder = report or usual_report
+    if not _is_of(folder, path):
+        if report is not None:
+            raise VolprepError("VP7039", path=report)
+        return ShownPackage(package, None, None)
+    return ShownPackage(package, folder, _truth(folder, path))
+
+
+def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:
+    """Return all files of the page for a package. Raises VP7035 where the installation lacks some."""
+    path = shown.package.path
+    site = dict(_files_of_page())
+    if path.is_file():
+        site[ZIP] = file_served(path)
+    else:
+        names = [MANIFEST, *(record.path for record in shown.package.manifest.files)]
+        site |= {f"{_FOLDER}{name}": _part(path, name) for name in names}
+    if shown.report is not None:
+        site[f"{_REPORT}/{DATA_FILE}"] = file_served(shown.report / DATA_FILE)
+    if shown.report is not None and shown.truth is not None:
+        names = [TRUTH_FILE, *(view.file for program in shown.truth.programs for view in program.views)]
+        site |= {f"{_REPORT}/{TRUTH}/{name}": file_served(shown.report / TRUTH / name) for name in names}
+    settings = ViewSettings(
+        generator=f"volprep {version('volprep')}",
+        package=ZIP if path.is_file() else _FOLDER,
+        manifest_sha256=manifest_sha256(path),
+        report=None if shown.report is None else f"{_REPORT}/{DATA_FILE}",
+        truth=None if shown.truth is None else f"{_REPORT}/{TRUTH}/",
+        devices=DEVICES if takes_devices else None,
+    )
+    site[SETTINGS] = text_served(settings.model_dump_json(indent=2) + "\n", SETTINGS)
+    return site
+
+
+def read_served(served: Served) -> bytes:
+    """Return all bytes of a file."""
+    with served.open() as contents:
+        return contents.read()
+
+
+def _files_of_page() -> Iterator[tuple[str, Served]]:
+    page = [_PAGE_FOLDER / INDEX, *sorted(_PAGE_FOLDER.glob("*.css")), *sorted(_PAGE_FOLDER.glob("*.js"))]
+    runtime = sorted(runtime_folder().rglob("*.js"))
+    for needed, found in ((page[0], page[0].is_file()), (runtime_folder(), bool(runtime))):
+        if not found:
+            raise VolprepError("VP7035", path=needed)
+    yield INDEX, file_served(page[0])
+    for path in page[1:]:
+        yield f"{PAGE}/{path.name}", file_served(path)
+    for path in runtime:
+        yield f"{RUNTIME}/{path.relative_to(runtime_folder()).as_posix()}", file_served(path)
+
+
+def _is_of(report: Path, package: Path) -> bool:
+    """Return whether the folder holds a report of the package as it is."""
+    import json  # noqa: PLC0415 - only here
+
+    try:
+        found = json.loads(read_regular(report / DATA_FILE, _MOST_REPORT_BYTES))
+        return bool(found["package"]["manifest_sha256"] == manifest_sha256(package))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
+
+
+def _truth(report: Path, package: Path) -> TruthIndex | None:
+    try:
+        data = read_regular(report / TRUTH / TRUTH_FILE)
+        index = TruthIndex.model_validate_json(data)
+    except (OSError, ValidationError):
+        return None
+    return index if index.manifest_sha256 == manifest_sha256(package) else None
+
+
+def _content_type(name: str) -> str:
+    return _TYPES.get(Path(name).suffix, "application/octet-stream")
+
+
+def file_served(path: Path) -> Served:
+    """Return a file of the disk."""
+
+    def opened() -> Contents:
+        file = open_regular(path)
+        return Contents(path.name, file, 0, os.fstat(file.fileno()).st_size)
+
+    return Served(_content_type(path.name), opened)
+
+
+def _part(package: Path, name: str) -> Served:
+    return Served(_content_type(name), lambda: open_contents(package, name))
+
+
+def text_served(text: str, name: str) -> Served:
+    """Return a file that is only a text."""
+    data = text.encode()
+
+    def opened() -> Contents:
+        return Contents(name, io.BufferedReader(io.BytesIO(data)), 0, len(data))
+
+    return Served(_content_type(name), opened)
