@@ -224,36 +224,108 @@ def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.N
         If an array has another type or order.
     """
 
-def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, bins_per_code: float, linear: float, own: numpy.typing.NDArray[numpy.float32], slope: numpy.typing.NDArray[numpy.float32], product: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, bins_per_code: float, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
     """
-    Improve a coarse level until its trilinear field misses level 0 least, in values or in what is made of them.
+    Improve a coarse level until its trilinear field misses level 0 least, in values or looks.
 
-    Values are counted in bins, v · bins_per_code for a code v. Each of m transfer functions gives a bin k a feature vector
-    F[k], linear between bins; d[k] = F[k + 1] - F[k]. The sum over level 0 of linear · (difference of bins)² and of
-    weight · (difference of features)² falls with each iteration: Gauss-Newton with the sums of rows.
+    Values are counted in bins. Each of m transfer functions gives a bin k a look F[k] of four numbers, linear between bins.
+    The sum over the samples of linear · (difference of bins)² and of weight · (difference of looks)² falls with each
+    iteration: Gauss-Newton with the sums of rows.
 
     Parameters
     ----------
     src
         Slices of level 0 [z, y, x]: uint8 or uint16.
     level
-        float32, bins; with the shape that box_reduced_shape gives for src. Read, and written.
+        float32, bins; with the shape that box_reduced_shape gives for the samples. Read, and written.
     factors_zyx
-        Voxels of level 0 that make one of the level.
+        Samples that make one voxel of the level.
     first
-        Number of the first slice of src in level 0, a multiple of the factor.
-    bins_per_code, linear
+        Number of the first slice of samples in the whole volume, a multiple of the factor.
+    bins_per_code
+        A code v lies at v · bins_per_code, with the look of the nearest bin.
+    linear
         See above.
-    own, slope, product
-        float32 [m, bins], [m, bins], [m, bins, bins]: F[k] · d[k], d[k] · d[k], and d[k] · F[v].
+    table
+        float32 [m, bins, 4]: F.
     weights
-        float32 [m, z, y, x]: how much each block of level 0 matters; blocks cover the whole volume.
+        float32 [m, z, y, x]: how much each block of samples matters; blocks cover the whole volume.
     weight_factors_zyx
-        Voxels of level 0 along the edges of a block.
+        Samples along the edges of a block.
     iterations
         What lies so many voxels of the level away has influence: slabs overlap by that.
     step
         1 for plain steps, below 2.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+    """
+    Improve a coarse level until its trilinear field misses means of level 0 least.
+
+    Values are counted in bins. Each of m transfer functions gives a bin k a look F[k] of four numbers, linear between bins.
+    The sum over the samples of linear · (difference of bins)² and of weight · (difference of looks)² falls with each
+    iteration: Gauss-Newton with the sums of rows.
+
+    Parameters
+    ----------
+    values, looks
+        float32 [z, y, x] and [z, m, y, x, 4], as sample_means gives them: the samples.
+    level
+        float32, bins; with the shape that box_reduced_shape gives for the samples. Read, and written.
+    factors_zyx
+        Samples that make one voxel of the level.
+    first
+        Number of the first slice of samples in the whole volume, a multiple of the factor.
+    linear
+        See above.
+    table
+        float32 [m, bins, 4]: F.
+    weights
+        float32 [m, z, y, x]: how much each block of samples matters; blocks cover the whole volume.
+    weight_factors_zyx
+        Samples along the edges of a block.
+    iterations
+        What lies so many voxels of the level away has influence: slabs overlap by that.
+    step
+        1 for plain steps, below 2.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def sample_means(src: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], bins_per_code: float, table: numpy.typing.NDArray[numpy.float32], values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> None:
+    """
+    Write the means over blocks of level 0 of values, in bins, and of their looks.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0 [z, y, x]: uint8 or uint16.
+    factors_zyx
+        Voxels along the edges of a block; one over the edge has those inside.
+    bins_per_code
+        A code v lies at v · bins_per_code, with the look of the nearest bin.
+    table
+        float32 [m, bins, 4]: the looks of the bins for m transfer functions.
+    values
+        float32, with the shape that box_reduced_shape gives for src. Written.
+    looks
+        float32 [z, m, y, x, 4], with z, y and x of values. Written.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -526,7 +598,7 @@ def render_maximum(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         If an array has another type or order.
     """
 
-def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, threads: int = 0) -> None:
+def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
 
@@ -554,6 +626,75 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         With either one, colours are multiplied by the absolute cosine between ray and normal, where the trilinear
         interpolation of the voxels' normals is longer than 0.01. Normals are the directions of the gradients that a kernel
         ("forward", "central", "thesis", "sobel", "isotropic") gives, or float32 [z, y, x, 3] along x, y, z. Not with nearest.
+    slope_scale
+        Above 0 with the kernel "forward" or "central": in place of directions, slopes of stored values per millimetre as a
+        shader takes them, from samples one voxel apart, times this.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the mean physical value along each pixel's ray and a bound on its error.
+
+    The mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    value, bound
+        float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+    """
+    Write a picture by refinement, for light that has no proven bound, and how far it has settled.
+
+    Each ray is refined until two halvings of its steps in a row change no channel by more than `tolerance`.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    values, colours, extinctions_per_mm
+        Control points of the transfer function, as in render_oracle.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    tolerance
+        Largest change by a halving that counts as settled, at least 1e-12.
+    rgba, bound
+        float64 [height, width, 4] and [height, width], written: premultiplied linear colours, row 0 on top; and the larger of
+        the last two changes, an estimate of the error.
+    intensities
+        Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
+    light, halfway
+        Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
+        those of Blinn and Phong instead of Phong's. Without them, with normals, light comes from the viewer.
+    kernel, normals, slope_scale
+        What normals are, as in render_oracle; without them nothing is lit.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -590,6 +731,40 @@ def render_oracle_sum(volumes: Sequence[numpy.typing.NDArray[numpy.generic]], sl
         The error to aim at, at least 1e-13.
     rgba, bound
         float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+    """
+    Write where each pixel's ray first meets an isosurface of the trilinear field.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    isovalue, solid
+        The surface lies where the field goes from below `isovalue` to it or above, or back. If `solid`, a ray that enters the
+        box at the isovalue or above meets it there.
+    t_mm, error_mm, value
+        float64 [height, width], written: distance from the near plane, NaN where there is no surface; how far rounding may
+        move it, infinite where it may decide whether there is one; the value there.
+    normal, normal_mm
+        float64 [height, width, 3] and [height, width], written: the trilinear interpolation of the voxels' normals there,
+        and how much it changes per millimetre.
+    kernel, normals, slope_scale
+        What normals are, as in render_oracle; without them they are 0.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

@@ -1,34 +1,25 @@
 """volprep batch: packages of many scans."""
 
-import json
-import os
 import re
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import print_json, print_line, print_table, progress
+from volprep_cli.choices import Choices, takes_choices
+from volprep_cli.console import progress
 from volprep_formats.diagnostics import ExitStatus
-from volprep_formats.shown import shown
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as Bar
-
     from volprep.batch.guard import Limits
-    from volprep.batch.jobs import Job
     from volprep.batch.run import Engine
-    from volprep.batch.work import Ended
 
 Jobs = Annotated[
-    Path,
+    str,
     typer.Argument(
-        help="Folder tree with scans, or a table of jobs: CSV or JSON lines with the columns source, series, volume, "
-        "scene, profiles, name.",
+        help="Folder tree with scans, or its address in a store, s3://..., or a table of jobs: CSV or JSON lines with "
+        "the columns source, series, volume, mask, scene, profiles, name.",
         metavar="JOBS",
     ),
 ]
@@ -39,7 +30,7 @@ Scene = Annotated[
     Path | None,
     typer.Option(
         help="Scene file for all scans that have none in the table; its source is replaced. If not given, scans are "
-        "drawn with a grey ramp over all their values.",
+        "drawn as their values suggest.",
         metavar="SCENE",
     ),
 ]
@@ -49,6 +40,24 @@ Profiles = Annotated[
         "--profile",
         help="Class of devices for all scans that have none in the table; can be given several times.",
         metavar="PROFILE",
+    ),
+]
+RuleFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--rules",
+        help="Rule file, TOML: which scans of a folder tree get which scene. Nothing begins if a scan matches no rule, "
+        "or several.",
+        metavar="FILE",
+    ),
+]
+To = Annotated[
+    str | None,
+    typer.Option(
+        "--to",
+        help="Store packages as NAME.volpkg.zip below this address, s3://..., and not in FOLDER, which keeps ledger, "
+        "previews and pages.",
+        metavar="URL",
     ),
 ]
 Validate = Annotated[bool, typer.Option("--validate", help="Validate each package, and write its report.")]
@@ -68,7 +77,12 @@ Shard = Annotated[
         metavar="I/N",
     ),
 ]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Only list the jobs. The list shows paths.")]
+RequireMask = Annotated[
+    bool, typer.Option("--require-mask", help="Refuse the batch if a scan has no mask: heads can be recognised.")
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Only list the jobs, with estimates of time and size. The list shows paths.")
+]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Try again what failed before.")]
 TimeLimit = Annotated[
     float, typer.Option(min=0.1, help="Longest time that a scan may take, in seconds.", metavar="SECONDS")
@@ -87,21 +101,26 @@ Lines = Annotated[
 ]
 
 
+@takes_choices
 def batch(
     jobs: Jobs,
     output: Folder,
     scene: Scene = None,
     profile: Profiles = [],  # noqa: B006 - typer asks for a list, and nothing changes it
     *,
+    rules: RuleFile = None,
+    to: To = None,
     validate: Validate = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
+    require_mask: RequireMask = False,
     dry_run: DryRun = False,
     retry_failed: Retry = False,
     time_limit: TimeLimit = 3600.0,
     memory_limit: MemoryLimit = None,
     as_json: Lines = False,
+    choices: Choices,
 ) -> None:
     """Build packages of many scans, and keep a ledger of what became of each.
 
@@ -111,22 +130,30 @@ def batch(
     if scheduler is not None and workers is not None:
         msg = "--workers are processes of this machine, and --scheduler has workers of its own: give one of them"
         raise typer.BadParameter(msg)
+    if rules is not None and (jobs.lower().endswith((".csv", ".jsonl", ".ndjson")) or "://" in jobs):
+        msg = "--rules read headers, so JOBS must be a folder tree; a table has a column for scenes"
+        raise typer.BadParameter(msg)
     part = _part(shard)
-    from volprep.batch.jobs import in_shard
+    from volprep.batch.jobs import Defaults, in_shard
     from volprep.batch.place import Place
     from volprep.batch.run import Wishes, find_jobs, run_batch
 
     place = Place(output.absolute())
+    defaults = Defaults(scene, tuple(profile), choices.of, require_mask)
+    if dry_run:
+        from volprep_cli.batch_dry_run import print_dry_run
+
+        print_dry_run(jobs, place, defaults, rules, part, workers=workers, as_json=as_json)
+        return
     with progress() as finding:
-        found = find_jobs(jobs, place, scene, profile, finding)
+        found = find_jobs(jobs, place, defaults, finding, rules)
     if part is not None:
         found = [job for job in found if in_shard(job.name, *part)]
-    if dry_run:
-        _print_jobs(found, as_json=as_json)
-        return
-    engine, count = _engine(workers, scheduler, alone=part is not None)
-    wishes = Wishes(validate, retry_failed, _limits(time_limit, memory_limit, count))
-    with _watcher(as_json=as_json) as watcher:
+    from volprep_cli.batch_watch import watching
+
+    with watching(as_json=as_json) as watcher:
+        engine, count = _engine(workers, scheduler, watcher.dashboard, alone=part is not None)
+        wishes = Wishes(validate, retry_failed, _limits(time_limit, memory_limit, count), to)
         status = run_batch(found, place, wishes, engine, watcher)
     watcher.finish(place.folder / "index.html", status)
     if status is not ExitStatus.OK:
@@ -143,7 +170,9 @@ def _part(shard: str | None) -> tuple[int, int] | None:
     return int(numbers[1]), int(numbers[2])
 
 
-def _engine(workers: int | None, scheduler: str | None, *, alone: bool) -> "tuple[Engine, int | None]":
+def _engine(
+    workers: int | None, scheduler: str | None, dashboard: Callable[[str], None], *, alone: bool
+) -> "tuple[Engine, int | None]":
     """Return the engine, and how many processes share this machine; None if they are elsewhere."""
     if alone and workers is None and scheduler is None:
         from volprep.batch.alone import Alone
@@ -152,11 +181,11 @@ def _engine(workers: int | None, scheduler: str | None, *, alone: bool) -> "tupl
     from volprep.batch.cluster import Local, Remote
 
     if scheduler is not None:
-        return Remote(scheduler), None
+        return Remote(scheduler, dashboard), None
     from volprep_formats.isolation import available_cores
 
     count = workers or available_cores()
-    return Local(count), count
+    return Local(count, dashboard), count
 
 
 def _limits(seconds: float, memory_mb: int | None, count: int | None) -> "Limits":
@@ -165,94 +194,3 @@ def _limits(seconds: float, memory_mb: int | None, count: int | None) -> "Limits
     if memory_mb is not None:
         return Limits(seconds, memory_mb * 10**6)
     return Limits(seconds, None if count is None else machine_memory_bytes() // count)
-
-
-def _print_jobs(jobs: "list[Job]", *, as_json: bool) -> None:
-    rows = [(job.name, job.profile, job.shown_source) for job in jobs]
-    if as_json:
-        print_json({"jobs": [dict(zip(("name", "profile", "source"), row, strict=True)) for row in rows]})
-    else:
-        print_table(("name", "profile", "source"), rows)
-        print_line(f"{len(rows)} packages; nothing was built")
-
-
-@contextmanager
-def _watcher(*, as_json: bool) -> "Iterator[_Watcher]":
-    if not sys.stderr.isatty():
-        yield _Watcher(None, as_json=as_json)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[failed]} failed"),
-        TimeRemainingColumn(),
-    )
-    # Lines go above the bar where both are on the terminal; what goes to a file is nothing to it.
-    with Bar(*columns, console=Console(stderr=True), redirect_stdout=sys.stdout.isatty()) as bar:
-        yield _Watcher(bar, as_json=as_json)
-
-
-class _Watcher:
-    """Prints a line for each job that ends, and moves the bar, if there is one."""
-
-    def __init__(self, bar: "Bar | None", *, as_json: bool) -> None:
-        self._bar = bar
-        self._as_json = as_json
-        self._began = time.monotonic()
-        self._counts = {"built": 0, "unchanged": 0, "failed": 0, "elsewhere": 0}
-        self._task = None if bar is None else bar.add_task("scans", total=None, failed=0)
-
-    def begin(self, jobs: int) -> None:
-        if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, total=jobs)
-
-    def ended(self, ended: "Ended") -> None:
-        record = ended.record
-        if record is None:
-            self._counts["elsewhere"] += 1
-        else:
-            self._counts["failed"] += record.outcome == "failed"
-            self._counts["unchanged" if not ended.is_new else "built"] += record.outcome == "built"
-        if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, advance=1, failed=self._counts["failed"])
-        if self._as_json:
-            self._print_json(ended)
-        elif ended.is_new or record is None:
-            self._print(ended)
-
-    def finish(self, page: Path, status: ExitStatus) -> None:
-        """Print what came of all."""
-        seconds = round(time.monotonic() - self._began, 1)
-        if self._as_json:
-            self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status)}}))
-            return
-        counts = self._counts
-        elsewhere = f", {counts['elsewhere']} in work by another batch" if counts["elsewhere"] else ""
-        self._line(
-            f"{counts['built']} built, {counts['unchanged']} unchanged, {counts['failed']} failed{elsewhere}; "
-            f"{seconds:.1f} s; {shown(os.fspath(page))}"
-        )
-
-    def _print_json(self, ended: "Ended") -> None:
-        job = ended.task.job
-        record = None if ended.record is None else ended.record.model_dump(mode="json")
-        self._line(json.dumps({"name": job.name, "profile": job.profile, "new": ended.is_new, "record": record}))
-
-    def _print(self, ended: "Ended") -> None:
-        job, record = ended.task.job, ended.record
-        name = f"{job.name} {job.profile}"
-        if record is None:
-            self._line(f"{name}: another batch works on it")
-        elif record.errors:
-            self._line(f"{name}: failed: {record.errors[0].code} {record.errors[0].summary}")
-        else:
-            self._line(f"{name}: {record.verdict or 'built'}, {record.seconds:.1f} s")
-
-    def _line(self, text: str) -> None:
-        print_line(text)
-        sys.stdout.flush()

@@ -1,17 +1,19 @@
 """volprep build: the main job, from a scene to a sealed package."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
+from volprep_cli.choices import Choices, takes_choices
 from volprep_cli.console import Json, bytes_text, print_json, print_line, print_remarks, progress, voxels_text
 
 Scene = Annotated[
     Path,
     typer.Argument(
-        help="Scene file, TOML: a source and transfer functions. Or a scan alone, which is drawn with a grey ramp over "
-        'all its values; the name in the package is "scan", never that of the file.',
+        help="Scene file, TOML: a source and transfer functions. Or a scan alone, drawn as its values suggest: "
+        "labels in a colour each, the bones of a CT, both sides of 0 in two colours, others as a grey ramp; "
+        'the name in the package is "scan", never that of the file.',
         metavar="SCENE|SCAN",
     ),
 ]
@@ -26,8 +28,26 @@ Profile = Annotated[
 ]
 Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path in the scene.", metavar="PATH")]
 
+Grid = Annotated[
+    Literal["auto"] | None,
+    typer.Option(
+        help="auto: if the profile cannot hold the whole scan, cut level 0 into sub-volumes of the size that volprep "
+        "plan proposes. Replaces the scene's grid.size."
+    ),
+]
 
-def build(scene: Scene, output: Output, profile: Profile = None, source: Source = None, as_json: Json = False) -> None:
+
+@takes_choices
+def build(
+    scene: Scene,
+    output: Output,
+    profile: Profile = None,
+    source: Source = None,
+    *,
+    grid: Grid = None,
+    choices: Choices,
+    as_json: Json = False,
+) -> None:
     """Build the package of a scene: run all stages that it needs.
 
     The old PACKAGE stays until the new one is complete. If a build was killed, the next one carries on from there.
@@ -35,7 +55,9 @@ def build(scene: Scene, output: Output, profile: Profile = None, source: Source 
     from volprep.pipeline.build import build as build_package
     from volprep.scene.request import request_of
 
-    request = request_of(scene, profile, source)
+    request = choices.of(request_of(scene, profile, source))
+    if grid is not None:
+        request = request.with_grid(grid)
     with progress() as watcher:
         manifest = build_package(request, output, watcher)
     print_remarks(manifest)

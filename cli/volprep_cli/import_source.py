@@ -1,62 +1,19 @@
 """volprep import: begin a draft, or list the DICOM series that could become one."""
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from volprep_cli.build import Profile, Source
+from volprep_cli.choices import Choices, takes_choices
 from volprep_cli.console import Json, print_json, print_line, print_remarks, print_table, progress, voxels_text
 
 if TYPE_CHECKING:
-    from volprep_formats.readers.dicom.listing import Listing
+    from volprep_formats.readers.dicom.listing import ListedSeries, Listing
 
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the draft goes.", metavar="PACKAGE")]
-Series = Annotated[
-    str | None,
-    typer.Option(
-        help="SeriesInstanceUID, or an ending of it, if there are several. Replaces the scene's.", metavar="UID"
-    ),
-]
-Volume = Annotated[
-    int | None,
-    typer.Option(
-        min=1, help="Number of the volume, if a series holds several. Replaces the scene's.", metavar="NUMBER"
-    ),
-]
-Channel = Annotated[
-    str | None,
-    typer.Option(
-        help="Name or number of the channel, if an OME file holds several. Replaces the scene's.", metavar="NAME"
-    ),
-]
-Level = Annotated[
-    int | None,
-    typer.Option(
-        min=0,
-        help="Resolution to read from a package or an OME-Zarr store; 0 is the finest. Replaces the scene's.",
-        metavar="NUMBER",
-    ),
-]
-Grid = Annotated[
-    str | None,
-    typer.Option(help="Name of the grid, if an OpenVDB file holds several. Replaces the scene's.", metavar="NAME"),
-]
-Rgb = Annotated[
-    Literal["luminance"] | None,
-    typer.Option(
-        help="What to do with pictures in colour: luminance makes them grey. If not given, they are refused. Replaces "
-        "the scene's."
-    ),
-]
-Repair = Annotated[
-    list[str],
-    typer.Option(
-        help="Allow a repair by interpolation: gaps (missing slices, uneven distances) or tilt (of the gantry). "
-        "Can be given twice. Replaces the scene's.",
-        metavar="KIND",
-    ),
-]
 List = Annotated[
     bool,
     typer.Option(
@@ -66,25 +23,20 @@ List = Annotated[
 ]
 
 
+@takes_choices
 def import_source(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml), or a scan without a scene.", metavar="SCENE|SCAN")],
     output: Output = None,
     profile: Profile = None,
     source: Source = None,
     *,
-    series: Series = None,
-    volume: Volume = None,
-    channel: Channel = None,
-    level: Level = None,
-    grid: Grid = None,
-    rgb: Rgb = None,
-    repair: Repair = [],  # noqa: B006 - typer asks for a list, and nothing changes it
+    choices: Choices,
     only_list: List = False,
     as_json: Json = False,
 ) -> None:
     """Begin a draft: read the scan at full precision and measure it.
 
-    A scan without a scene is drawn with a grey ramp over all its values, and the package's name is "scan": the file's
+    A scan without a scene is drawn as its values suggest, and the package's name is "scan": the file's
     own may be that of a patient. Where the scan is stands in PACKAGE.origin.json beside the draft, and not in it.
     """
     if only_list:
@@ -96,16 +48,7 @@ def import_source(
     from volprep.pipeline.begin import begin_draft
     from volprep.scene.request import request_of
 
-    request = request_of(scene, profile, source)
-    if unknown := set(repair) - {"gaps", "tilt"}:
-        msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
-        raise typer.BadParameter(msg)
-    told = {"series": series, "volume": volume, "channel": channel, "level": level, "grid": grid, "rgb": rgb}
-    choices: dict[str, object] = {key: value for key, value in told.items() if value is not None}
-    if repair:
-        choices["repair"] = tuple(repair)
-    if choices:
-        request = request.with_source(**choices)
+    request = choices.of(request_of(scene, profile, source))
     with progress() as watcher:
         draft = begin_draft(request, output, watcher)
     shape = voxels_text(draft.manifest.source.info.grid.shape_zyx)
@@ -143,11 +86,17 @@ def _list_series(path: Path, *, as_json: bool) -> None:
     from volprep_formats.readers.dicom.listing import list_series
 
     with progress() as watcher:
-        listing = list_series(path, watcher)
+        listing = list_series(path, watcher, described=sys.stdout.isatty())
     if as_json:
         print_json(listing.model_dump(mode="json"))
     else:
         _print(listing)
+
+
+def _what(series: "ListedSeries") -> str:
+    kind = f"a localiser of {series.shape_zyx[0]} slices" if series.is_localiser else "a volume"
+    faults = "; ".join(f"{problem.code} {problem.summary}" for problem in series.problems)
+    return f"{kind}: {faults}" if series.is_localiser and faults else faults or kind
 
 
 def _print(listing: "Listing") -> None:
@@ -158,11 +107,14 @@ def _print(listing: "Listing") -> None:
             str(series.files),
             voxels_text(series.shape_zyx),
             " × ".join("?" if h is None else f"{h:.4g}" for h in reversed(series.spacing_mm_zyx)),
-            "a volume" if series.problem is None else f"{series.problem.code} {series.problem.summary}",
+            _what(series),
+            *([series.description or "-"] if sys.stdout.isatty() else []),
         )
         for series in listing.series
     ]
-    print_table(("series", "modality", "files", "voxels", "spacing mm", "what it is"), rows)
+    headings = ("series", "modality", "files", "voxels", "spacing mm", "what it is")
+    # What people called a series may name a patient: it is shown to who looks, and not written into files.
+    print_table((*headings, "description") if sys.stdout.isatty() else headings, rows)
     for problem in listing.damaged:
         print_line(f"{problem.code} {problem.summary}")
     if listing.other_files:

@@ -21,6 +21,13 @@ Picture = Annotated[
     Path | None,
     typer.Option(help="Write a picture of the slices of a level, side by side, to this PNG file.", metavar="PICTURE"),
 ]
+Figure = Annotated[
+    Path | None,
+    typer.Option(
+        help="Draw proxy meshes, bricks, sub-volumes and slices in space into this PNG file. Needs pyvista.",
+        metavar="PICTURE",
+    ),
+]
 Level = Annotated[int | None, typer.Option(help="Level of the picture; if not given, the finest.", metavar="NUMBER")]
 Normals = Annotated[bool, typer.Option("--normals", help="Show normals in the picture, with x, y and z as colours.")]
 Rows = list[tuple[str, ...]]
@@ -39,6 +46,7 @@ def inspect(
     package: PackageFolder,
     *,
     picture: Picture = None,
+    figure: Figure = None,
     level: Level = None,
     normals: Normals = False,
     as_json: Json = False,
@@ -46,13 +54,16 @@ def inspect(
     """Print what is in a package: levels, textures, transfer functions, programs, plan, files.
 
     It reads only the manifest; volprep validate --quick checks the files, too. With --picture it reads the textures of
-    a level and writes a picture of its slices instead.
+    a level and writes a picture of its slices instead, with --figure one of how the volume is laid out.
     """
     from volprep_formats.package.reader import Package
 
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
         _picture(opened, level, picture, normals=normals, as_json=as_json)
+        return
+    if figure is not None:
+        _figure(opened, figure, as_json=as_json)
         return
     manifest = opened.manifest
     if as_json:
@@ -80,6 +91,16 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
         return
     every = "" if made.every == 1 else f", one of {made.every}"
     print_line(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
+
+
+def _figure(package: "Package", path: Path, *, as_json: bool) -> None:
+    from volprep.vtk.layouts import write_figure
+
+    width, height = write_figure(package, path)
+    if as_json:
+        print_json({"picture": path_text(path), "width": width, "height": height})
+    else:
+        print_line(f"{path}: {width}×{height}")
 
 
 def _size(manifest: "Manifest") -> int:
@@ -136,11 +157,11 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
     )
     yield (
         "PROGRAMS",
-        ("program", "technique", "levels", "transfer", "uniforms", "samplers", "finest step"),
+        ("program", "sampling", "levels", "transfer", "uniforms", "samplers", "finest step"),
         [
             (
                 program.name,
-                program.technique,
+                program.sampling,
                 " ".join(map(str, program.levels)),
                 program.transfer,
                 " ".join(f"{uniform.name}={uniform.source}" for uniform in program.uniforms),
@@ -184,7 +205,8 @@ def _general(manifest: "Manifest") -> Rows:
         render = manifest.render
         cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
         allowed = f"RMSE {render.tolerance.rmse:g}, largest {render.tolerance.maximum:g}"
-        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{cutoff}"))
+        longer = "".join(f", {each.step_mm:.4g} mm at level {each.level}" for each in render.level_steps)
+        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{longer}{cutoff}"))
         rows.append(("tolerance", allowed))
     if manifest.state == "draft":
         rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))

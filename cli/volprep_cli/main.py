@@ -33,10 +33,12 @@ _VERBS = {
     "inspect": "inspect",
     "render": "render",
     "validate": "validate",
+    "view": "view",
     "stress": "stress",
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",
+    "presets": "presets",
     "batch": "batch",
     "cut": "cut",
     "quantize": "quantize",
@@ -59,9 +61,9 @@ _VERBS = {
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from volprep_cli.version import version_text
 
-        print(f"volprep {version('volprep')}")
+        print(version_text())
         raise typer.Exit
 
 
@@ -86,7 +88,6 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
     program = typer.Typer(
         name="volprep",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         # Plain help takes 0.1 s, with rich's markup it took 0.2 s.
         rich_markup_mode=None,

@@ -29,7 +29,6 @@ def transfer(
     function then needs far fewer samples. palette: a few entries in the shader, without a texture.
     preclassified: no table, because voxels become colours when textures are made.
 
-    A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]): angiography, ct-bone,
-    ct-soft-tissue, labels, micro-ct, mr-head.
+    A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]); volprep presets lists them.
     """
     run_stage(package, "transfer", classification=classification, palette_entries=palette_entries)

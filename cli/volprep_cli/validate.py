@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from volprep.validation.records import EmptySpace, OtherDrawing, ProgramResult, Report
+    from volprep.validation.witness.records import Witness
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
@@ -33,7 +34,29 @@ Size = Annotated[
         min=16, max=4096, help="Width and height of the pictures; if not given, those of the scene.", metavar="N"
     ),
 ]
+AskWitness = Annotated[
+    bool,
+    typer.Option("--witness", help="Let VTK draw the scan, too, and say whether it agrees. Needs pyvista."),
+]
+Devices = Annotated[
+    Path | None,
+    typer.Option(
+        "--devices",
+        help="Put into the report what devices have measured of this package: the folder that volprep view --devices "
+        "fills.",
+        metavar="FOLDER",
+    ),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="Check only schema, sizes and checksums, without OpenGL.")]
+
+Curves = Annotated[
+    bool,
+    typer.Option(
+        "--curves",
+        help="Measure every choice, too: error against time or bytes of each variant, some forty packages. "
+        "Takes minutes.",
+    ),
+]
 
 
 def validate(
@@ -42,7 +65,10 @@ def validate(
     source: Source = None,
     report: ReportFolder = None,
     size: Size = None,
+    witness: AskWitness = False,
+    devices: Devices = None,
     quick: Quick = False,
+    curves: Curves = False,
     as_json: Json = False,
 ) -> None:
     """Prove a package: make it again from the scan, draw it, compare both with what it holds, and write a report.
@@ -54,12 +80,21 @@ def validate(
     if quick:
         _check(package, as_json=as_json)
         return
-    from volprep.report.validate import default_report_path
     from volprep.report.validate import validate as validate_package
+    from volprep.validation.folder import default_report_path
 
     folder = report or default_report_path(package)
     with progress() as watcher:
-        result = validate_package(package, folder, watcher, source=source, picture_size=size)
+        result = validate_package(
+            package,
+            folder,
+            watcher,
+            source=source,
+            picture_size=size,
+            witness=witness,
+            devices=devices,
+            curves=curves,
+        )
     if as_json:
         print_json(result.model_dump(mode="json"))
     else:
@@ -91,6 +126,8 @@ def _print(report: "Report", folder: Path) -> None:
             _print_empty_space(program.empty_space)
         print_line("")
     allowed = report.tolerance
+    if report.witness is not None:
+        _print_witness(report.witness)
     if report.derivation is not None:
         print_line(f"made again from the scan and compared: {report.derivation.files} files")
     print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
@@ -136,7 +173,7 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
     from volprep.report.text import number
 
     print_line("")
-    print_line("coarse levels, one pixel for a voxel, and pieces: the worst of nine views")
+    print_line("coarse levels, one pixel for a voxel, pieces, edits and cuts: the worst view")
     rows = [
         (
             other.item,
@@ -149,6 +186,29 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
         for other in others
     ]
     print_table(("drawn", "program", "pixels", "RMSE", "largest", "verdict"), rows)
+
+
+def _print_witness(witness: "Witness") -> None:
+    from volprep.report.text import number
+
+    print_line(f"second witness: {witness.renderer or 'none'}")
+    rows = [
+        (
+            program.program,
+            view.view,
+            number(view.truth_rmse),
+            number(view.drawn_rmse),
+            number(view.bound),
+            "agrees" if view.passed else "disagrees",
+        )
+        for program in witness.programs
+        for view in program.views
+    ]
+    if rows:
+        print_table(("program", "view", "from truth", "from package", "its own error", "VTK"), rows)
+    for each in witness.missing:
+        print_line(f"not witnessed: {each.item}: {each.reason}")
+    print_line("")
 
 
 def _print_empty_space(found: "EmptySpace") -> None:
@@ -171,17 +231,24 @@ def _print_empty_space(found: "EmptySpace") -> None:
 
 
 def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
-    verdict, allowed = report.verdict, report.tolerance
+    verdict = report.verdict
     if report.derivation is not None and report.derivation.findings:
         from volprep.validation.exact.findings import error_of
 
         return error_of(report.derivation.findings, package)
     if verdict.unproved:
         return VolprepError("VP6032", path=package, listed=", ".join(verdict.unproved))
+    if verdict.disagreeing and not verdict.failed:
+        return VolprepError("VP6042", path=package, programs=", ".join(verdict.disagreeing), report=folder)
     if verdict.changed and not verdict.failed:
         return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
-    if not verdict.failed:
-        return VolprepError("VP6035", path=package, listed=", ".join(verdict.beyond), report=folder)
+    if verdict.failed:
+        return _beyond(report, package, folder)
+    return VolprepError("VP6035", path=package, listed=", ".join(verdict.beyond), report=folder)
+
+
+def _beyond(report: "Report", package: Path, folder: Path) -> VolprepError:
+    verdict, allowed = report.verdict, report.tolerance
     fields = {
         "path": package,
         "failed": verdict.failed,

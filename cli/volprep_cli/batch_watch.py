@@ -1,0 +1,119 @@
+"""What a batch shows while it runs: one bar on a terminal, and a line for each job that ends."""
+
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from volprep_cli.console import bytes_text, print_line
+from volprep_formats.diagnostics import ExitStatus
+from volprep_formats.shown import shown
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    from volprep.batch.work import Ended
+
+
+@contextmanager
+def watching(*, as_json: bool) -> Iterator["BatchWatcher"]:
+    """Show how far a batch is. Where stderr is no terminal there is no bar, and nothing but the lines."""
+    if not sys.stderr.isatty():
+        yield BatchWatcher(None, as_json=as_json)
+        return
+    from rich.console import Console
+
+    # Lines go above the bar where both are on the terminal; what goes to a file is nothing to it.
+    with bar_on(Console(stderr=True), over_lines=sys.stdout.isatty()) as bar:
+        yield BatchWatcher(bar, as_json=as_json)
+
+
+def bar_on(console: "Console", *, over_lines: bool = False) -> "Bar":
+    """Return the bar of a batch: scans, bytes of packages, failures, time left."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[size]}"),
+        TextColumn("{task.fields[failed]} failed"),
+        TimeRemainingColumn(),
+    )
+    return Bar(*columns, console=console, redirect_stdout=over_lines)
+
+
+class BatchWatcher:
+    """Prints a line for each job that ends, and moves the bar, if there is one."""
+
+    def __init__(self, bar: "Bar | None", *, as_json: bool) -> None:
+        self._bar = bar
+        self._as_json = as_json
+        self._began = time.monotonic()
+        self._counts = {"built": 0, "unchanged": 0, "failed": 0, "elsewhere": 0}
+        self._bytes = 0
+        self._task = None if bar is None else bar.add_task("scans", total=None, failed=0, size=bytes_text(0))
+
+    def dashboard(self, link: str) -> None:
+        """Take the address of a page that shows the workers: it is for who sits at a terminal."""
+        if self._bar is not None:
+            self._bar.console.print(f"dashboard: {shown(link)}", markup=False, highlight=False)
+
+    def begin(self, jobs: int) -> None:
+        """Take the number of jobs."""
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, total=jobs)
+
+    def ended(self, ended: "Ended") -> None:
+        """Take the end of a job."""
+        record = ended.record
+        if record is None:
+            self._counts["elsewhere"] += 1
+        else:
+            self._counts["failed"] += record.outcome == "failed"
+            self._counts["unchanged" if not ended.is_new else "built"] += record.outcome == "built"
+            self._bytes += record.size_bytes
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, advance=1, failed=self._counts["failed"], size=bytes_text(self._bytes))
+        if self._as_json:
+            self._print_json(ended)
+        elif ended.is_new or record is None:
+            self._print(ended)
+
+    def finish(self, page: Path, status: ExitStatus) -> None:
+        """Print what came of all."""
+        seconds = round(time.monotonic() - self._began, 1)
+        if self._as_json:
+            self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status)}}))
+            return
+        counts = self._counts
+        elsewhere = f", {counts['elsewhere']} in work by another batch" if counts["elsewhere"] else ""
+        self._line(
+            f"{counts['built']} built, {counts['unchanged']} unchanged, {counts['failed']} failed{elsewhere}; "
+            f"{seconds:.1f} s; {shown(os.fspath(page))}"
+        )
+
+    def _print_json(self, ended: "Ended") -> None:
+        job = ended.task.job
+        record = None if ended.record is None else ended.record.model_dump(mode="json")
+        self._line(json.dumps({"name": job.name, "profile": job.profile, "new": ended.is_new, "record": record}))
+
+    def _print(self, ended: "Ended") -> None:
+        job, record = ended.task.job, ended.record
+        name = f"{job.name} {job.profile}"
+        if record is None:
+            self._line(f"{name}: another batch works on it")
+        elif record.errors:
+            self._line(f"{name}: failed: {record.errors[0].code} {record.errors[0].summary}")
+        else:
+            self._line(f"{name}: {record.verdict or 'built'}, {record.seconds:.1f} s")
+
+    def _line(self, text: str) -> None:
+        print_line(text)
+        sys.stdout.flush()

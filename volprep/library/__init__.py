@@ -1,0 +1,1 @@
+"""volprep as a library: the functions that `import volprep` gives to a program or a notebook."""
