@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from browser import Browser
 from hypothesis import settings
 from phantom_scene import write_phantom_scene
 
@@ -50,3 +51,10 @@ def built_package(request, tmp_path_factory) -> Path:
     target = folder / "phantom.volpkg"
     build(load_request(write_phantom_scene(folder, request.param)), target, Silent())
     return target
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory) -> Iterator[Browser]:
+    """Chromium, one for all tests. Skips where there is none."""
+    with Browser(tmp_path_factory.mktemp("browser")) as opened:
+        yield opened

@@ -10,7 +10,7 @@ from batch_scans import write_scans
 from dicom_files import save_all, stack
 from phantom_scene import write_phantom_scene
 
-from volprep.batch.jobs import Job, in_shard
+from volprep.batch.jobs import Defaults, Job, in_shard
 from volprep.batch.place import Place
 from volprep.batch.run import find_jobs
 from volprep.batch.stamp import stamp_of
@@ -20,7 +20,7 @@ from volprep_formats.progress import Silent
 
 
 def jobs(path: Path, folder: Path, scene: Path | None = None, profiles: tuple[str, ...] = ()) -> list[Job]:
-    return find_jobs(path, Place(folder), scene, profiles, Silent())
+    return find_jobs(path, Place(folder), Defaults(scene, profiles), Silent())
 
 
 def table(folder: Path, text: str, name: str = "jobs.csv") -> Path:

@@ -1,18 +1,23 @@
 """Batches on a Dask scheduler that runs already, whatever it does when a worker dies."""
 
+import os
+import signal
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import dask
 import pytest
 from batch_scans import records, wait_until, write_scans
-from distributed import LocalCluster, Scheduler
+from dask.utils import parse_timedelta
+from distributed import Client, LocalCluster, Scheduler
 
 from volprep.batch import cluster as engines
 from volprep.batch.cluster import Remote
 from volprep.batch.guard import Limits
+from volprep.batch.jobs import Defaults
 from volprep.batch.place import Place
 from volprep.batch.run import Wishes, find_jobs, run_batch
 from volprep_formats.diagnostics import ExitStatus, VolprepError
@@ -40,7 +45,9 @@ def scheduler() -> Iterator[LocalCluster]:
 
 def run(source: Path, out: Path, address: str, wishes: Wishes = WISHES) -> ExitStatus:
     place = Place(out)
-    return run_batch(find_jobs(source, place, None, (), Silent()), place, wishes, Remote(address), Unwatched())
+    return run_batch(
+        find_jobs(source, place, Defaults(), Silent()), place, wishes, Remote(address, lambda _link: None), Unwatched()
+    )
 
 
 def test_the_workers_of_a_scheduler_build_all_scans(scheduler, tmp_path) -> None:
@@ -103,3 +110,19 @@ def test_a_batch_that_loses_its_scheduler_says_so(tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP8030"):
         run(tmp_path / "in", tmp_path / "out", cluster.scheduler_address)
     closed.join()
+
+
+def test_a_killed_worker_that_takes_long_to_start_again_is_not_given_up() -> None:
+    def workers_after_a_kill(settings: dict[str, object]) -> int:
+        local = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": ONLY_HERE}
+        with dask.config.set(settings), LocalCluster(**local) as cluster, Client(cluster) as client:
+            (pid,) = client.run(os.getpid).values()
+            os.kill(pid, signal.SIGKILL)
+            time.sleep(1.0)
+            return len(cluster.workers)
+
+    limit = "distributed.deploy.lost-worker-timeout"
+    assert workers_after_a_kill({**engines._SETTINGS, limit: "1 ms"}) == 0
+    assert workers_after_a_kill(engines._SETTINGS) == 1
+    # A start on a busy machine took longer than the 15 s that are Dask's own.
+    assert parse_timedelta(engines._SETTINGS[limit]) > 3600

@@ -10,6 +10,7 @@ from batch_scans import files_of, write_scans
 from volprep.batch import work as module
 from volprep.batch.attempts import job_locked
 from volprep.batch.guard import Limits
+from volprep.batch.jobs import Defaults
 from volprep.batch.ledger import Ledger
 from volprep.batch.place import Place
 from volprep.batch.run import find_jobs
@@ -24,7 +25,7 @@ def task(tmp_path: Path) -> Task:
     """A job that nobody has done."""
     write_scans(tmp_path / "in", 1)
     place = Place(tmp_path / "out")
-    (job,) = find_jobs(tmp_path / "in", place, None, (), Silent())
+    (job,) = find_jobs(tmp_path / "in", place, Defaults(), Silent())
     return Task(job, place, "run", validate=False, retry_failed=False, seen=None, limits=Limits(60.0, None))
 
 

@@ -32,6 +32,7 @@ from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
 from .bench_slices import measure_slices, slices_table
 from .bench_transfer import contests as transfer_contests
+from .bench_transport import measure_transport, transport_table
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
@@ -82,6 +83,8 @@ def main() -> None:
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
     console.print(slices_table(slices))
+    transports = measure_transport(console)
+    console.print(transport_table(transports))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -100,6 +103,7 @@ def main() -> None:
         "levels": [asdict(row) for row in levels],
         "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
+        "transport": [asdict(row) for row in transports],
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")
@@ -136,11 +140,14 @@ def _decode_table(rows: list[DecodeRow]) -> Table:
 
 
 def _memory_table(rows: list[MemoryRow]) -> Table:
-    table = Table("work", "s", "largest memory MB")
+    table = Table("work", "s", "largest memory MB", "read, digest, write s", "ratio")
     for column in table.columns[1:]:
         column.justify = "right"
     for row in rows:
-        table.add_row(row.work, f"{row.seconds:.0f}", f"{row.peak_mb:.0f}")
+        bare = ("", "")
+        if row.bare_seconds is not None:
+            bare = (f"{row.bare_seconds:.0f}", f"{row.seconds / row.bare_seconds:.1f}")
+        table.add_row(row.work, f"{row.seconds:.0f}", f"{row.peak_mb:.0f}", *bare)
     return table
 
 

@@ -8,18 +8,18 @@ in the middle. Both sides use one thread for each process.
 
 import argparse
 import os
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import nibabel
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 
 from volprep.batch.cluster import Local
 from volprep.batch.guard import Limits
-from volprep.batch.jobs import Job
+from volprep.batch.jobs import Defaults, Job
 from volprep.batch.place import Place
 from volprep.batch.run import Wishes, find_jobs, run_batch
 from volprep.batch.work import Ended
@@ -27,6 +27,9 @@ from volprep.pipeline.build import build
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import available_cores
 from volprep_formats.progress import Silent
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from bench_scans import voxels
 
 _EDGE = 48
 _SERIAL = 20
@@ -54,14 +57,6 @@ class Clock:
         self.unchanged += not ended.is_new
         self.seconds.append(ended.record.seconds)
         self.peak_bytes = max(self.peak_bytes, ended.record.peak_memory_bytes)
-
-
-def voxels() -> NDArray[np.generic]:
-    """A head, or a phantom where there is none."""
-    if folder := os.environ.get("VOLPREP_TEST_DATA"):
-        return np.asarray(nibabel.load(Path(folder) / "nifti_ch2" / "ch2.nii.gz").dataobj)
-    z, y, x = np.indices((180, 210, 180))
-    return (np.hypot(np.hypot(z - 90, y - 105), x - 90) % 40).astype(np.uint8)
 
 
 def write_scans(folder: Path, count: int) -> None:
@@ -103,17 +98,17 @@ def main() -> None:
         (folder / "in").mkdir()
         write_scans(folder / "in", wished.scans)
         place = Place(folder / "out")
-        jobs = find_jobs(folder / "in", place, None, (), Silent())
+        jobs = find_jobs(folder / "in", place, Defaults(), Silent())
         serial = serial_rate(jobs, folder / "serial")
         wishes = Wishes(validate=False, retry_failed=False, limits=Limits(600.0, None))
         clock, began = Clock(), time.monotonic()
-        run_batch(jobs, place, wishes, Local(wished.workers), clock)
+        run_batch(jobs, place, wishes, Local(wished.workers, lambda _link: None), clock)
         seconds = time.monotonic() - began
         # The first of each worker loads the libraries, and is not counted.
         ends = clock.ends[wished.workers :]
         steady = (len(ends) - 1) / (ends[-1] - ends[0])
         again, began = Clock(), time.monotonic()
-        run_batch(jobs, place, wishes, Local(wished.workers), again)
+        run_batch(jobs, place, wishes, Local(wished.workers, lambda _link: None), again)
         rerun = time.monotonic() - began
     # What is missing to 1 is the engine's: handing out, locks, the ledger. What slows the builds is the machine's.
     busy = sum(clock.seconds[wished.workers + 1 :]) / (wished.workers * (ends[-1] - ends[0]))

@@ -13,8 +13,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table as Rows
 
-from volprep.parts.levels.choice import Classified
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
+from volprep.parts.levels.made import Classified
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import codes_of_source
 from volprep.pipeline.import_draft import import_draft

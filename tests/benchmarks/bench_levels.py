@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table as Rows
 
-from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.choice import Chooser
 from volprep.parts.levels.joint_histogram import joint_shares
+from volprep.parts.levels.made import Classified
 from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume

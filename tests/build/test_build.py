@@ -272,12 +272,9 @@ class TestFailure:
             build_here(scene)
         assert (target / "thesis.txt").read_text(encoding="utf-8") == "precious"
 
-    @pytest.mark.parametrize("step_voxels", ["1e-300", "1e-5"])
-    def test_a_step_that_nothing_can_draw_gives_no_package(self, scene, step_voxels) -> None:
+    def test_a_step_that_nothing_can_draw_gives_no_package(self, scene) -> None:
         text = scene.read_text(encoding="utf-8")
-        scene.write_text(
-            text.replace("[pyramid]", f"[render]\nstep_voxels = {step_voxels}\n[pyramid]"), encoding="utf-8"
-        )
+        scene.write_text(text.replace("[pyramid]", "[render]\nstep_voxels = 0.001\n[pyramid]"), encoding="utf-8")
         with pytest.raises(VolprepError, match=r"VP5019|VP5024"):
             build_here(scene)
         assert not (scene.parent / "phantom.volpkg").exists()

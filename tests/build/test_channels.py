@@ -473,5 +473,7 @@ def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
     manifest = build(load_request(tmp_path / "tissues.toml"), tmp_path / "a.volpkg", Silent())
     assert [channel.name for channel in manifest.channels] == ["gm", "wm"]
     assert [item.channel for item in manifest.plan if item.name == "channel"] == ["csf"]
-    report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32)
-    assert report.verdict.passed
+    verdict = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32).verdict
+    assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
+    # Folds of the cortex are finer than voxels of 6 mm, whatever filter makes them, and the verdict says so.
+    assert all(item.startswith("level 1 with ") for item in verdict.beyond)

@@ -175,16 +175,43 @@ def test_a_filter_that_makes_other_labels_is_refused(name, tmp_path) -> None:
 
 
 def test_labels_that_codes_cannot_be_are_refused(tmp_path) -> None:
-    too_many, negative, fraction = labels("uint16"), labels("int16"), labels("float32")
-    too_many[0, 0, 0] = 256
+    negative, fraction = labels("int16"), labels("float32")
     negative[0, 0, 0] = -1
     fraction[0, 0, 0] = 2.5
-    assert "go from 0 to 256" in refusal(tmp_path, too_many).summary
     assert "go from -1 to 200" in refusal(tmp_path, negative).summary
     error = refusal(tmp_path, fraction)
     assert error.code == "VP3025"
     assert "a voxel is 0.5 away from any" in error.summary
     assert not list(tmp_path.glob("*.volpkg"))
+
+
+def test_labels_above_255_get_codes_and_the_package_says_their_numbers(tmp_path) -> None:
+    atlas = labels("uint16").astype(np.uint16)
+    numbers = {0: 0, 3: 17, 7: 1002, 200: 14175}
+    assert set(np.unique(atlas)) == set(numbers)
+    for code, number in sorted(numbers.items(), reverse=True):
+        atlas[atlas == code] = number
+    atlas.tofile(tmp_path / "labels.raw")
+    scene = tmp_path / "scene.toml"
+    text = SCENE.format(dtype="uint16", pyramid="", more="[render]\npicture_size = 32")
+    scene.write_text(text.replace("6.5", "1.5").replace("7.5", "2.5"))
+    build(load_request(scene), tmp_path / "atlas.volpkg", Silent())
+    package = Package.open(tmp_path / "atlas.volpkg")
+    (channel,) = package.manifest.channels
+    assert channel.source.info.label_numbers == (0, 17, 1002, 14175)
+    texels = ktx2.decode(package.read_bytes(channel_volume(package)), "v").data.reshape(SHAPE)
+    np.testing.assert_array_equal(np.array(channel.source.info.label_numbers)[texels], atlas)
+    verdict = validate(tmp_path / "atlas.volpkg", tmp_path / "report", Silent()).verdict
+    assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
+
+
+def channel_volume(package: Package) -> str:
+    return next(each.file for each in package.manifest.textures if (each.role, each.level) == ("volume", 0))
+
+
+def test_more_labels_than_codes_are_refused(tmp_path) -> None:
+    many = np.arange(np.prod(SHAPE), dtype=np.uint16).reshape(SHAPE)
+    assert "2771 labels, from 1 to 2771" in refusal(tmp_path, many).summary
 
 
 def test_other_codes_than_the_labels_are_refused(tmp_path) -> None:

@@ -83,10 +83,61 @@ def test_a_level_is_drawn_with_its_own_table(package) -> None:
         for function in (table_function(package, "veil", level.index), table_function(package, "veil", 0))
     ]
     with Renderer(package, level=level.index) as renderer:
-        drawn = renderer.render(view, (64, 64))
+        drawn = renderer.render(view, (64, 64), min(package.manifest.levels[0].grid.spacing_mm_zyx) / 2)
     own, common = (float(np.sqrt(np.mean((drawn - picture) ** 2))) for picture in pictures)
     assert own < 0.004
     assert common > 3 * own
+
+
+@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+def preintegrated(tmp_path_factory, request) -> Package:
+    top = '[render]\nclassification = "preintegrated"\n'
+    return built(tmp_path_factory.mktemp(f"preintegrated-{request.param}"), request.param, "box", top)
+
+
+def test_a_level_has_a_pre_integrated_table_of_its_own_for_its_own_step(preintegrated) -> None:
+    manifest = preintegrated.manifest
+    tables = [texture for texture in manifest.textures if texture.role == "preintegrated"]
+    own = [texture for texture in tables if texture.level is not None]
+    assert own
+    items = {item.name: item for item in manifest.plan}
+    for texture in own:
+        assert texture.segment_mm == manifest.render.step_of(texture.level)
+        assert items[f"pre-integrated table veil of level {texture.level}"].files == (texture.file,)
+    # One shader reads them all.
+    assert len({(texture.shape_zyx, texture.max_extinction_per_mm) for texture in tables}) == 1
+    assert check(preintegrated.path) == []
+
+
+def test_a_pre_integrated_table_of_a_level_brings_its_picture_nearer_to_that_of_the_scan(preintegrated) -> None:
+    """Against the level with the function itself, integrated exactly."""
+    manifest = preintegrated.manifest
+    level = next(each.level for each in manifest.textures if each.role == "preintegrated" and each.level is not None)
+    function = manifest.transfer_functions[0]
+    volume, scan = level_volume(preintegrated, level), thin_things()
+    view = standard_views(manifest.levels[0].grid)["anterior-left"].box_from_clip(volume.grid, 1.0)
+    grid = manifest.channels[0].source.info.grid
+    truth_view = standard_views(manifest.levels[0].grid)["anterior-left"].box_from_clip(grid, 1.0)
+    truth = oracle_picture(scan, grid, 1.0, 0.0, function, truth_view, (64, 64)).rgba
+    with Renderer(preintegrated, level=level) as renderer:
+        own = renderer.render(view, (64, 64))
+    common = oracle_picture(volume.stored, volume.grid, volume.slope, volume.intercept, function, view, (64, 64)).rgba
+    errors = [float(np.sqrt(np.mean((picture - truth) ** 2))) for picture in (own, common)]
+    assert errors[0] < 0.9 * errors[1]
+
+
+def test_the_diagonal_of_a_pre_integrated_table_is_the_function_that_it_was_made_of(preintegrated) -> None:
+    levels = [each.level for each in preintegrated.manifest.textures if each.role == "preintegrated"]
+    level = next(level for level in levels if level is not None)
+    fitted = table_function(preintegrated, "veil", level)
+    exact = preintegrated.manifest.transfer_functions[0]
+    values = [point.value for point in exact.points]
+    at = np.interp(values, [p.value for p in fitted.points], [p.extinction_per_mm for p in fitted.points])
+    given = np.array([point.extinction_per_mm for point in exact.points])
+    # The first point, from which on something is seen, lies between two entries.
+    assert at[0] == pytest.approx(0.0, abs=0.02 * given.max())
+    assert np.abs(at - given).max() > 0.01 * given.max()
+    assert np.abs(at - given).max() < given.max()
 
 
 def test_seconds_stand_beside_the_package_and_not_in_it(package) -> None:

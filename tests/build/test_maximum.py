@@ -163,6 +163,7 @@ def test_what_a_maximum_does_not_go_with_is_refused_before_the_scan_is_measured(
 
 def test_labels_have_no_maximum(tmp_path) -> None:
     scene = write_scene(tmp_path)
+    np.minimum(vessels(), 200).tofile(tmp_path / "vessels.raw")
     scene.write_text(scene.read_text().replace("[source]", "[source]\nlabels = true"))
     with pytest.raises(VolprepError, match="labels") as found:
         build(load_request(scene), tmp_path / "a.volpkg", Silent())

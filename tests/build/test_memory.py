@@ -86,10 +86,10 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     # The samples for the plan grow with the depth: 20 kB a slice, however large it is.
     monkeypatch.setattr(statistics, "_PATCH_VOXELS", 4)
     monkeypatch.setattr(statistics, "_PROBES", 4)
-    # Deeper than what a filter reads at one time: 4 voxels of level 3 on both sides of twice as many.
-    shallow = stage_peaks(tmp_path, 160, profile)
-    deep = stage_peaks(tmp_path, 416, profile)
-    added_bytes = (416 - 160) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
+    # Both have a level 3, and are deeper than what its filter reads at one time: 4 voxels, and 4 on both sides.
+    shallow = stage_peaks(tmp_path, 288, profile)
+    deep = stage_peaks(tmp_path, 500, profile)
+    added_bytes = (500 - 288) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
     for stage in (deep.keys() & shallow.keys()) - {"mosaic"}:
         assert deep[stage] - shallow[stage] < 0.05 * added_bytes, stage
     # A mosaic is written row of tiles by row of tiles, and the device class limits how large a row can be. One is made

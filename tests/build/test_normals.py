@@ -150,7 +150,7 @@ def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeyp
     [
         ("but has a mosaic with a gutter, or of other components", lambda m: m["mosaic"].update(gutter=1)),
         ("its mosaic holds 8 slices", lambda m: m["mosaic"].update(slices=8)),
-        ("reads normals in another form than raycast_mosaic", lambda m: m.pop("mosaic")),
+        ("reads normals in another form than mosaic", lambda m: m.pop("mosaic")),
         ("needs the parts 0 to 1, once each", lambda m: m["mosaic"].update(textures=2)),
         ("does not sample each part of its normals once", lambda m: m["mosaic"].update(textures=2)),
     ],
@@ -167,7 +167,7 @@ def test_a_mosaic_of_normals_that_contradicts_itself_is_found(tmp_path, name, ch
 def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
     text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
     (tmp_path / "old.toml").write_text(text.replace('"RGB8_SNORM", ', ""), encoding="utf-8")
-    with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format RGB8_SNORM; profile"):
+    with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format RGB8_SNORM, but"):
         built(tmp_path, '[normals]\ncode = "snorm8"', "old.toml")
 
 

@@ -1,21 +1,28 @@
 """Packages with sub-volumes: the pieces are level 0, empty ones are not stored, and a box is cut out by seeking."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
 
+import volprep
 from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_files import write_cut
 from volprep.parts.subvolumes.cuts import boxes_zyx
+from volprep.parts.subvolumes.decision import propose
 from volprep.pipeline.build import build
-from volprep.scene.request import load_request
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import load_request, request_for_source
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage import contents
+from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import names_in
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
@@ -176,6 +183,79 @@ def test_a_center_outside_the_volume_is_refused_with_its_size(package) -> None:
 def test_a_package_without_pieces_cannot_be_cut(built_package) -> None:
     with pytest.raises(VolprepError, match="VP4050"):
         cut(Package.open(built_package), (0.0, 0.0, 0.0), 12)
+
+
+def test_textures_are_checked_a_block_at_a_time(package, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(contents, "_BLOCK_BYTES", 5000)
+    read_whole: list[str] = []
+    read_bytes = Package.read_bytes
+    monkeypatch.setattr(Package, "read_bytes", lambda self, path: read_whole.append(path) or read_bytes(self, path))
+    assert check(package.path) == []
+    assert not [path for path in read_whole if path.endswith(".ktx2")]
+    zipped = tmp_path / "package.zip"
+    with zipped.open("wb") as file:
+        write_single_file(package.path, names_in(package.path), file, Silent())
+    assert check(zipped) == []
+    with open_contents(zipped, "textures/volume-scan-0.ktx2") as found:
+        last = found.start_bytes + found.size_bytes - 1
+    with zipped.open("r+b") as file:
+        file.seek(last)
+        (byte,) = file.read(1)
+        file.seek(last)
+        file.write(bytes([byte ^ 1]))
+    assert [finding.code for finding in check(zipped)] == ["VP4061"]
+
+
+def write_profile(folder: Path, **changes: int) -> str:
+    """Write a profile as gles3 with other limits; return its name in a scene."""
+    text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
+    for key, value in changes.items():
+        text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, flags=re.MULTILINE)
+    (folder / "small.toml").write_text(text, encoding="utf-8")
+    return "small.toml"
+
+
+def test_what_does_not_fit_is_cut_as_the_plan_proposes(tmp_path) -> None:
+    profile = write_profile(tmp_path, max_3d_texture_size=24)
+    whole = built(tmp_path, "", profile)
+    assert whole.manifest.subvolumes is None
+    (item,) = (item for item in whole.manifest.plan if item.name == "sub-volumes")
+    size = int(re.search(r"size = (\d+)", item.reason)[1])
+    request = load_request(tmp_path / "phantom.toml").with_grid("auto")
+    build(request, tmp_path / "phantom.volpkg", Silent())
+    package = Package.open(tmp_path / "phantom.volpkg")
+    assert check(package.path) == []
+    found = grid_of(package)
+    assert found.size == size
+    # Two pieces along each axis that is longer than a texture, nearly of one size.
+    assert found.cuts_zyx == ((0, 20), (0, 22, 33), (0, 22, 44))
+    assert found.counts_zyx == (1, 2, 2)
+
+
+def test_what_fits_is_not_cut_and_what_cannot_be_cut_says_why(tmp_path) -> None:
+    auto = '\n[grid]\nsize = "auto"\n'
+    for profile, reason in (("gles3", "the whole volume fits into one texture"), ("gles1", "")):
+        package = built(tmp_path, auto, profile)
+        assert package.manifest.subvolumes is None
+        assert [item.reason for item in package.manifest.plan if item.name == "sub-volumes"] == [reason] * bool(reason)
+    package = built(tmp_path, auto, write_profile(tmp_path, max_3d_texture_size=24, max_texture_bytes=30_000))
+    (item,) = (item for item in package.manifest.plan if item.name == "sub-volumes")
+    assert not item.kept
+    assert "pieces of 16 voxels along an axis are more than profile gles3 can hold" in item.reason
+
+
+@pytest.mark.parametrize("edge", [16, 20, 64, 255, 256])
+def test_a_proposal_is_the_fewest_pieces_in_half_of_the_memory(edge) -> None:
+    limits = {"max_texture_bytes": 2 * 8 * edge**3, "max_3d_texture_size": 1024}
+    profile = load_profile("gles3", Path()).model_copy(update=limits)
+    grid = Grid.of((1000, 300, 40), (1.0, 1.0, 1.0))
+    scene = request_for_source(Path("none.nrrd")).scene
+    proposal = propose(scene, profile, grid, 8)
+    assert proposal.device_bytes <= 8 * edge**3
+    assert proposal.size <= edge
+    assert proposal.pieces_zyx[0] == -(-999 // (edge - 1))
+    # One voxel less would need another piece.
+    assert -(-999 // (proposal.size - 2)) > proposal.pieces_zyx[0]
 
 
 def test_a_profile_without_3d_textures_refuses_pieces(tmp_path) -> None:

@@ -84,7 +84,7 @@ class Case:
 
 CASES = [
     Case("--help", 0, stdout=r"build .*\n.*plan .*"),
-    Case("--version", 0, stdout=r"^volprep \d+\.\d+\.\d+$"),
+    Case("--version", 0, stdout=r"^volprep \d+\.\d+\.\d+( \(.+\))?$"),
     Case("", 2, stderr=r"Usage: volprep"),
     Case("biuld x", 2, stderr=r"No such command 'biuld'"),
     Case("build", 2, stderr=r"Missing argument 'SCENE\|SCAN'"),

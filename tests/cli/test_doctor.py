@@ -36,6 +36,11 @@ def test_a_machine_that_make_has_set_up_is_ready() -> None:
         assert facts[f"OpenGL ES {level}"]
     assert all(there for name, there in facts.items() if name.startswith("DICOM"))
     assert facts["volprep native core"]
+    for name in ("gles2-2048", "gles2-4096", "gles3"):
+        assert facts[f"profile {name}"]
+    probes = {each["profile"]: each["results"] for each in json.loads(run.stdout)["probes"]}
+    assert len(probes["gles3"]) > len(probes["gles2-2048"]) > 5
+    assert all(each["works"] and len(each["drawn"]) == 4 for each in probes["gles3"])
 
 
 def test_every_fact_is_one_line() -> None:
@@ -57,7 +62,7 @@ def test_without_a_driver_every_level_of_opengl_es_is_missing_and_the_status_is_
     run = doctor("--json", **NO_DRIVER)
     assert run.returncode == 8
     facts = found(run)
-    assert not any(there for name, there in facts.items() if name.startswith("OpenGL ES"))
+    assert not any(there for name, there in facts.items() if name.startswith(("OpenGL ES", "profile")))
     assert facts["volprep native core"]
 
 

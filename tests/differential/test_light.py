@@ -168,28 +168,86 @@ def weights_of(voxels: int, factor: int) -> np.ndarray:
     return np.stack([np.interp(places, np.arange(length), row) for row in np.eye(length)], axis=1)
 
 
-@pytest.mark.parametrize(
-    ("shape_zyx", "factors"), [((9, 7, 11), (2, 2, 2)), ((5, 9, 8), (1, 4, 2)), ((1, 1, 6), (1, 1, 2))]
-)
+FITS = [((9, 7, 11), (2, 2, 2)), ((5, 9, 8), (1, 4, 2)), ((1, 1, 6), (1, 1, 2)), ((4, 5, 7), (3, 1, 3))]
+
+
+def moved(start, samples, table, fine, factors) -> np.ndarray:
+    """Make a step of 1.5 by the formula: values [z, y, x] and looks [z, y, x, 4], one transfer function."""
+    values, looks = samples
+    spread = [weights_of(n, f) for n, f in zip(values.shape, factors, strict=True)]
+    field = np.einsum("zk,yj,xi,kji->zyx", *spread, start.astype(float))
+    k = np.minimum(field.astype(int), len(table) - 2)
+    slopes = np.diff(table, axis=0)[k]
+    missing = looks - table[k] - (field - k)[..., None] * slopes
+    force = 0.3 * (values - field) + fine * (slopes * missing).sum(-1)
+    stiffness = 0.3 + fine * (slopes**2).sum(-1)
+    pulls = [np.einsum("zk,yj,xi,zyx->kji", *spread, each) for each in (force, stiffness)]
+    return np.clip(start + 1.5 * pulls[0] / pulls[1], 0, len(table) - 1)
+
+
+def weighted(shape_zyx) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of blocks of 2×2×2, and of the voxels in them."""
+    blocks = RNG.random(tuple(-(-n // 2) for n in shape_zyx)).astype(np.float32)
+    return blocks[None], np.kron(blocks, np.ones((2, 2, 2)))[tuple(slice(n) for n in shape_zyx)]
+
+
+@pytest.mark.parametrize(("shape_zyx", "factors"), FITS)
 def test_a_fitted_level_moves_as_the_formula_says(shape_zyx, factors) -> None:
     volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
     reduced = tuple(-(-n // f) for n, f in zip(shape_zyx, factors, strict=True))
     start = RNG.uniform(0, 255, reduced).astype(np.float32)
-    features = RNG.random((256, 3))
-    slopes = np.diff(features, axis=0, append=features[-1:])
-    own, slope = (features * slopes).sum(1), (slopes * slopes).sum(1)
-    product = slopes @ features.T
-    blocks = tuple(-(-n // 2) for n in shape_zyx)
-    weights = RNG.random(blocks)
+    table = RNG.random((256, 4)).astype(np.float32)
+    blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    arrays = [np.ascontiguousarray(each[None], np.float32) for each in (own, slope, product, weights)]
-    _native.fit_level(volume, level, factors, 0, 1.0, 0.3, *arrays, (2, 2, 2), 1, 1.5)
-    spread = [weights_of(n, f) for n, f in zip(shape_zyx, factors, strict=True)]
-    field = np.einsum("zk,yj,xi,kji->zyx", *spread, start.astype(float))
-    k = np.minimum(field.astype(int), 254)
-    fine = np.kron(weights, np.ones((2, 2, 2)))[tuple(slice(n) for n in shape_zyx)]
-    force = 0.3 * (volume - field) + fine * (product[k, volume] - own[k] - (field - k) * slope[k])
-    stiffness = 0.3 + fine * slope[k]
-    pulls = [np.einsum("zk,yj,xi,zyx->kji", *spread, each) for each in (force, stiffness)]
-    expected = np.clip(start + 1.5 * pulls[0] / pulls[1], 0, 255)
+    _native.fit_level(volume, level, factors, 0, 1.0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    expected = moved(start, (volume, table[volume]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
+
+
+@pytest.mark.parametrize(("shape_zyx", "factors"), FITS)
+def test_a_level_is_fitted_to_means_by_the_same_formula(shape_zyx, factors) -> None:
+    values = RNG.uniform(0, 255, shape_zyx).astype(np.float32)
+    z, y, x = shape_zyx
+    looks = RNG.random((z, 1, y, x, 4)).astype(np.float32)
+    reduced = tuple(-(-n // f) for n, f in zip(shape_zyx, factors, strict=True))
+    start = RNG.uniform(0, 255, reduced).astype(np.float32)
+    table = RNG.random((256, 4)).astype(np.float32)
+    blocks, fine = weighted(shape_zyx)
+    level = start.copy()
+    _native.fit_level_to_means(values, looks, level, factors, 0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    expected = moved(start, (values, looks[:, 0]), table, fine, factors)
+    np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("factors", [(2, 2, 2), (1, 4, 2), (3, 2, 5)])
+def test_means_are_those_of_the_voxels_in_each_block(dtype, factors) -> None:
+    largest = np.iinfo(dtype).max
+    volume = RNG.integers(0, largest, (7, 9, 11), dtype=dtype, endpoint=True)
+    bins = min(1024, largest + 1)
+    bins_per_code = (bins - 1) / largest
+    table = RNG.random((2, bins, 4)).astype(np.float32)
+    shape = _native.box_reduced_shape(volume.shape, factors)
+    z, y, x = shape
+    values, looks = np.empty(shape, np.float32), np.empty((z, 2, y, x, 4), np.float32)
+    _native.sample_means(volume, factors, bins_per_code, table, values, looks)
+    for place in np.ndindex(*shape):
+        block = volume[tuple(slice(k * f, (k + 1) * f) for k, f in zip(place, factors, strict=True))].ravel()
+        assert values[place] == pytest.approx(block.mean() * bins_per_code, rel=1e-6)
+        bin_of = (block * np.float32(bins_per_code) + 0.5).astype(int)
+        np.testing.assert_allclose(looks[place[0], :, place[1], place[2]], table[:, bin_of].mean(axis=1), rtol=1e-5)
+
+
+@pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])
+def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
+    volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
+    reduced = tuple(-(-n // 2) for n in shape_zyx)
+    start = RNG.uniform(0, 255, reduced).astype(np.float32)
+    table = RNG.random((1, 256, 4)).astype(np.float32)
+    blocks, _ = weighted(shape_zyx)
+    found = []
+    for threads in (1, 2, 5):
+        level = start.copy()
+        _native.fit_level(volume, level, (2, 2, 2), 0, 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads)
+        found.append(level.tobytes())
+    assert len(set(found)) == 1

@@ -7,7 +7,8 @@ import pytest
 import tifffile
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep.parts.levels.choice import Chooser, Classified
+from volprep.parts.levels.choice import Chooser
+from volprep.parts.levels.made import Classified, level_slices
 from volprep.parts.levels.stage import CANDIDATES
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
@@ -40,12 +41,13 @@ def gains(
 ) -> dict[str, float]:
     """By what part the error of the pictures falls below the box filter's, for each transfer function."""
     tables = {function.name: lookup_table(function, (0.0, 255.0), 256) for function in functions}
-    chooser = Chooser(Classified(raw(folder, voxels), grid, tables), adapt=True)
+    scan = Classified(raw(folder, voxels), grid, tables)
+    chooser = Chooser(scan, adapt=True)
     factors = (factor, factor, factor)
     choice, codes = chooser.choose(1, factors, CANDIDATES, folder.joinpath, lambda _: None)
     own = {table.transfer: np.array(table.entries) for table in choice.tables}
     level = codes.read_slab(0, codes.shape_zyx[0])
-    box = np.concatenate([each for each, _ in chooser.slices("box", factors)])
+    box = np.concatenate([each for each, _ in level_slices(scan, "box", factors)])
     found = {}
     for function in functions:
         truth = pictures(voxels, grid, function)

@@ -103,7 +103,7 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
 def _program(*, mosaic: bool) -> Program:
     return Program(
         name="raycast",
-        technique="raycast_mosaic" if mosaic else "raycast_texture3d",
+        sampling="mosaic" if mosaic else "texture3d",
         vertex="shaders/screen.vert",
         fragment="shaders/raycast.frag",
         levels=(0,) if mosaic else (0, 1),

@@ -233,13 +233,18 @@ CONTRADICTIONS: dict[str, Change] = {
     "texture volume-scan-0 is classified by skin, which is no transfer function": lambda manifest: manifest["textures"][
         1
     ].update(transfer="skin", reference_mm=1.0),
-    "texture volume-scan-0 is classified, so it must be 3D and have four channels": lambda manifest: manifest[
-        "textures"
-    ][1].update(transfer="bone", reference_mm=1.0),
+    "texture volume-scan-0 is classified, so it must have four channels": lambda manifest: manifest["textures"][
+        1
+    ].update(transfer="bone", reference_mm=1.0),
     "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(2),
-    "program raycast draws level 0, but no texture holds it in the form that raycast_mosaic": set_to(
-        "programs", 0, "technique", to="raycast_mosaic"
+    "program raycast draws level 0, but no texture holds it in the form that mosaic": set_to(
+        "programs", 0, "sampling", to="mosaic"
     ),
+    "program raycast draws view-slices, without blending": set_to("programs", 0, "geometry", to="view-slices"),
+    "program raycast has a uniform u_box_from_clip for slices, which nothing gives it": set_to(
+        "programs", 0, "uniforms", 0, "source", to="slices"
+    ),
+    "program raycast draws triangle, without blending": set_to("programs", 0, "slab_samples", to=40),
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
     "program raycast draws skin, of which there is not one lookup table": set_to("programs", 0, "transfer", to="skin"),
     "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
@@ -249,6 +254,9 @@ CONTRADICTIONS: dict[str, Change] = {
     ].pop(),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),
+    "render.level_steps names levels [7], the levels after the finest one are": set_to(
+        "render", "level_steps", to=[{"level": 7, "step_mm": 1.0}]
+    ),
     "it is sealed, but has records of stages": set_to("stages", to=[{"name": "import", "key": "0" * 64}]),
     "it is sealed without render": drop("render"),
     "it is sealed without a channel": set_to("channels", to=[]),
@@ -336,8 +344,8 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
     "texture volume-scan-0: its mosaic has 4 components, its format is LUMINANCE": set_to(
         "textures", 1, "mosaic", "slices_per_texel", to=4
     ),
-    "program raycast draws level 0, but no texture holds it in the form that raycast_texture3d": set_to(
-        "programs", 0, "technique", to="raycast_texture3d"
+    "program raycast draws level 0, but no texture holds it in the form that texture3d": set_to(
+        "programs", 0, "sampling", to="texture3d"
     ),
     "texture volume-scan-0 has (1, 14, 27) texels; the profile allows 0": set_to(
         "textures", 1, "gl", "target", to="TEXTURE_3D"

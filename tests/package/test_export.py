@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 from command_line import volprep
-from tiny_packages import CHANNEL, ES2, ES3, KEY, function, tiny_package
+from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing, Room
 from volprep.pipeline.import_draft import import_draft
@@ -13,9 +13,7 @@ from volprep.pipeline.prepare import prepare
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import ChannelPart, Quantization
-from volprep_formats.package.manifest import Contribution, StageRecord
-from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.channel import Quantization
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.volpkg import open_level
@@ -36,26 +34,10 @@ KINDS = {
 }
 
 
-def tell(folder, quantization):
-    """Say how the stored values of a draft map to physical values."""
-    made = Contribution(channel=ChannelPart(name=CHANNEL, quantization=quantization))
-    Draft.open(folder).commit(StageRecord(name="told", key=KEY, made=(made,)))
-
-
 @pytest.fixture(params=KINDS)
 def package(request, tmp_path):
     profile, packing, size = KINDS[request.param]
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
-    folder = tmp_path / "tiny.volpkg"
-    tiny_package(
-        folder,
-        [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES,
-        ramp,
-        profile,
-        packing=packing,
-        room=Room(size, textures=7),
-        grid=GRID,
-    )
     quantized = Quantization(
         bits=8,
         window=(-100.0, 27.5),
@@ -66,7 +48,17 @@ def package(request, tmp_path):
         clipped_below=0,
         clipped_above=0,
     )
-    tell(folder, quantized)
+    folder = tmp_path / "tiny.volpkg"
+    tiny_package(
+        folder,
+        [CODES, CODES[::2, ::2, ::2]] if profile is ES3 else CODES,
+        ramp,
+        profile,
+        packing=packing,
+        room=Room(size, textures=7),
+        grid=GRID,
+        quantization=quantized,
+    )
     return folder
 
 
@@ -251,7 +243,6 @@ def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> No
     codes = np.random.default_rng(9).integers(0, 65536, CODES.shape).astype(np.uint16)
     folder = tmp_path / "deep.volpkg"
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (65535.0, (1.0, 1.0, 1.0), 0.1))
-    tiny_package(folder, codes, ramp, ES3, grid=GRID, window=(0.0, 65535.0))
     told = Quantization(
         bits=16,
         window=(-1000.0, -1000.0 + 65535 / 8),
@@ -262,7 +253,7 @@ def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> No
         clipped_below=0,
         clipped_above=0,
     )
-    tell(folder, told)
+    tiny_package(folder, codes, ramp, ES3, grid=GRID, window=(0.0, 65535.0), quantization=told)
     halves = (codes / 65535).astype(np.float16).astype(np.float64)
     for values, expected in (("stored", halves), ("physical", halves * (65535 * 0.125) - 1000)):
         file = tmp_path / f"{values}{ending}"

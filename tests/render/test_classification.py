@@ -9,14 +9,17 @@ import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.montage import write_montage
+from volprep.parts.mosaic.packing import Packing, Room
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import table_function
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.reader import Package
 
 SHAPE_HW = (48, 48)
 GRID = Grid.of((16, 18, 20), (1.3, 0.9, 1.0), (3.0, -20.0, 7.0))
@@ -127,7 +130,7 @@ def test_stopped_rays_and_levels_go_with_every_classification(tmp_path):
         with Renderer(package, level=1, target="rgba32f") as renderer:
             picture = renderer.render(standard_views(GRID)["left"].box_from_clip(GRID, 1.0), SHAPE_HW)
         assert 0.9 <= picture[..., 3].max() <= 1.0
-        assert "if (transmittance < 0.1)" in package.read_text(package.manifest.programs[0].fragment)
+        assert "0.1 * pow(" in package.read_text(package.manifest.programs[0].fragment)
 
 
 @pytest.mark.parametrize("entries", [2, 60, 256])
@@ -265,3 +268,66 @@ def test_every_word_of_a_shader_is_used_and_every_uniform_active(tmp_path, name,
     # The renderer refuses a program whose active uniforms are not those that the manifest names.
     with Renderer(package):
         pass
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
+@pytest.mark.parametrize(("transfer_function", "limit"), [(STEEP, 5e-3), (BENT, 1e-3)], ids=["steep", "bent"])
+def test_control_points_are_the_function_itself(tmp_path, profile, transfer_function, limit):
+    """A lookup table has 256 entries, and rounds to bytes or half floats; arithmetic has no entries.
+
+    What is left of the steep one is steps that see its jumps late or early.
+    """
+    errors = {}
+    for name in ("control-points", "lookup"):
+        package = tiny_package(tmp_path / name, CODES, transfer_function, profile, grid=GRID, classification=name)
+        errors[name] = rmse(draw(package, "anterior-left", 0.0625), oracle(transfer_function, "anterior-left"))
+    assert errors["control-points"] < limit
+    assert errors["control-points"] < errors["lookup"] / 2
+    package = Package.open(tmp_path / "control-points", allow_draft=True)
+    assert not any(each.role == "transfer" for each in package.manifest.textures)
+    assert table_function(package, "test") == transfer_function
+
+
+def test_at_a_jump_control_points_take_the_side_above(tmp_path):
+    jump = function((0.0, RED, 0.1), (100.0, RED, 0.1), (100.0, GREEN, 0.5), (255.0, GREEN, 0.5))
+    for code, colour, extinction in ((99, RED, 0.1), (100, GREEN, 0.5), (255, GREEN, 0.5), (0, RED, 0.1)):
+        codes = np.full((4, 4, 4), code, np.uint8)
+        package = tiny_package(tmp_path / f"{code}", codes, jump, classification="control-points")
+        camera = standard_views(package.manifest.grid)["superior"].box_from_clip(package.manifest.grid, 1.0)
+        with Renderer(package, target="rgba32f") as renderer:
+            pixel = renderer.render(camera, (1, 1))[0, 0]
+        opacity = -np.expm1(-extinction * 4)
+        assert pixel == pytest.approx([*np.array(colour) * opacity, opacity], abs=1e-6)
+
+
+@pytest.mark.parametrize("classification", ["palette", "preclassified", "control-points"])
+def test_without_3d_textures_and_tables_the_picture_is_the_same(tmp_path, classification):
+    one, other = (
+        tiny_package(tmp_path / name, CODES, BENT, profile, grid=GRID, classification=classification, entries=40)
+        for name, profile in (("3d", PROFILES["texture3d-rgba8"]), ("2d", ES2))
+    )
+    difference = draw(one, "anterior-left") - draw(other, "anterior-left")
+    # A sample between two entries of a palette may be on either side in one of them.
+    assert rmse(difference, 0.0) < (1e-3 if classification == "palette" else 1e-5)
+
+
+def test_eight_textures_hold_512_slices_on_a_device_with_eight_units(tmp_path):
+    """As 2048² textures hold 512³ voxels: 16 tiles and four channels in each, and no unit is left for a table."""
+    rng = np.random.default_rng(3)
+    codes = np.rint(np.linspace(0, 255, 512)[:, None, None] * rng.random((1, 16, 16))).astype(np.uint8)
+    profile = ES2.model_copy(update={"max_texture_size": 64})
+    room = Room(64, textures=8)
+    settings = {"packing": Packing(4), "room": room, "spacing_mm_zyx": (0.05, 1.0, 1.0)}
+    package = tiny_package(tmp_path / "p", codes, BENT, profile, classification="control-points", **settings)
+    assert profile.texture_units == 8
+    assert len(package.manifest.programs[0].samplers) == 8
+    truth = tiny_package(tmp_path / "3d", codes, BENT, spacing_mm_zyx=(0.05, 1.0, 1.0), classification="control-points")
+    grid = package.manifest.grid
+    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    pictures = []
+    for each in (package, truth):
+        with Renderer(each, target="rgba32f") as renderer:
+            pictures.append(renderer.render(camera, SHAPE_HW))
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-4
+    with pytest.raises(VolprepError, match="VP5013"):
+        Renderer(tiny_package(tmp_path / "table", codes, BENT, profile, **settings))

@@ -17,12 +17,13 @@ from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep.shading.program import compose_program
 from volprep.shading.rays import depth_shader
+from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import Channel
 from volprep_formats.package.parts.together.record import Together
-from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.program import Light, ProgramDesign
 from volprep_formats.package.reader import Package
 
-GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
+GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0)).model_copy(update={"isovalue": 100.0})
 RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("R8", "RG8", "RGB8", "RGBA8")})
 SMALL = ES2.model_copy(update={"max_texture_size": 64})
 """Holds four tiles of 31×29 texels in a texture."""
@@ -37,6 +38,7 @@ PACKAGES = {
     "texture3d-preintegrated": (ES3, {"skip": EUCLIDEAN, "normals": SNORM8, **PREINTEGRATED}),
     "texture3d-preintegrated-rgba8": (RGBA8_ONLY, PREINTEGRATED),
     "texture3d-palette": (ES3, {"classification": "palette", "entries": 5}),
+    "texture3d-control-points": (ES3, {"classification": "control-points"}),
     "texture3d-preclassified": (ES3, {"classification": "preclassified", "proxy": None}),
     "bricks": (ES3, {"bricks": BrickSettings(size=4), "proxy": None}),
     "mosaic": (ES2, {}),
@@ -45,6 +47,9 @@ PACKAGES = {
     "mosaic-one-slice": (ES2, {"shape": (1, 4, 3), "skip": EUCLIDEAN}),
     "mosaic-labels": (ES2, {"labels": True}),
     "mosaic-preintegrated": (ES2, PREINTEGRATED),
+    "mosaic-palette": (ES2, {"classification": "palette", "entries": 5}),
+    "mosaic-control-points": (ES2, {"classification": "control-points"}),
+    "mosaic-preclassified": (ES2, {"classification": "preclassified", "proxy": None}),
     "mosaic-interleaved": (ES2, {"packing": Packing(4)}),
     "mosaic-interleaved-in-several": (SMALL, {"packing": Packing(4), "shape": (20, 31, 29), "normals": OCT12}),
     "mosaic-interleaved-labels": (ES2, {"packing": Packing(4), "labels": True}),
@@ -54,6 +59,16 @@ PACKAGES = {
     "mosaic-planar-in-two": (SMALL, {"packing": Packing(4, "planar"), "shape": DEEP}),
     "mosaic-planar-labels-in-two": (SMALL, {"packing": Packing(4, "planar"), "shape": DEEP, "labels": True}),
 }
+
+
+PLACE = Light(place_mm_xyz=(1.0, 2.0, 3.0))
+LIGHTS = [
+    {},
+    {"lighting": "headlight"},
+    {"lighting": "headlight", "normals_from": "forward"},
+    {"lighting": "phong", "light": PLACE},
+    {"lighting": "blinn-phong", "light": PLACE, "normals_from": "central"},
+]
 
 
 @pytest.fixture(params=PACKAGES.values(), ids=PACKAGES.keys())
@@ -69,12 +84,22 @@ def designs(package):
     (program, *_) = package.manifest.programs
     base = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     meshes = ("box",) if package.manifest.proxy is None else ("box", "mesh")
-    for rays, lighting, compositing in product(meshes, ("none", "headlight"), COMPOSITINGS.values()):
-        if program.classification not in compositing.classifications or (lighting != "none" and not compositing.lit):
+    lights = LIGHTS[:2] if program.classification == "preclassified" else LIGHTS
+    for rays, light, compositing in product(meshes, lights, COMPOSITINGS.values()):
+        if program.classification not in compositing.classifications or (light and not compositing.lit):
             continue
-        yield ProgramDesign(**base | {"rays": rays, "lighting": lighting, "compositing": compositing.name})
-    if program.technique == "raycast_texture3d" and program.classification != "preclassified":
-        yield ProgramDesign(**base | {"technique": "raycast_subvolumes"})
+        if rays == "mesh" and (not compositing.meshes or light not in lights[:2]):
+            continue
+        # How a normal is found and how a light shines do not depend on the compositing, but on what a sample is.
+        if light not in lights[:2] and compositing.name not in {"emission-absorption", "isosurface"}:
+            continue
+        yield ProgramDesign(**base | light | {"rays": rays, "compositing": compositing.name})
+    for technique in TECHNIQUES.values():
+        if technique.name != "ray-casting" and program.classification in technique.classifications:
+            for light in LIGHTS[:2]:
+                yield ProgramDesign(**base | light | {"technique": technique.name})
+    if program.sampling == "texture3d" and program.classification != "preclassified":
+        yield ProgramDesign(**base | {"sampling": "subvolumes"})
 
 
 def composed(package):
@@ -82,8 +107,11 @@ def composed(package):
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
         if ends_early and not COMPOSITINGS[design.compositing].ends_early:
             continue
+        if not skips and design.normals_from != "volume":
+            continue
         shaders = compose_program(package, design, package.manifest.render, ends_early=ends_early, skips=skips)
         yield shaders.vertex, shaders.fragment
+        yield from ((shaders.vertex, each.fragment) for each in shaders.before)
 
 
 def with_two_channels(package, *, packed):

@@ -5,8 +5,6 @@ matrices or of the package. A mirrored, upside-down or exchanged view must score
 prove nothing.
 """
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +14,8 @@ from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
+from volprep.truth.decoded import Volume
+from volprep.validation.witness.vtk_views import draw_views
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
@@ -55,43 +55,16 @@ def pictures(scans, tmp_path_factory) -> dict[str, tuple[np.ndarray, np.ndarray]
     build(load_request(scene), folder / "head.volpkg", Silent())
     with open_source(SourceSpec(path=str(source)), Path("/"), Silent()) as head:
         grid = head.info.grid
-        stored = head.read_slab(0, grid.shape_zyx[0])
+        scan = Volume(head.read_slab(0, grid.shape_zyx[0]), grid, head.info.slope, head.info.intercept)
     package = Package.open(folder / "head.volpkg")
     # The package may have lost an empty border; VTK draws the whole scan.
     kept = package.manifest.levels[0].grid
     views = standard_views(kept)
     with Renderer(package) as renderer:
         ours = [renderer.render(camera.box_from_clip(kept, 1.0), (SIZE, SIZE))[..., 3] for camera in views.values()]
-    theirs = drawn_by_vtk(folder, stored, grid, list(views.values()))
+    function = package.manifest.transfer_functions[0]
+    theirs = draw_views(scan, function, "composite", list(views.values()), pixels=SIZE, scratch=folder).fine[..., 3]
     return dict(zip(views, zip(ours, theirs, strict=True), strict=True))
-
-
-def drawn_by_vtk(folder, stored, grid, cameras) -> np.ndarray:
-    values = np.arange(stored.max() + 2)
-    np.savez(
-        folder / "task.npz",
-        stored=stored,
-        spacing_mm_zyx=grid.spacing_mm_zyx,
-        origin_mm_xyz=grid.origin_mm_xyz,
-        direction=grid.direction,
-        extinction_per_mm_by_value=np.interp(values, [LOW, HIGH], [0.0, EXTINCTION_PER_MM]),
-        step_mm=0.5,
-        picture_size=SIZE,
-        eye_mm_xyz=[camera.eye_mm_xyz for camera in cameras],
-        forward=[camera.forward for camera in cameras],
-        up=[camera.up for camera in cameras],
-        height_mm=[camera.height_mm for camera in cameras],
-    )
-    script = Path(__file__).parents[1] / "support" / "vtk_views.py"
-    done = subprocess.run(
-        [sys.executable, script, folder / "task.npz", folder / "pictures.npy"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stderr
-    return np.load(folder / "pictures.npy")
 
 
 def overlap(first: np.ndarray, second: np.ndarray) -> float:

@@ -323,7 +323,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None, *, 
     programs = (
         ProgramResult(
             program="raycast",
-            technique="raycast_texture3d",
+            technique="ray-casting",
             transfer="skin",
             level=0,
             views=views,

@@ -105,6 +105,45 @@ def _nifti(suffix: str, dtype: str, kind: type) -> Callable[[Path], bytes]:
     return make
 
 
+def _mgh(_folder: Path) -> bytes:
+    whole = nibabel.MGHImage(_noise().T, np.diag([2.0, 1.5, 3.0, 1.0])).to_bytes()
+    # The times of the sequence, which may follow the voxels, are not read: a cut in them loses nothing.
+    return whole[: 284 + _noise().nbytes]
+
+
+def _npy(_folder: Path) -> bytes:
+    file = io.BytesIO()
+    np.save(file, _noise())
+    return file.getvalue()
+
+
+def _npz(_folder: Path) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, volume=_noise())
+    return file.getvalue()
+
+
+def _zip_of_array(data: bytes) -> bytes:
+    """An archive whose array is damaged, but not the zip around it, whose checksums would tell."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as output:
+        output.writestr(zipfile.ZipInfo("volume.npy"), data)
+    return stream.getvalue()
+
+
+def _analyze(_folder: Path) -> bytes:
+    header = nibabel.AnalyzeHeader()
+    header.set_data_dtype("int16")
+    header.set_data_shape(_SHAPE_ZYX[::-1])
+    header.set_zooms((2.0, 1.5, 3.0))
+    return bytes(header.binaryblock)
+
+
+def _read_analyze(path: Path) -> None:
+    path.with_suffix(".img").write_bytes(_noise().tobytes())
+    read_volume(path)
+
+
 def _dicom(syntax: str) -> Callable[[Path], bytes]:
     def make(folder: Path) -> bytes:
         side = (40, 36) if syntax in _COMPRESSED else _SHAPE_ZYX[1:]  # large enough for every encoder
@@ -313,6 +352,12 @@ SUBJECTS = (
     Subject("OME-Zarr within zip", ".zarr.zip", _zarr_parts, _read_first_zarr_channel, _zip_of_parts),
     Subject("OME-Zarr, chunks missing", ".zarr.zip", _zarr_names, _read_first_zarr_channel, _zip_of_names),
     Subject("OpenEXR", ".exr", _pictures(".exr", "half"), read_volume),
+    Subject("FreeSurfer", ".mgh", _mgh, read_volume),
+    Subject("FreeSurfer within gzip", ".mgz", _mgh, read_volume, _zip),
+    Subject("NumPy", ".npy", _npy, read_volume),
+    Subject("NumPy archive", ".npz", _npz, read_volume),
+    Subject("NumPy within zip", ".npz", _npy, read_volume, _zip_of_array),
+    Subject("Analyze header", ".hdr", _analyze, _read_analyze),
     Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),
     Subject("VTK XML", ".vti", vtk_file(_noise(), ".vti", "inline zlib"), read_volume),

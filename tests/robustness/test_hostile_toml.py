@@ -11,7 +11,7 @@ from volprep.scene.scene import load_scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 
-LONGEST_S = 1.0
+LONGEST_S = 10.0  # what is read again for each of its characters takes minutes; this machine may be a slow one
 POINT = '{value=0, colour="#ffffff", extinction_per_mm=0.1}'
 SOURCE = 'name = "a"\n[source]\npath = "x"\n'
 SCENE = f'{SOURCE}[[transfer]]\nname = "t"\n'

@@ -22,7 +22,7 @@ from .subjects import SUBJECTS, read_volume, sound_file
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
 
-SECONDS, KILOBYTES = 5.0, 400_000
+SECONDS, KILOBYTES = 20.0, 400_000
 _SOUND = {subject.name: subject for subject in SUBJECTS}
 
 

@@ -23,7 +23,7 @@ from volprep_formats.transfer_files import read_transfer_file
 
 from .subjects import SUBJECTS, Subject, sound_file
 
-LONGEST_S = 2.0
+LONGEST_S = 10.0  # a reader that waits for a pipe waits for ever; a slow machine is not at fault
 
 
 @contextmanager
@@ -196,7 +196,7 @@ def test_a_file_that_changes_after_it_was_opened_gives_what_it_held_or_a_code(
         except VolprepError as error:
             assert not error.code.startswith("VP9")  # noqa: PT017 - it may be read as well
     assert whole
-    assert time.monotonic() - began < 10 * LONGEST_S
+    assert time.monotonic() - began < 4 * LONGEST_S
 
 
 def test_a_nifti_file_that_grows_while_it_is_read_gives_what_it_held(tmp_path: Path) -> None:

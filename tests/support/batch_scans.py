@@ -6,6 +6,7 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import nibabel
 import numpy as np
@@ -53,7 +54,7 @@ def records(folder: Path) -> list[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
 
 
-def builders(process: subprocess.Popen[str], folder: Path) -> list[psutil.Process]:
+def builders(process: subprocess.Popen[Any], folder: Path) -> list[psutil.Process]:
     """Return the processes of a batch that hold the lock of a job."""
     locks = {str(path) for path in (folder / ".batch").glob("*.*.lock")}
     found = []

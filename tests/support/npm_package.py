@@ -15,7 +15,7 @@ def npm_package(name: str, version: str) -> Path:
     npm = shutil.which("npm")
     if shutil.which("node") is None or npm is None:
         pytest.skip(f"{name}: node and npm are not installed")
-    cache = _FOLDER / f"{name}-{version}"
+    cache = _FOLDER / f"{name}-{version}".replace("/", "-")
     if not cache.exists():
         cache.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=cache.parent) as partial:

@@ -39,11 +39,11 @@ from volprep.plan.room import Beside, one_channel
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import ChannelPart, SourceRecord, Statistics
+from volprep_formats.package.channel import ChannelPart, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName, ProgramDesign
+from volprep_formats.package.program import ClassificationName, ProgramDesign, TechniqueName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -86,16 +86,19 @@ def tiny_package(
     skip: tuple[SkipKind, int] | None = None,
     normals: NormalSettings | None = None,
     lighting: Literal["none", "headlight"] = "none",
+    technique: TechniqueName = "ray-casting",
     proxy: ProxySettings | None = None,
     labels: bool = False,
     mipmaps: bool = False,
     bricks: BrickSettings | None = None,
+    quantization: Quantization | None = None,
 ) -> Package:
     """Package of one level, or of several that halve every axis, whose codes are uint8 or uint16 [z, y, x].
 
     `window` are the physical values of the smallest and the largest code; `entries` is the size of whatever table.
     `skip` is a kind of skip table and the cells along an edge of a block. `lighting` needs `normals`. `labels` says
     that codes are labels, `mipmaps` that levels are those of one texture, `bricks` that they are bricks.
+    `quantization` is what codes mean, if it is not what the window says.
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
@@ -116,7 +119,7 @@ def tiny_package(
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
         plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
     skipping = () if skip is None else (skip_stage.STAGE,)
-    lit = tuple(program.model_copy(update={"lighting": lighting}) for program in plan.programs)
+    lit = tuple(program.model_copy(update={"lighting": lighting, "technique": technique}) for program in plan.programs)
     planned = plan_normals(normals, profile, plan.levels, Beside(1, 0))
     plan = plan.model_copy(update={"normals": planned, "programs": lit})
     vectors = () if normals is None else (normals_stage.STAGE,)
@@ -128,6 +131,7 @@ def tiny_package(
         name=CHANNEL,
         source=SourceRecord(info=source, sha256=KEY),
         statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
+        quantization=quantization or _quantization(plan.quantize),
         levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"))),
     )
     heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=render)
@@ -143,6 +147,14 @@ def tiny_package(
             made = stage.channel.run(draft, plan, Silent())
             draft.commit(StageRecord(name=stage.name, key=KEY, made=(made,)))
     return Package.open(folder, allow_draft=True)
+
+
+def _quantization(plan: QuantizePlan) -> Quantization:
+    low, high = plan.window
+    nothing = {"rmse": 0.0, "max_error": 0.0, "clipped_below": 0, "clipped_above": 0}
+    return Quantization(
+        bits=plan.bits, window=plan.window, slope=(high - low) / (2**plan.bits - 1), intercept=low, **nothing
+    )
 
 
 def _proxy_plan(plan: ChannelPlan, wanted: ProxySettings) -> ProxyPlan:
@@ -199,7 +211,7 @@ def _plan(  # noqa: PLR0917 - all that a test chose
         programs=(
             ProgramDesign(
                 name="ray-caster",
-                technique="raycast_texture3d" if texture3d else "raycast_mosaic",
+                sampling="texture3d" if texture3d else "mosaic",
                 vertex="ray.vert",
                 fragment="ray.frag",
                 levels=tuple(range(len(levels))),
@@ -221,7 +233,7 @@ def _with_bricks(plan: ChannelPlan, wanted: BrickSettings) -> ChannelPlan:
         program.model_copy(
             update={
                 "name": f"{program.name}-{level.index}",
-                "technique": "raycast_bricks",
+                "sampling": "bricks",
                 "levels": (level.index,),
                 "fragment": f"ray-{level.index}.frag",
             }
@@ -245,7 +257,15 @@ def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
     if name == "preclassified":
         # Six steps: short enough for the dense, long enough for the faint.
         update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.render.step_mm, "format": "RGBA8"}
-        tables = {"volumes": tuple(volume.model_copy(update=update) for volume in plan.volumes)}
+        one_voxel = {"components_per_voxel": 4}
+        tables = {
+            "volumes": tuple(
+                volume.model_copy(
+                    update={**update, "mosaic": volume.mosaic and volume.mosaic.model_copy(update=one_voxel)}
+                )
+                for volume in plan.volumes
+            )
+        }
     program = program.model_copy(update={"classification": name})
     return plan.model_copy(update={"lookups": (), "programs": (program,), **tables})
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from volprep.truth.metrics import over, picture_error
+from volprep.truth.metrics import flip_error, over, picture_error
 
 
 def disc(colour=(0.5, 0.25, 0.1), alpha=0.8, size=48, radius=12.0):
@@ -96,3 +96,66 @@ def test_over_composites_in_linear_light_and_clips():
 def test_pictures_of_other_shapes_are_refused():
     with pytest.raises(ValueError, match="cannot be compared"):
         picture_error(np.zeros((12, 12, 4)), np.zeros((12, 13, 4)))
+
+
+def test_flip_is_nothing_for_equal_and_empty_pictures():
+    empty = np.zeros((12, 14, 4))
+    for picture in (disc(), empty):
+        error = flip_error(picture, picture)
+        assert (error.black, error.white) == (0.0, 0.0)
+
+
+def test_flip_is_one_between_what_a_person_sees_as_opposites():
+    """Black on white, far larger than the filters of FLIP, is the largest difference that its colours have."""
+    black, white = np.zeros((64, 64, 4)), np.ones((64, 64, 4))
+    black[..., 3] = 1.0
+    error = flip_error(white, black)
+    assert error.black == error.white == pytest.approx(0.97, abs=0.03)
+
+
+def test_flip_counts_the_foreground_alone():
+    faint = disc(alpha=0.7)
+    framed = [np.pad(each, ((60, 60), (60, 60), (0, 0))) for each in (disc(), faint)]
+    near, far = flip_error(faint, disc()), flip_error(framed[1], framed[0])
+    assert near.black > 0.01
+    assert far.black == pytest.approx(near.black, rel=0.05)
+    assert far.white == pytest.approx(near.white, rel=0.05)
+
+
+def test_flip_over_one_background_does_not_hide_an_error_of_alpha():
+    black = disc(colour=(0.0, 0.0, 0.0))
+    error = flip_error(disc(colour=(0.0, 0.0, 0.0), alpha=0.6), black)
+    assert error.black == 0.0
+    assert error.white > 0.1
+
+
+def test_flip_seems_less_where_pixels_are_smaller():
+    """Detail of one pixel: the finer the pixels, the less is seen of it."""
+    truth = disc(radius=20.0)
+    noise = np.random.default_rng(3).normal(0.0, 0.1, truth.shape[:2])
+    picture = np.clip(truth + noise[..., None] * (truth[..., 3:] > 0), 0.0, 1.0)
+    assert flip_error(picture, truth, 134.0).black < 0.8 * flip_error(picture, truth, 67.0).black
+
+
+@pytest.mark.parametrize("place", [(0, 0), (30, 50), (12, 3)])
+def test_what_lies_far_from_the_foreground_does_not_change_ssim(place) -> None:
+    """The window is 11 pixels across; the whole map would be the slow way."""
+    from skimage.metrics import structural_similarity
+
+    chance = np.random.default_rng(8)
+    one, other = np.zeros((48, 64, 4)), np.zeros((48, 64, 4))
+    y, x = place
+    one[y : y + 9, x : x + 7] = chance.uniform(size=(*one[y : y + 9, x : x + 7].shape[:2], 4))
+    other[y : y + 9, x : x + 7] = chance.uniform(size=(*one[y : y + 9, x : x + 7].shape[:2], 4))
+    _, whole = structural_similarity(
+        over(one, "white"),
+        over(other, "white"),
+        channel_axis=2,
+        data_range=1.0,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+        full=True,
+    )
+    seen = (one[..., 3] > 0) | (other[..., 3] > 0)
+    assert picture_error(one, other).ssim_white == float(whole[seen].mean())

@@ -19,6 +19,7 @@ def raised_codes() -> set[str]:
         for file in (ROOT / layer).rglob("*.py")
         if file.parent.name != "diagnostics"
     ]
+    files += [*(ROOT / "formats" / "js").glob("*.js"), *(ROOT / "volprep" / "view" / "page").glob("*.js")]
     return {code for file in files for code in CODE.findall(file.read_text(encoding="utf-8"))}
 
 

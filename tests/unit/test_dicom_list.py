@@ -48,7 +48,7 @@ def test_every_series_is_listed_with_what_it_is(tree) -> None:
         ("1.2.30000001", "30000001", 5, "CT"),
         ("1.2.30000002", "30000002", 5, "MR"),
     ]
-    assert [s.problem and s.problem.code for s in found.series] == ["VP1035", None, "VP2014"]
+    assert [[p.code for p in s.problems] for s in found.series] == [["VP1035"], [], ["VP2014"]]
     assert found.series[1].shape_zyx == (5, 3, 4)
     assert found.series[1].spacing_mm_zyx == (2.5, 1.0, 1.0)
     assert found.series[2].spacing_mm_zyx == (None, 1.0, 1.0)
@@ -100,3 +100,44 @@ def test_a_draft_needs_a_place_to_go(tree) -> None:
     refused = volprep("import", tree)
     assert refused.returncode == 2
     assert "'-o' / '--output'" in refused.stderr
+
+
+def test_all_faults_of_a_series_are_listed_not_the_first(tmp_path) -> None:
+    faulty = series("1.2.5", 8)
+    faulty[1].RescaleSlope, faulty[1].RescaleIntercept = "0", "1"
+    faulty[2].PixelData = faulty[2].PixelData[:4]
+    del faulty[5]
+    save_all(faulty, tmp_path)
+    (found,) = listed(tmp_path).series
+    codes = [problem.code for problem in found.problems]
+    assert len(codes) == len(set(codes)) == 3
+    assert "VP2014" in codes
+
+
+def test_a_localiser_is_named_and_its_orientations_too(tmp_path) -> None:
+    scout = series("1.2.6", 3, ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"])
+    scout[1].ImageOrientationPatient = [1, 0, 0, 0, 0, -1]
+    scout[2].ImageOrientationPatient = [0, 1, 0, 0, 0, -1]
+    for data in scout[1:]:
+        data.PixelSpacing = [3.0, 3.0]
+    save_all(scout, tmp_path)
+    (found,) = listed(tmp_path).series
+    assert found.is_localiser
+    (problem,) = found.problems
+    assert problem.code == "VP2003"
+    assert "which is axial" in problem.summary
+    assert "which is coronal" in problem.summary or "which is sagittal" in problem.summary
+    assert "a localiser of 3 slices: VP2003" in volprep("import", tmp_path, "--list").stdout
+
+
+def test_a_scout_of_one_slice_is_not_built_silently(tmp_path) -> None:
+    save_all(series("1.2.7", 1, ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"], SliceThickness="2"), tmp_path / "in")
+    done = volprep("import", tmp_path / "in", "-o", tmp_path / "a.volpkg")
+    assert (done.returncode, "localiser (scout) of 1 slice" in done.stderr) == (0, True), done.stderr
+
+
+def test_descriptions_are_for_the_screen_alone(tree) -> None:
+    shown = list_series(tree, Silent(), described=True)
+    assert {each.description for each in shown.series} == {CANARY}
+    assert CANARY not in shown.model_dump_json()
+    assert CANARY not in volprep("import", tree, "--list").stdout

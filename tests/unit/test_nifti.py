@@ -292,13 +292,6 @@ def test_a_checksum_that_is_cut_off_or_wrong_is_refused(tmp_path) -> None:
         assert refusal(file).code == "VP1005"
 
 
-def test_half_of_a_pair_is_refused(tmp_path) -> None:
-    nibabel.save(nibabel.Nifti1Pair(noise(), np.eye(4)), tmp_path / "v.img")
-    error = refusal(tmp_path / "v.hdr")
-    assert error.code == "VP1020"
-    assert "Join a pair" in str(error)
-
-
 @pytest.mark.parametrize("bits", [8, 32, 15, -16])
 def test_bits_that_are_not_those_of_the_type_are_refused(tmp_path, bits) -> None:
     file = patched(save(tmp_path / "v.nii", noise()), 72, np.array(bits, "<i2").tobytes())
@@ -354,3 +347,9 @@ def test_padding_of_less_than_a_slice_is_read_over(tmp_path, name) -> None:
     found, info = read(packed_as(name, file))
     assert np.array_equal(found, values.T)
     assert name.endswith(".gz") or any(remark.startswith("39 bytes follow") for remark in info.remarks)
+
+
+def test_colours_are_refused_by_their_name(tmp_path) -> None:
+    colours = np.zeros(SHAPE_XYZ, dtype=[("R", "u1"), ("G", "u1"), ("B", "u1")])
+    nibabel.save(nibabel.Nifti1Image(colours, np.eye(4)), tmp_path / "v.nii")
+    assert "type RGB24 cannot be read" in refusal(tmp_path / "v.nii").summary

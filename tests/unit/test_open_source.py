@@ -109,3 +109,26 @@ def test_a_folder_or_file_of_the_wrong_kind_is_refused_by_every_reader(tmp_path,
     assert refusal(tmp_path, path="text", format=format_name, raw=raw).code.startswith(codes)
     (tmp_path / "folder").mkdir()
     assert refusal(tmp_path, path="folder", format=format_name, raw=raw).code.startswith(codes)
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "what"),
+    [
+        ("a.stl", b"solid cube\nfacet normal 0 0 1\n", "an STL mesh"),
+        ("b.stl", bytes(84), "an STL mesh"),
+        ("c.ply", b"ply\nformat ascii 1.0\n", "a PLY mesh"),
+        ("d.vtk", b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 8 float\n", "a VTK mesh"),
+        ("e.vtp", b'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="0.1">', "a VTK mesh"),
+        ("f.mnc", b"\x89HDF\r\n\x1a\n" + bytes(50), "an HDF5 file"),
+        ("g.par", b"# === DATA DESCRIPTION FILE ====", "Philips PAR/REC"),
+        ("h.czi", b"ZISRAWFILE" + bytes(40), "Zeiss CZI"),
+        ("i.zip", b"PK\3\4" + bytes(40), "a zip archive"),
+        ("j.mat", b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file"),
+        ("k.pdf", b"%PDF-1.7\n", "a PDF document"),
+    ],
+)
+def test_what_no_reader_knows_is_named_with_a_way_to_a_volume(tmp_path, name, head, what) -> None:
+    (tmp_path / name).write_bytes(head)
+    error = refusal(tmp_path, path=name)
+    assert (error.code, what in str(error)) == ("VP1289", True)
+    assert len(str(error).split("which is not read. ")[1]) > 20

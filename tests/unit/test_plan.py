@@ -195,8 +195,15 @@ class TestLevels:
         assert "7×20×33 voxels, but 3D textures of profile gles3 have at most 20" in left_out.reason
         assert left_out.size_bytes == 33 * 20 * 7
         # The whole volume does not fit: no claim that a grid of sub-volumes is not needed.
-        assert item(decided, "sub-volumes").reason == "the scene has no table [grid]"
-        assert decided.render.step_mm == pytest.approx(0.5 * 2.0)
+        proposed = item(decided, "sub-volumes")
+        assert not proposed.kept
+        assert proposed.reason.startswith("the scene has no table [grid]. With size = 17 level 0 is 1×2×2 pieces")
+        assert f"{8 * 7 * 17 * 17} bytes" in proposed.reason
+        assert "--grid auto" in proposed.reason
+        assert proposed.size_bytes == 34 * 21 * 7
+        # In voxels of the level that it has.
+        coarse = scene(pyramid={"coarsest_longest_axis": 9}, render={"step_voxels": 0.5})
+        assert plan(noise((33, 20, 7)), coarse, small).render.step_mm == pytest.approx(0.5 * 2.0)
 
     def test_a_level_beyond_the_memory_is_left_out_with_the_numbers(self) -> None:
         small = GLES3.model_copy(update={"max_texture_bytes": 4000})

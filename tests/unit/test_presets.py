@@ -176,17 +176,6 @@ def test_points_of_linear_and_srgb_colours_are_told_apart() -> None:
     assert srgb.points[0].colour[0] == pytest.approx(0.2140, abs=1e-4)
 
 
-@pytest.mark.parametrize("verb", ["plan", "transfer"])
-def test_help_lists_the_presets(verb, capsys) -> None:
-    from volprep_cli.main import command_line
-
-    arguments = [verb, "--help"]
-    command_line(arguments)(arguments, standalone_mode=False)
-    # Lines may be broken at a hyphen.
-    text = re.sub(r"\s", "", capsys.readouterr().out)
-    assert all(name in text for name in preset_names())
-
-
 @pytest.mark.parametrize(
     ("wish", "message"),
     [({"classification": "post"}, "classification: Input should be"), ({"palette_entries": 1}, "palette_entries: ")],
@@ -204,15 +193,15 @@ def test_a_wish_of_the_verb_replaces_the_scenes() -> None:
     assert changed(scene, "transfer", classification=None) == scene
 
 
-def test_a_palette_needs_indices_that_shaders_compute() -> None:
+@pytest.mark.parametrize("profile", ["gles2-2048", "gles3"])
+def test_a_palette_has_entries_and_no_texture(profile: str) -> None:
     info = SourceInfo(format="raw", grid=Grid.of((4, 4, 4), (1.0, 1.0, 1.0)), stored_type="uint8")
     gauge = Gauge(info)
     gauge.add(np.arange(64).reshape(4, 4, 4).astype(np.uint8))
     tables = {"transfer": [{"preset": "labels"}], "render": {"classification": "palette"}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
-    with pytest.raises(VolprepError, match=r"VP3040 classification palette .* 2.0, which profile gles2-2048 has"):
-        plan_of_one(scene, load_profile("gles2-2048", Path()), info, gauge.result("0" * 64))
-    plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
+    plan = plan_of_one(scene, load_profile(profile, Path()), info, gauge.result("0" * 64))
+    assert not plan.lookups
     assert [(each.transfer, each.entries) for each in plan.palettes] == [("labels", 60)]
     assert not plan.lookups
 
@@ -225,7 +214,10 @@ def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are()
     points = [
         {"value": v, "colour": "#ffffff", "extinction_per_mm": e} for v, e in ((99, 0), (99, 2), (103, 2), (103, 0))
     ]
-    tables = {"transfer": [{"name": "a", "points": points}], "render": {"classification": "preintegrated"}}
+    tables = {
+        "transfer": [{"name": "a", "points": points}],
+        "render": {"classification": "preintegrated", "step_voxels": 1.0},
+    }
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
     plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     (table,) = plan.preintegrated
@@ -265,8 +257,13 @@ def test_classified_voxels_are_those_of_one_transfer_function() -> None:
         ramp_plan(classified(transfer=[{"preset": "labels"}, {"preset": "micro-ct"}]))
     with pytest.raises(VolprepError, match=r"VP3041 .* cannot have sub-volumes"):
         ramp_plan(classified(grid={}))
-    with pytest.raises(VolprepError, match=r"VP3040 classification preclassified"):
-        ramp_plan(classified(), load_profile("gles2-2048", Path()))
+
+
+def test_classified_voxels_of_devices_without_3d_textures_fill_a_texel_of_a_mosaic() -> None:
+    decided = ramp_plan(classified(), load_profile("gles2-2048", Path()))
+    assert {volume.format for volume in decided.volumes} == {"RGBA8"}
+    layouts = [volume.mosaic for volume in decided.volumes]
+    assert {(each.slices_per_texel, each.components_per_voxel) for each in layouts if each} == {(1, 4)}
 
 
 def test_texels_of_voxels_are_premultiplied_and_give_back_what_they_hold() -> None:
@@ -286,3 +283,16 @@ def test_texels_of_voxels_are_premultiplied_and_give_back_what_they_hold() -> No
 def test_an_opaque_texel_is_the_middle_of_what_it_stands_for() -> None:
     _, extinction = medium_of_texels(np.ones((1, 4)), 2.0)
     assert extinction[0] == pytest.approx(np.log(512) / 2)
+
+
+def test_all_255_labels_have_colours_of_their_own() -> None:
+    function = SceneTransfer(preset="labels").resolved(MEASURE)
+    at = {}
+    for label in range(1, 256):
+        (low,) = [p for p in function.points if p.value == label - 0.5][-1:]
+        (high,) = [p for p in function.points if p.value == label + 0.5][:1]
+        assert low.colour == high.colour
+        at[label] = low.colour
+    assert len(set(at.values())) == 255
+    nearest = min(np.abs(np.subtract(at[a], at[a + 1])).max() for a in range(1, 255))
+    assert nearest > 0.1, "neighbours must be told apart"

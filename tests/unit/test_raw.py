@@ -120,3 +120,18 @@ def test_a_damaged_gzip_stream_is_refused(tmp_path) -> None:
     data[-7] ^= 0xFF
     file.write_bytes(data)
     assert refusal(file).code == "VP1005"
+
+
+def test_a_folder_of_raw_slices_is_read_in_the_order_of_their_numbers(tmp_path) -> None:
+    values = np.arange(11 * 3 * 2, dtype=">u2").reshape(11, 3, 2)
+    for z, plane in enumerate(values, 1):
+        (tmp_path / f"scan.{z}").write_bytes(b"head" + plane.tobytes())
+    layout = {"shape_zyx": (11, 3, 2), "dtype": "uint16", "byte_order": "big", "header_bytes": 4}
+    with open_raw(tmp_path, **layout) as source:
+        np.testing.assert_array_equal(source.read_slab(9, 11), values[9:])
+        np.testing.assert_array_equal(source.read_slab(0, 10), values[:10])
+    assert refusal(tmp_path, **(layout | {"shape_zyx": (12, 3, 2)})).code == "VP1288"
+    (tmp_path / "scan.4").write_bytes(b"short")
+    assert "scan.4 has 5 bytes" in str(refusal(tmp_path, **layout))
+    (tmp_path / "scan.4").rename(tmp_path / "scan.40")
+    assert refusal(tmp_path, **layout).code == "VP1162"

@@ -89,7 +89,7 @@ def test_of_several_grids_the_scene_names_one(tmp_path) -> None:
 def test_the_command_line_names_one_of_several_grids(tmp_path) -> None:
     grids = (HandGrid({(0, 0, 0): 1.0}), HandGrid(TWO_TILES, name="heat"))
     path = write_vdb_by_hand(tmp_path / "v.vdb", *grids)
-    done = volprep("import", path, "-o", tmp_path / "a.volpkg", "--grid", "heat")
+    done = volprep("import", path, "-o", tmp_path / "a.volpkg", "--vdb-grid", "heat")
     assert done.returncode == 0, done.stderr
     assert "values 4 to 7" in done.stdout
 

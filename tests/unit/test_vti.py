@@ -147,7 +147,7 @@ def test_arrays_that_are_no_scalars_of_the_points_are_refused(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("code", "old", "new"),
     [
-        ("VP1142", 'type="ImageData"', 'type="PolyData"'),
+        ("VP1289", 'type="ImageData"', 'type="PolyData"'),
         ("VP1142", 'byte_order="LittleEndian"', 'byte_order="Middle"'),
         ("VP1142", 'header_type="UInt32"', 'header_type="UInt16"'),
         ("VP1142", 'header_type="UInt32"', 'compressor="vtkLZ4DataCompressor"'),

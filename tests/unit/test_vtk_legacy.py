@@ -82,7 +82,7 @@ def test_what_may_be_left_out_or_named_otherwise_is(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("code", "fields"),
     [
-        ("VP1142", {"DATASET": "POLYDATA"}),
+        ("VP1289", {"DATASET": "POLYDATA"}),
         ("VP1140", {"DIMENSIONS": "4 3"}),
         ("VP1140", {"DIMENSIONS": "4 0 3"}),
         ("VP1140", {"DIMENSIONS": "-4 -1 3"}),
@@ -174,3 +174,25 @@ def test_the_title_is_not_kept(tmp_path) -> None:
 @pytest.mark.parametrize("form", ["BINARY", "ASCII"])
 def test_every_cut_is_refused(tmp_path, form) -> None:
     check_every_cut(save(tmp_path / "v.vtk", data=None if form == "BINARY" else text(noise()), form=form))
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0", "1"])
+def test_old_files_are_read_in_lower_case_and_without_a_table(tmp_path, version) -> None:
+    lines = f"# vtk DataFile Version {version}\nold\nbinary\ndataset structured_points\ndimensions 4 1 3\n"
+    for table in ("", "lookup_table default\n"):
+        header = f"{lines}aspect_ratio 2 3 4\norigin 10 -20 300\npoint_data 12\nscalars v short\n{table}"
+        (tmp_path / "old.vtk").write_bytes(header.encode() + noise(">i2").tobytes())
+        values, info = read(tmp_path / "old.vtk")
+        np.testing.assert_array_equal(values, noise())
+        assert info.grid.spacing_mm_zyx == (4.0, 3.0, 2.0)
+
+
+def test_the_first_array_of_a_field_is_read_where_there_are_no_scalars(tmp_path) -> None:
+    header = "# vtk DataFile Version 3.0\nany\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 1 3\nPOINT_DATA 12\n"
+    for array, code in (("scan 1 12 short", None), ("scan 3 12 short", "VP1141"), ("scan 1 13 short", "VP1142")):
+        file = tmp_path / "field.vtk"
+        file.write_bytes(f"{header}FIELD FieldData 1\n{array}\n".encode() + noise(">i2").tobytes())
+        if code is None:
+            np.testing.assert_array_equal(read(file)[0], noise())
+        else:
+            assert refusal_at_open(file).code == code

@@ -60,7 +60,7 @@ def test_a_program_that_nothing_has_drawn_is_named(report) -> None:
         program.model_copy(update={"others": tuple(each for each in program.others if "pieces" not in each.item)})
         for program in report.programs
     )
-    assert unproved(report.package.manifest, fewer) == ("program subvolumes-shell",)
+    assert unproved(report.package.manifest, fewer) == ("program subvolumes-shell at level 0",)
 
 
 def test_the_page_lists_them(report) -> None:

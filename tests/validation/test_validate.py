@@ -13,11 +13,12 @@ from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scen
 
 from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.report.validate import default_report_path, validate
+from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
+from volprep.validation.folder import default_report_path
 from volprep.validation.records import Report
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.diagnostics import ExitStatus, VolprepError
@@ -117,7 +118,8 @@ def test_the_sweep_has_six_steps_at_the_finest_level_and_covers_every_level(repo
         steps = [point.step_ratio for point in program.sweep.points if point.level == 0]
         assert steps == [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
         for point in program.sweep.points:
-            assert point.step_mm == pytest.approx(point.step_ratio * report.step_mm)
+            nominal_mm = report.package.manifest.render.step_of(point.level)
+            assert point.step_mm == pytest.approx(point.step_ratio * nominal_mm)
             assert point.draw_ms > 0
         counts = [point.samples_mean for point in program.sweep.points if point.level == 0]
         assert counts == sorted(counts)
@@ -135,9 +137,10 @@ def test_the_quadrature_error_of_the_smooth_transfer_function_is_of_second_order
     assert sweep.float_target == "rgba32f"
     finest = [point.quadrature for point in sweep.points if point.level == 0][-1]
     assert finest is not None
-    assert finest.rmse < 1e-5
+    # 1e-5 at an eighth of 0.375 mm, half a voxel.
+    assert finest.rmse < 1e-5 * max(1.0, report.step_mm / 0.375) ** 2
     if report.package.manifest.profile.name == "gles3":
-        assert sweep.convergence.observed == pytest.approx(2.0, abs=0.25)
+        assert np.mean(sweep.convergence.slopes[-3:]) == pytest.approx(2.0, abs=0.25), sweep.convergence
     # The 8-bit table of the other profile has a kink at each entry: its slopes lie between 1 and 2.
     assert np.mean(sweep.convergence.slopes) > 1.5
 

@@ -1,4 +1,4 @@
-"""Colours become luminance where the scene asks for it, and only there."""
+"""Colours become luminance, or one of them is taken, where the scene asks for it, and only there."""
 
 import numpy as np
 import OpenImageIO
@@ -10,7 +10,7 @@ from pydicom.uid import ExplicitVRBigEndian, ImplicitVRLittleEndian, RLELossless
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.luminance import luminance
+from volprep_formats.readers.grey import grey_of
 from volprep_formats.source import SourceSpec, StackLayout, TileLayout
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
@@ -49,10 +49,10 @@ def dicom(slices, *, planes=False, **attributes):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_grey_stays_what_it_is_and_colours_have_their_weights(dtype) -> None:
     ramp = np.linspace(0, 255 if dtype == np.uint8 else 65535, 256).astype(dtype)
-    grey = luminance(np.stack([ramp] * 3, axis=-1))
+    grey = grey_of(np.stack([ramp] * 3, axis=-1), "luminance")
     assert grey.dtype == dtype
     np.testing.assert_array_equal(grey, ramp)
-    primaries = luminance(np.eye(3, dtype=dtype) * dtype(200))
+    primaries = grey_of(np.eye(3, dtype=dtype) * dtype(200), "luminance")
     np.testing.assert_allclose(primaries, [59.8, 117.4, 22.8] if dtype == np.float32 else [60, 117, 23], rtol=1e-6)
 
 
@@ -68,6 +68,18 @@ def test_a_dicom_series_in_colour_becomes_grey_on_request(tmp_path, planes, fact
     assert voxels.dtype == colours.dtype
     assert any("luminance" in remark for remark in info.remarks)
     assert not any("left out" in remark for remark in info.remarks)
+
+
+@pytest.mark.parametrize(("colour", "index"), [("red", 0), ("green", 1), ("blue", 2)])
+def test_one_colour_is_taken_from_dicom_pictures_and_mosaics(tmp_path, colour, index) -> None:
+    save_all(dicom(COLOURS, planes=True), tmp_path / "series", ImplicitVRLittleEndian)
+    (tmp_path / "stack").mkdir()
+    for z, colours in enumerate(COLOURS):
+        write_png(tmp_path / "stack" / f"{z}.png", colours)
+    for place, told in (("series", {}), ("stack", {"stack": StackLayout()})):
+        voxels, info = read(tmp_path / place, rgb=colour, **told)
+        np.testing.assert_array_equal(voxels, COLOURS[..., index])
+        assert any(f"{colour} is taken" in remark for remark in info.remarks)
 
 
 def test_the_command_makes_colours_grey_on_request(tmp_path) -> None:

@@ -1,0 +1,102 @@
+"""Compositing back to front gives the picture of emission and absorption, but for rounding."""
+
+import numpy as np
+import pytest
+
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.validation.uncut import unskipped
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SHAPE_ZYX = (17, 22, 25)
+GLASS = """
+[[transfer]]
+name = "glass"
+reference_mm = 5.0
+points = [
+    { value = 90.0, colour = "#3060ff", opacity = 0.0 },
+    { value = 140.0, colour = "#ff8040", opacity = 0.3 },
+    { value = 255.0, colour = "#ffffff", opacity = 0.9 },
+]
+"""
+
+
+def package_of(folder, compositing, profile, more="", *, render="", shape=SHAPE_ZYX):
+    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
+    noise = np.random.default_rng(4).uniform(0, 30, shape)
+    (np.clip(210 - 190 * (x**2 + y**2 + z**2), 0, 220) + noise).astype(np.uint8).tofile(folder / "ball.raw")
+    (folder / "ball.toml").write_text(f"""name = "ball"
+profile = "{profile}"
+crop = "none"
+[source]
+path = "ball.raw"
+raw = {{ shape_zyx = {list(shape)}, dtype = "uint8", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
+[skip]
+kind = "distance"
+block = 4
+{more}
+[render]
+compositing = "{compositing}"
+opacity_cutoff = 1.0
+picture_size = 32
+{render}
+{GLASS}""")
+    build(load_request(folder / "ball.toml"), folder / f"{compositing}.volpkg", Silent())
+    return Package.open(folder / f"{compositing}.volpkg")
+
+
+def drawn(package, view, target="rgba32f"):
+    grid = package.manifest.levels[0].grid
+    with Renderer(package, target=target) as renderer:
+        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
+
+
+CASES = {
+    "texture3d": ("gles3", "", ""),
+    "texture3d-lit": ("gles3", "", 'lighting = "headlight"'),
+    "palette": ("gles3", "", 'classification = "palette"'),
+    "bricks": ("gles3", "[bricks]\nsize = 8\n", ""),
+    "mosaic": ("gles2-2048", "", ""),
+}
+
+
+@pytest.mark.parametrize(("profile", "more", "render"), CASES.values(), ids=CASES.keys())
+def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more, render) -> None:
+    forth, back = (
+        package_of(tmp_path, name, profile, more, render=render) for name in ("emission-absorption", "back-to-front")
+    )
+    target = "rgba8" if profile.startswith("gles2") else "rgba32f"
+    for view in ("anterior", "posterior-left"):
+        one, other = drawn(forth, view, target), drawn(back, view, target)
+        assert one[..., 3].max() > 0.5
+        assert np.ptp(one[..., :3]) > 0.2
+        # Samples lie in the same places up to float32's rounding, and a palette has steps.
+        assert np.abs(one - other).max() < (0.02 if "palette" in render else 1.01 / 255 if target == "rgba8" else 2e-4)
+        assert np.abs(one - other).mean() < (1e-4 if target == "rgba8" else 4e-6)
+
+
+def test_skipping_changes_no_pixel(tmp_path) -> None:
+    package = package_of(tmp_path, "back-to-front", "gles3", shape=(50, 66, 66))
+    plain = unskipped(package, package.manifest.programs[0], package.manifest.render)
+    assert plain is not package
+    for view in standard_views(package.manifest.levels[0].grid):
+        assert np.array_equal(drawn(package, view), drawn(plain, view))
+
+
+def test_it_is_within_the_tolerance(tmp_path) -> None:
+    package = package_of(tmp_path, "back-to-front", "gles3")
+    report = validate(package.path, tmp_path / "report", Silent())
+    assert report.verdict.failed == 0
+    assert report.verdict.differing == ()
+    assert report.programs[0].sweep.convergence.expected == 2.0
+
+
+def test_rays_from_the_far_end_do_not_begin_at_proxy_geometry(tmp_path) -> None:
+    with pytest.raises(VolprepError, match="proxy geometry") as found:
+        package_of(tmp_path, "back-to-front", "gles3", "[proxy]\n")
+    assert found.value.code == "VP3045"

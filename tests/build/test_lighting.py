@@ -1,0 +1,152 @@
+"""Gradients that shaders take, and lights with a place: from the scene to the picture and the verdict."""
+
+import numpy as np
+import pytest
+
+from volprep.compositing import COMPOSITINGS
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume
+from volprep.truth.oracle import Medium
+from volprep.validation.uncut import unskipped
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SHAPE_ZYX = (26, 34, 36)
+SPACING = (1.2, 0.9, 0.8)
+PHONG = '[lighting]\nlight_mm = [-30.0, -40.0, 60.0]\nnormals = "{}"\n'
+
+
+def package_of(folder, lighting, table="", profile="gles3", compositing="emission-absorption"):
+    """A ball of tissue in air, with a hollow."""
+    z, y, x = np.meshgrid(*((np.arange(n) + 0.5) * h for n, h in zip(SHAPE_ZYX, SPACING, strict=True)), indexing="ij")
+    far = np.sqrt((x - 14.4) ** 2 + (y - 15.3) ** 2 + (z - 15.6) ** 2)
+    voxels = 1000 * np.clip((12 - far) / 6, 0, 1) - 500 * np.clip(5 - np.abs(x - 20), 0, 1)
+    np.rint(voxels).astype("<i2").tofile(folder / "ball.raw")
+    (folder / "ball.toml").write_text(f"""name = "ball"
+profile = "{profile}"
+crop = "none"
+[source]
+path = "ball.raw"
+raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = {list(SPACING)} }}
+[pyramid]
+coarsest_longest_axis = 18
+[skip]
+kind = "distance"
+block = 4
+[tolerance]
+maximum = 1.0
+{table}
+[render]
+lighting = "{lighting}"
+compositing = "{compositing}"
+picture_size = 40
+[[transfer]]
+name = "tissue"
+reference_mm = 3.0
+isovalue = 400.0
+points = [
+    {{ value = 200.0, colour = "#ff8040", opacity = 0.0 }},
+    {{ value = 600.0, colour = "#ffc0a0", opacity = 0.95 }},
+]
+""")
+    build(load_request(folder / "ball.toml"), folder / "ball.volpkg", Silent())
+    return Package.open(folder / "ball.volpkg")
+
+
+def drawn(package, view="anterior-left", size=64):
+    grid = package.manifest.levels[0].grid
+    with Renderer(package) as renderer:
+        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (size, size))
+
+
+CASES = {
+    "central": ("headlight", '[lighting]\nnormals = "central"\n', "gles3", "emission-absorption"),
+    "forward-mosaic": ("headlight", '[lighting]\nnormals = "forward"\n', "gles2-2048", "emission-absorption"),
+    "phong": ("phong", PHONG.format("volume"), "gles3", "emission-absorption"),
+    "phong-central": ("phong", PHONG.format("central"), "gles3", "back-to-front"),
+    "blinn-mosaic": ("blinn-phong", PHONG.format("central"), "gles2-2048", "emission-absorption"),
+    "phong-surface": ("phong", PHONG.format("central"), "gles3", "isosurface"),
+    "blinn-hit": ("blinn-phong", PHONG.format("volume"), "gles2-2048", "first-hit"),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def package(request, tmp_path_factory):
+    return package_of(tmp_path_factory.mktemp(request.param), *CASES[request.param])
+
+
+def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> None:
+    (program, *_) = package.manifest.programs
+    volume = level_volume(package, package.manifest.levels[0].index)
+    medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
+    plain = unskipped(package, program, package.manifest.render)
+    for view in ("anterior-left", "superior"):
+        matrix = standard_views(volume.grid)[view].box_from_clip(volume.grid, 1.0)
+        oracle = COMPOSITINGS[program.compositing].oracle
+        truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
+        picture = drawn(package, view, 40)
+        assert truth[..., 0].max() > 0.3
+        # Steps miss a surface that a ray only just touches; nothing else differs by more than rounding to 8 bits.
+        missed = np.abs(picture[..., 3] - truth[..., 3]) > 0.5
+        assert missed.sum() <= 3
+        assert np.sqrt(np.mean((picture - truth)[~missed] ** 2)) < 1 / 255
+        assert np.array_equal(picture, drawn(plain, view, 40))
+
+
+def test_the_light_of_a_package_is_that_of_its_scan(tmp_path) -> None:
+    package = package_of(tmp_path, "phong", PHONG.format("central"))
+    report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    assert report.verdict.failed == 0
+    assert report.verdict.differing == ()
+
+
+def test_a_shader_that_takes_gradients_needs_no_normals(tmp_path) -> None:
+    package = package_of(tmp_path, "headlight", '[lighting]\nnormals = "central"\n')
+    assert not any(texture.role == "normals" for texture in package.manifest.textures)
+    (program,) = package.manifest.programs
+    assert program.normals_from == "central"
+    item = next(item for item in package.manifest.plan if item.name == "normals")
+    assert not item.kept
+    assert "central differences" in item.reason
+
+
+def test_light_is_taken_only_where_something_is_seen(tmp_path) -> None:
+    package = package_of(tmp_path, "phong", PHONG.format("central"))
+    text = package.read_text(package.manifest.programs[0].fragment)
+    before, behind = text.split("normal_at(place)")
+    assert "if (medium.a > 0.0) {" in before[before.rindex("classify(") :]
+    assert "u_light_mm - place" in behind
+
+
+def test_a_light_shines_from_its_place(tmp_path) -> None:
+    """Lit from the patient's left, what one sees from in front is brighter on the left: on the right of the picture."""
+    left = package_of(tmp_path, "phong", PHONG.format("volume").replace("-30.0, -40.0, 60.0", "200.0, 10.0, 10.0"))
+    picture = drawn(left, "anterior")
+    half = picture.shape[1] // 2
+    assert picture[:, half:, 1].sum() > 1.5 * picture[:, :half, 1].sum()
+
+
+def test_a_light_inside_the_volume_lights(tmp_path) -> None:
+    package = package_of(tmp_path, "blinn-phong", '[lighting]\nlight_mm = [14.4, 15.3, 15.6]\nnormals = "central"\n')
+    picture = drawn(package)
+    assert np.isfinite(picture).all()
+    assert picture[..., 0].max() > 0.1
+    assert (picture[..., :3] <= picture[..., 3:] + 1 / 255).all()
+
+
+def test_a_light_without_a_place_is_refused(tmp_path) -> None:
+    for lighting in ("phong", "blinn-phong"):
+        with pytest.raises(VolprepError, match="light_mm") as found:
+            package_of(tmp_path, lighting)
+        assert found.value.code == "VP3119"
+
+
+def test_classified_voxels_have_no_differences_of_values(tmp_path) -> None:
+    with pytest.raises(VolprepError, match="preclassified") as found:
+        package_of(tmp_path, 'headlight"\nclassification = "preclassified', '[lighting]\nnormals = "central"\n')
+    assert found.value.code == "VP3120"

@@ -1,0 +1,99 @@
+"""Minimum intensity projection: from the scene to the picture and the verdict."""
+
+import numpy as np
+import pytest
+
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.page import page
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.validation.uncut import unskipped
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SHAPE_ZYX = (20, 44, 48)
+SIZE = (96, 96)
+AIR = """
+[[transfer]]
+name = "airways"
+reference_mm = 2.0
+points = [
+    { value = 200.0, colour = "#ffffff", opacity = 0.99 },
+    { value = 600.0, colour = "#000000", opacity = 0.0 },
+]
+"""
+
+
+def airways() -> np.ndarray:
+    """Two bent dark tubes in bright tissue with a little noise."""
+    z, y, x = np.meshgrid(*(np.arange(n) for n in SHAPE_ZYX), indexing="ij")
+    noise = np.random.default_rng(5).uniform(0, 60, SHAPE_ZYX)
+    one = 700 * np.exp(-((x - 12 - 3 * np.sin(z / 4)) ** 2 + (y - 14) ** 2) / 6)
+    other = 600 * np.exp(-((x - 14 - z) ** 2 + (y - 34) ** 2) / 9)
+    return np.rint(900 - np.maximum(one, other) + noise).astype("<i2")
+
+
+PROFILES = {"gles3": "", "gles2-2048": "", "gles3-bricks": "[bricks]\nsize = 8\n", "gles3-grid": "[grid]\nsize = 16\n"}
+
+
+@pytest.fixture(scope="module", params=PROFILES)
+def package(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    airways().tofile(folder / "lung.raw")
+    profile = request.param.removesuffix("-bricks").removesuffix("-grid")
+    (folder / "lung.toml").write_text(f"""name = "lung"
+profile = "{profile}"
+[source]
+path = "lung.raw"
+raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
+[pyramid]
+coarsest_longest_axis = 24
+[skip]
+kind = "distance"
+block = 4
+{PROFILES[request.param]}
+[render]
+compositing = "minimum"
+picture_size = 64
+{AIR}""")
+    build(load_request(folder / "lung.toml"), folder / "lung.volpkg", Silent())
+    return Package.open(folder / "lung.volpkg")
+
+
+def drawn(package, view="anterior", **choices):
+    grid = package.manifest.levels[0].grid
+    with Renderer(package, **choices) as renderer:
+        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), SIZE)
+
+
+def test_the_reversed_view_is_the_same_picture(package) -> None:
+    for one, other in (("anterior", "posterior"), ("left", "right")):
+        picture, back = drawn(package, one), drawn(package, other)
+        assert picture[..., 3].max() > 0.5
+        assert np.abs(picture - back[:, ::-1]).max() <= 1 / 255 + 1e-6
+
+
+def test_skipping_changes_no_pixel_and_tissue_is_empty(package) -> None:
+    program = package.manifest.programs[0]
+    plain = unskipped(package, program, package.manifest.render)
+    assert plain is not package
+    for view in standard_views(package.manifest.levels[0].grid):
+        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert package.manifest.grid.shape_zyx[1] < SHAPE_ZYX[1]
+
+
+def test_a_coarse_level_holds_the_least_of_its_voxels(package) -> None:
+    assert all(level.filter == "minimum" for level in package.manifest.levels[1:])
+
+
+@pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
+def test_it_is_within_the_tolerance_and_comes_near_the_scan(package) -> None:
+    report = validate(package.path, package.path.with_name("lung.report"), Silent())
+    assert report.verdict.failed == 0
+    assert report.verdict.differing == ()
+    assert max(view.total.rmse for program in report.programs for view in program.views) < 0.012
+    text = page(report)
+    assert "the least value of the scan along each ray" in text
+    assert "integral of the scan" not in text

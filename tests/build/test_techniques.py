@@ -1,0 +1,176 @@
+"""Techniques: a scene asks for one, the package has what it needs and nothing else, and validation judges it."""
+
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+from volprep.pipeline.build import build, plan_build
+from volprep.scene.request import load_request
+from volprep.techniques import TECHNIQUES
+from volprep.validation.folder import ReportFolder
+from volprep.validation.run import measure_package
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None and name != "ray-casting"]
+DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is not None]
+
+
+SCENE = """
+name = "ball"
+profile = "{profile}"
+
+[source]
+path = "ball.raw"
+raw = {{ shape_zyx = [12, 15, 17], dtype = "uint8", spacing_mm_zyx = [1.5, 1.0, 0.9] }}
+
+[[transfer]]
+name = "veil"
+points = [
+    {{ value = 20.0, colour = "#804020", extinction_per_mm = 0.0 }},
+    {{ value = 120.0, colour = "#ffc080", extinction_per_mm = 0.2 }},
+    {{ value = 200.0, colour = "#a0c0ff", extinction_per_mm = 0.5 }},
+]
+
+[render]
+picture_size = 32
+{render}
+
+{tables}
+"""
+
+
+PROFILE = """
+name = "eight"
+api = "es2.0"
+max_texture_size = 64
+max_3d_texture_size = 0
+texture_units = 8
+texture_formats = ["LUMINANCE8", "RGBA8"]
+index_bits = 16
+max_texture_bytes = 67108864
+"""
+
+EMPTY = """crop = "none"
+
+[source]"""
+
+
+def scene_with(folder, render, profile="gles3", tables=""):
+    z, y, x = np.meshgrid(*(np.arange(n) * h for n, h in ((12, 1.5), (15, 1.0), (17, 0.9))), indexing="ij")
+    ball = 220 * np.exp(-((z - 8) ** 2 + (y - 6) ** 2 + (x - 9) ** 2) / 30)
+    ball.astype(np.uint8).tofile(folder / "ball.raw")
+    scene = folder / "ball.toml"
+    scene.write_text(SCENE.format(profile=profile, render=render, tables=tables), encoding="utf-8")
+    return scene
+
+
+def built(folder, render, profile="gles3", tables=""):
+    build(load_request(scene_with(folder, render, profile, tables)), folder / "p.volpkg", Silent())
+    return Package.open(folder / "p.volpkg")
+
+
+def measured(package, folder):
+    """What validation finds, without its page."""
+    for name in ("report/pictures", "scratch"):
+        (folder / name).mkdir(parents=True)
+    with patch("volprep.validation.sweep._RATIOS", (4.0, 2.0, 1.0)):
+        return measure_package(package.path, ReportFolder(folder / "report"), folder / "scratch", Silent())
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+@pytest.mark.parametrize("technique", CONVERGENT)
+def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile):
+    package = built(tmp_path, f'technique = "{technique}"', profile)
+    assert check(package.path) == []
+    assert {program.technique for program in package.manifest.programs} == {technique}
+    report = measured(package, tmp_path)
+    assert report.verdict.passed, report.verdict
+    assert {program.technique for program in report.programs} == {technique}
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+@pytest.mark.parametrize("classification", ["control-points", "palette", "preclassified"])
+def test_a_package_without_a_table_is_validated_with_and_without_3d_textures(tmp_path, classification, profile):
+    package = built(tmp_path, f'classification = "{classification}"\npalette_entries = 200', profile)
+    assert check(package.path) == []
+    assert {texture.role for texture in package.manifest.textures} <= {"volume", "skip"}
+    report = measured(package, tmp_path)
+    assert report.verdict.passed, report.verdict
+
+
+def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
+    (tmp_path / "eight.toml").write_text(PROFILE, encoding="utf-8")
+    render = 'classification = "{}"\nopacity_cutoff = 1.0'
+    packages = {}
+    for name in ("control-points", "lookup"):
+        (tmp_path / name).mkdir()
+        scene = scene_with(tmp_path / name, render.format(name), "../eight.toml", '[skip]\nkind = "none"')
+        text = (
+            scene.read_text(encoding="utf-8")
+            .replace("[12, 15, 17]", "[370, 15, 17]")
+            .replace("1.5,", "0.05,")
+            .replace("[source]", 'crop = "none"\n[source]', 1)
+        )
+        scene.write_text(text, encoding="utf-8")
+        ball = np.fromfile(tmp_path / name / "ball.raw", np.uint8).reshape(12, 15, 17)
+        np.repeat(ball, 31, axis=0)[:370].tofile(tmp_path / name / "ball.raw")
+        packages[name] = plan_build(load_request(scene), Silent()).channels[0]
+    assert len(packages["control-points"].volumes[0].names) == 8
+    assert packages["control-points"].levels[0].index == 0
+    assert packages["lookup"].levels[0].index > 0
+
+
+@pytest.mark.parametrize("technique", DIVERGENT)
+def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_path, technique):
+    package = built(tmp_path, f'technique = "{technique}"')
+    report = measured(package, tmp_path)
+    # Positions of 8 bits are off by less than a voxel of a volume as small as this one.
+    assert report.verdict.passed == (technique == "two-pass-as-published")
+    for program in report.programs:
+        assert any(limit.startswith("As published") for limit in program.sweep.convergence.limits)
+    assert all(program.sweep.convergence.expected == TECHNIQUES[technique].order for program in report.programs)
+
+
+@pytest.mark.parametrize("technique", TECHNIQUES)
+def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_early_end(tmp_path, technique):
+    scene = scene_with(tmp_path, f'technique = "{technique}"')
+    text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[64, 64, 64]").replace("[source]", EMPTY, 1)
+    scene.write_text(text, encoding="utf-8")
+    codes = np.zeros((64, 64, 64), np.uint8)
+    codes[:12, :12, :12] = 200
+    codes.tofile(tmp_path / "ball.raw")
+    plan = plan_build(load_request(scene), Silent())
+    loops = TECHNIQUES[technique].loops
+    assert ("skip" in plan.stages) == loops
+    assert (plan.shared.render.opacity_cutoff is not None) == loops
+    left_out = {item.name: item.reason for item in plan.items if not item.kept}
+    assert ("a fragment takes one sample" in left_out.get("early ray termination", "")) != loops
+
+
+@pytest.mark.parametrize(
+    ("render", "tables", "what"),
+    [
+        ('technique = "view-slices"\ncompositing = "maximum"', "", "compositing maximum"),
+        ('technique = "view-slices-as-published"\nclassification = "preintegrated"', "", "classification preintegr"),
+        ('technique = "view-slices"', "[proxy]", r"\[proxy\]"),
+        ('technique = "view-slices"', "[grid]\nsize = 16", r"\[grid\]"),
+        ('technique = "view-slices"', '[skip]\nkind = "blocks"', r"skip\.kind blocks"),
+    ],
+)
+def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
+    with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
+        plan_build(load_request(scene_with(tmp_path, render, tables=tables)), Silent())
+
+
+def test_an_unknown_technique_is_refused(tmp_path):
+    with pytest.raises(VolprepError, match=r"VP3003 .*technique"):
+        load_request(scene_with(tmp_path, 'technique = "splatting"'))
+
+
+def test_a_device_without_shaders_has_no_technique_to_choose(tmp_path):
+    with pytest.raises(VolprepError, match=r"VP3060 .*technique view-slices"):
+        plan_build(load_request(scene_with(tmp_path, 'technique = "view-slices"', "gles1")), Silent())

@@ -1,0 +1,67 @@
+"""Filters that are far from the best on blocks of a large volume do not make the whole level."""
+
+import numpy as np
+import pytest
+
+from tests.support.thin_phantom import SOLID, VEIL, thin_things
+from volprep.parts.levels import blocks
+from volprep.parts.levels.blocks import promising
+from volprep.parts.levels.choice import Chooser
+from volprep.parts.levels.made import Classified
+from volprep.parts.levels.stage import CANDIDATES
+from volprep.scan.slabs import RawVolume
+from volprep.transfer.lookup import lookup_table
+from volprep_formats.grid import Grid
+
+FACTORS = (2, 2, 2)
+TABLES = {each.name: lookup_table(each, (0.0, 255.0), 256) for each in (VEIL, SOLID)}
+
+
+def scan_of(folder, voxels) -> Classified:
+    path = folder / "level0.raw"
+    voxels.tofile(path)
+    return Classified(RawVolume(path, voxels.shape, voxels.dtype), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), TABLES)
+
+
+@pytest.fixture
+def wide(tmp_path) -> Classified:
+    return scan_of(tmp_path, np.ascontiguousarray(np.tile(thin_things()[16:32], (1, 7, 8))[:, :400, :400]))
+
+
+def test_the_choice_is_that_of_whole_levels_and_the_numbers_say_what_was_made(wide, tmp_path, monkeypatch) -> None:
+    chooser = Chooser(wide, adapt=True)
+    choice, codes = chooser.choose(1, FACTORS, CANDIDATES, tmp_path.joinpath, lambda _: None)
+    made = codes.read_slab(0, 8).copy()
+    monkeypatch.setattr(blocks, "_LARGEST_SHARE", 0.0)
+    every, codes = chooser.choose(1, FACTORS, CANDIDATES, tmp_path.joinpath, lambda _: None)
+    assert choice.filter == every.filter
+    assert np.array_equal(made, codes.read_slab(0, 8))
+    assert choice.tables == every.tables
+    assert {trial.filter for trial in choice.trials if trial.on == "blocks"} == set(CANDIDATES)
+    whole = {trial.filter for trial in choice.trials if trial.on == "whole"}
+    assert choice.filter in whole
+    assert "box" not in whole
+    assert {trial.on for trial in every.trials} == {"whole"}
+
+
+@pytest.mark.parametrize("editable", [False, True])
+def test_what_is_nearly_the_best_is_tried_and_every_time_the_same(wide, editable) -> None:
+    found = [promising(wide, FACTORS, CANDIDATES, adapt=True, editable=editable) for _ in range(2)]
+    assert found[0][0] == found[1][0]
+    errors = [[trial.rmse for trial in trials] for _, trials in found]
+    assert errors[0] == errors[1]
+    # Tables of histograms leave too little between filters to tell them apart here.
+    assert ("box" in found[0][0]) == editable
+
+
+def test_progress_goes_on_to_the_end_whatever_is_left_out(wide, tmp_path) -> None:
+    steps: list[int] = []
+    Chooser(wide, adapt=True).choose(1, FACTORS, CANDIDATES, tmp_path.joinpath, steps.append)
+    assert sum(steps) == len(CANDIDATES) * wide.grid.shape_zyx[0]
+
+
+def test_small_volumes_and_single_candidates_are_tried_whole(wide, tmp_path) -> None:
+    (tmp_path / "small").mkdir()
+    small = scan_of(tmp_path / "small", thin_things())
+    assert promising(small, FACTORS, CANDIDATES, adapt=True, editable=False) == (CANDIDATES, ())
+    assert promising(wide, FACTORS, ("median",), adapt=True, editable=False) == (("median",), ())

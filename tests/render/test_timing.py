@@ -1,0 +1,57 @@
+"""Times of pictures: a spread, and the driver's own clock."""
+
+import time
+
+import numpy as np
+import pytest
+from tiny_packages import ES3, function, tiny_package
+
+from volprep.render.gpu_clock import EXTENSION, gpu_clock
+from volprep.render.renderer import Renderer
+from volprep.render.timing import Spread, draw_times
+from volprep.truth.camera import standard_views
+
+
+class Interrupted:
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def measure_ms(self, draw):
+        self.asked += 1
+        return None if self.asked % 2 else 5.0
+
+
+def test_a_spread_holds_quartiles() -> None:
+    assert Spread.of([5.0, 1.0, 2.0, 4.0, 3.0]) == Spread(3.0, 2.0, 4.0, 5)
+    assert Spread.of([7.0]) == Spread(7.0, 7.0, 7.0, 1)
+
+
+def test_pictures_are_drawn_until_there_are_enough_and_the_time_is_over() -> None:
+    drawn = []
+    few = draw_times(lambda: drawn.append(1), lambda: None, None, least=5, seconds=0.0)
+    assert (few.wall.count, len(drawn), few.gpu) == (5, 6, None)
+    long = draw_times(lambda: time.sleep(0.002), lambda: None, None, least=2, seconds=0.1)
+    assert long.wall.count > 5
+    assert long.wall.median >= 2.0
+
+
+def test_interrupted_pictures_do_not_count() -> None:
+    clock = Interrupted()
+    found = draw_times(lambda: None, lambda: None, clock, least=8, seconds=0.0)
+    assert clock.asked == 4
+    assert found.gpu == Spread(5.0, 5.0, 5.0, 2)
+
+
+def test_the_clock_of_the_driver_runs_longer_for_more_samples(tmp_path) -> None:
+    grey = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.01))
+    package = tiny_package(tmp_path / "p", np.full((32, 32, 32), 99, np.uint8), grey, ES3)
+    box_from_clip = standard_views(package.manifest.grid)["left"].box_from_clip(package.manifest.grid, 1.0)
+    with Renderer(package) as renderer:
+        if gpu_clock(renderer.driver) is None:
+            pytest.skip(f"the driver has no {EXTENSION}")
+        few, many = (
+            renderer.draw_times(box_from_clip, (96, 96), step_mm, least=6, seconds=0.0).gpu for step_mm in (8.0, 0.05)
+        )
+    assert few is not None
+    assert many is not None
+    assert many.median > 3 * few.median > 0

@@ -1,0 +1,157 @@
+"""Steps of rays that are measured: as long as their error is a quarter of the tolerance, for each level its own."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plans import PlanOfOne, plan_of_one
+from tiny_packages import ES3, function, tiny_package
+
+from volprep.parts.programs.patch_rays import FINE, patch_rays
+from volprep.parts.programs.step import STEP_SHARE, StepChoice, common_steps
+from volprep.render.renderer import Renderer
+from volprep.scan.statistics import Gauge
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene
+from volprep.truth.camera import standard_views
+from volprep.truth.oracle import oracle_picture
+from volprep.truth.phantoms import distance, marschner_lobb, sampled
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import LevelStep
+from volprep_formats.source import SourceInfo
+
+GLES3 = load_profile("gles3", Path())
+GRID = Grid.of((40, 48, 48), (1.2, 1.0, 1.0))
+POINTS = ((0.0, 0.0), (100.0, 0.0), (140.0, 1.5), (255.0, 3.0))
+
+
+def scene_of(points=POINTS, **tables) -> Scene:
+    listed = [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points]
+    transfer = [{"name": "a", "points": listed}]
+    pyramid = {"pyramid": {"coarsest_longest_axis": 12}, "crop": "none"}
+    return Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": transfer, **pyramid, **tables})
+
+
+def planned(codes: np.ndarray, scene: Scene, grid: Grid = GRID) -> PlanOfOne:
+    info = SourceInfo(format="raw", grid=grid, stored_type=codes.dtype.name)
+    gauge = Gauge(info)
+    gauge.add(codes)
+    return plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
+
+
+def waves(frequency: float) -> np.ndarray:
+    field = sampled(marschner_lobb(GRID.extent_mm_zyx[::-1], frequency=frequency), GRID)
+    return np.rint(field * 255).astype(np.uint8)
+
+
+def ball() -> np.ndarray:
+    centre = tuple(extent / 2 for extent in GRID.extent_mm_zyx[::-1])
+    return np.rint(np.clip(255 - 9 * sampled(distance(centre), GRID), 0, 255)).astype(np.uint8)
+
+
+def steps_of(plan) -> list[float]:
+    return [plan.render.step_of(level.index) for level in plan.levels]
+
+
+@pytest.mark.parametrize("codes", [ball(), waves(3.0)], ids=["ball", "waves"])
+def test_the_step_that_is_chosen_is_as_exact_as_the_plan_says_in_a_picture_of_another_program(tmp_path, codes):
+    """The plan's rays see patches; the picture is the shader's, against the oracle."""
+    step_mm = planned(codes, scene_of()).render.step_mm
+    transfer = function(*((v, (1.0, 0.216, 0.051), e) for v, e in POINTS))
+    package = tiny_package(tmp_path / "p", codes, transfer, ES3, grid=GRID, step_mm=step_mm)
+    errors = {1: [], 4: []}
+    for view in ("anterior-left", "left"):
+        box_from_clip = standard_views(GRID)[view].box_from_clip(GRID, 1.0)
+        truth = oracle_picture(codes, GRID, 1.0, 0.0, transfer, box_from_clip, (64, 64), tolerance=1e-7).rgba
+        seen = truth[..., 3] > 1 / 510
+        with Renderer(package, target="rgba32f") as renderer:
+            for times, found in errors.items():
+                drawn = renderer.render(box_from_clip, (64, 64), times * step_mm)
+                found.append(np.sqrt(np.mean((drawn - truth)[seen] ** 2)))
+    limit = STEP_SHARE * 0.02
+    assert max(errors[1]) <= limit
+    assert max(errors[4]) > limit, "four times the step would do"
+
+
+def test_what_changes_faster_gets_a_shorter_step() -> None:
+    smooth, rough = steps_of(planned(ball(), scene_of())), steps_of(planned(waves(5.0), scene_of()))
+    assert smooth[0] > rough[0]
+
+
+def test_a_smaller_tolerance_gets_a_shorter_step() -> None:
+    tolerances = [{"rmse": rmse, "maximum": 1.0} for rmse in (0.05, 0.02, 0.005, 1e-4)]
+    steps = [planned(waves(1.5), scene_of(tolerance=each)).render.step_mm for each in tolerances]
+    assert steps == sorted(steps, reverse=True)
+    assert len(set(steps)) > 2
+    assert steps[-1] == 0.25
+
+
+def test_coarser_levels_have_longer_steps_and_the_plan_says_why() -> None:
+    plan = planned(waves(1.5), scene_of(tolerance={"rmse": 0.02, "maximum": 0.5}))
+    steps = steps_of(plan)
+    assert steps[-1] > steps[0]
+    for level, step_mm in zip(plan.levels, steps, strict=True):
+        item = next(each for each in plan.items if each.name == f"step of level {level.index}")
+        assert item.kept
+        assert item.reason.startswith(f"{step_mm:.3g} mm")
+        assert "within a quarter of the tolerance (RMSE 0.005, 0.12 at most)" in item.reason
+
+
+def test_pre_integrated_tables_take_longer_steps_than_single_samples() -> None:
+    shells = ((99, 0), (100, 1), (103, 1), (104, 0))
+    found = [
+        planned(ball(), scene_of(shells, render={"classification": name})).render.step_mm
+        for name in ("preintegrated", "lookup")
+    ]
+    assert found[0] > 2 * found[1]
+
+
+def test_a_step_that_the_scene_states_counts_in_voxels_of_each_level() -> None:
+    plan = planned(waves(3.0), scene_of(render={"step_voxels": 0.8}))
+    assert steps_of(plan) == pytest.approx([0.8, 1.6, 3.2])
+
+
+def test_where_users_edit_functions_nothing_is_measured() -> None:
+    plan = planned(ball(), scene_of(editable=True))
+    assert steps_of(plan) == pytest.approx([0.5, 1.0, 2.0])
+
+
+def test_a_level_is_drawn_with_its_own_step(tmp_path) -> None:
+    codes = waves(3.0)
+    package = tiny_package(
+        tmp_path / "p",
+        [codes, codes[::2, ::2, ::2]],
+        function((0.0, (1, 1, 1), 0.0), (255.0, (1, 1, 1), 0.3)),
+        grid=GRID,
+    )
+    render = package.manifest.render.model_copy(update={"level_steps": (LevelStep(level=1, step_mm=1.7),)})
+    package = type(package)(package.path, package.manifest.model_copy(update={"render": render}))
+    box_from_clip = standard_views(GRID)["left"].box_from_clip(GRID, 1.0)
+    for level, step_mm in ((0, 0.5), (1, 1.7)):
+        with Renderer(package, level=level, target="rgba32f") as renderer:
+            own, same, other = (renderer.render(box_from_clip, (16, 16), each) for each in (None, step_mm, 1.1))
+        np.testing.assert_array_equal(own, same)
+        assert np.abs(own - other).max() > 1e-5
+
+
+def test_of_several_channels_the_finest_step_counts_and_only_others_than_that_of_the_finest_level_are_named() -> None:
+    one = [StepChoice(0, 1.0, ""), StepChoice(1, 2.0, ""), StepChoice(2, 0.7, "")]
+    other = [StepChoice(0, 0.7, ""), StepChoice(2, 9.0, "")]
+    assert common_steps([one, other]) == (0.7, (LevelStep(level=1, step_mm=2.0),))
+    assert common_steps([one[:1]]) == (1.0, ())
+
+
+def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_time() -> None:
+    """A ramp along each axis, thrown back: along a ray it rises and falls by the ray's slope."""
+    z, y, x = np.indices((9, 6, 7)).astype(np.float64)
+    spacing = (2.0, 1.0, 1.5)
+    for ramp, h, last in ((z, 2.0, 8), (y, 1.0, 5), (x, 1.5, 6)):
+        found, again = (patch_rays(ramp[None], spacing, 30.0) for _ in range(2))
+        rays, step_mm = found.values[:, found.views[0]], found.step_mm
+        np.testing.assert_array_equal(found.values, again.values)
+        assert len(rays) == 30 * FINE
+        assert step_mm == pytest.approx(1 / FINE)
+        assert rays.min() >= 0
+        assert rays.max() <= last
+        assert np.abs(np.diff(rays, axis=0)).max() <= step_mm / h + 1e-9
+        assert np.abs(np.diff(rays, axis=0)).mean() > 0.1 * step_mm / h

@@ -1,0 +1,213 @@
+"""Curves of choices: variants are built, drawn, timed and compared; the page shows them with what the package has."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from phantom_scene import write_phantom_scene
+
+from volprep.pipeline.build import build
+from volprep.report.curves_page import curves_page
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.validation.curves import measure, scan
+from volprep.validation.curves.choices import CHOICES, Choice, Variant
+from volprep.validation.curves.measure import measure_curves
+from volprep.validation.curves.records import (
+    CurveErrors,
+    CurvePoint,
+    CurvesReport,
+    Milliseconds,
+    plotted_cost,
+)
+from volprep.validation.scan import find_scan
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+NAMED = {choice.name: choice for choice in CHOICES}
+FEW = ("step and level", "bits of a voxel", "early ray termination", "normals", "proxy geometry")
+CUT = {"early ray termination": slice(5, 7), "proxy geometry": slice(0, 2)}
+"""Of some choices only these variants: each is a build."""
+
+
+def few_choices():
+    for name in FEW:
+        choice, kept = NAMED[name], CUT.get(name, slice(None))
+        yield replace(choice, variants=lambda scene, choice=choice, kept=kept: choice.variants(scene)[kept])
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("curves")
+    target = folder / "phantom.volpkg"
+    build(load_request(write_phantom_scene(folder, "gles3")), target, Silent())
+    return target
+
+
+@pytest.fixture(scope="module")
+def report(package, tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "CHOICES", tuple(few_choices()))
+        patch.setattr(measure, "_SECONDS", 0.0)
+        folder = tmp_path_factory.mktemp("scratch")
+        return measure_curves(Package.open(package).manifest, find_scan(package, None), folder, Silent(), 48)
+
+
+def curve(report, name):
+    return next(each for each in report.curves if each.name == name)
+
+
+def test_every_choice_has_a_curve_or_says_why_not(report) -> None:
+    assert [each.name for each in report.curves] == list(FEW)
+    for each in report.curves:
+        assert bool(each.points) == (each.left_out is None)
+    assert curve(report, "normals").left_out == "the scene has no lighting"
+
+
+def test_the_variant_that_the_package_has_is_marked_once(report) -> None:
+    for each in report.curves:
+        assert sum(point.chosen for point in each.points) == (1 if each.points else 0), each.name
+    (chosen,) = (point for point in curve(report, "early ray termination").points if point.chosen)
+    assert chosen.label == "opacity 0.998"
+    assert "the scene stops rays at 0.998" in curve(report, "early ray termination").reason
+
+
+def test_steps_and_levels_are_drawn_and_coarser_levels_are_worse_and_upload_less(report) -> None:
+    points = curve(report, "step and level").points
+    finest = [point for point in points if point.series == "level 0"]
+    errors = [point.errors.rmse for point in finest]
+    assert [round(point.step_mm / finest[-1].step_mm, 6) for point in finest] == [16, 8, 4, 2, 1]
+    assert max(errors) < min(point.errors.rmse for point in points if point.level == 2)
+    assert {point.level for point in points} == {0, 1, 2}
+    uploads = [next(point.upload_bytes for point in points if point.level == level) for level in (0, 1, 2)]
+    assert uploads == sorted(uploads, reverse=True)
+
+
+def test_more_bits_take_more_bytes(report) -> None:
+    eight, sixteen = curve(report, "bits of a voxel").points
+    assert (eight.label, sixteen.label) == ("8 bits", "16 bits")
+    assert sixteen.upload_bytes > 1.7 * eight.upload_bytes
+    assert sixteen.errors.rmse <= eight.errors.rmse * 1.01
+
+
+def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
+    for point in (point for each in report.curves for point in each.points):
+        for times in filter(None, (point.wall, point.gpu)):
+            assert 0 <= times.low <= times.median <= times.high
+        assert point.wall.pictures >= 5
+
+
+def test_what_the_plan_does_not_make_is_told(report) -> None:
+    found = curve(report, "proxy geometry")
+    made = {point.label for point in found.points}
+    told = {each.label for each in found.refused}
+    assert made | told == {"none", "blocks"}
+
+
+def test_the_page_shows_every_curve_and_the_data_come_back_as_they_were(report) -> None:
+    page = curves_page(report)
+    for each in report.curves:
+        assert f'id="{each.name.replace(" ", "-")}"' in page
+    assert page.count("<svg") == 2 * sum(bool(each.points) for each in report.curves)
+    assert "in the package" in page
+    assert "Nothing to measure: the scene has no lighting." in page
+    assert CurvesReport.model_validate_json(report.model_dump_json()) == report
+
+
+def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
+    gutter = Choice(
+        "projection",
+        "Does the projection matter?",
+        "bytes",
+        lambda _: [Variant("orthographic", {"render": {"projection": "orthographic"}})],
+        lambda manifest: manifest.render.projection,
+        lambda _: "preview",
+    )
+    monkeypatch.setattr(measure, "CHOICES", (gutter,))
+    monkeypatch.setattr(measure, "_SECONDS", 0.0)
+    found = measure_curves(Package.open(package).manifest, find_scan(package, None), tmp_path, Silent(), 32)
+    assert [point.label for point in found.curves[0].points] == ["orthographic"]
+    assert "Does the projection matter?" in curves_page(found)
+
+
+def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
+    monkeypatch.setattr(measure, "_SECONDS", 0.0)
+    monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub(package))
+    monkeypatch.setattr("volprep.report.validate.page", lambda _, with_curves: f"with curves: {with_curves}")
+    target = tmp_path / "phantom.report"
+    for _ in range(2):
+        validate(package, target, Silent(), picture_size=32, curves=True)
+    assert sorted(path.name for path in target.iterdir()) == [
+        "curves.html",
+        "curves.json",
+        "index.html",
+        "pictures",
+        "report.json",
+    ]
+    assert (target / "index.html").read_text() == "with curves: True"
+    assert not (tmp_path / ".phantom.report.scratch").exists()
+
+
+def stub(package):
+    """A report of which only the manifest is read."""
+    from volprep.validation.records import PackageFacts, Report
+
+    facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
+    return Report.model_construct(package=facts)
+
+
+def test_curves_of_a_package_without_shaders_are_refused(package, tmp_path) -> None:
+    manifest = Package.open(package).manifest
+    profile = manifest.profile.model_copy(update={"name": "old", "api": "es1.1"})
+    with pytest.raises(VolprepError, match="VP6050 curves need shaders, and profile old has none"):
+        measure_curves(
+            manifest.model_copy(update={"profile": profile}), find_scan(package, None), tmp_path, Silent(), 32
+        )
+
+
+def test_a_large_scan_becomes_means_that_fill_the_same_place(package, tmp_path, monkeypatch) -> None:
+    spec = find_scan(package, None).spec_of("")
+    whole, factor = scan.write_scan(spec, tmp_path / "whole.nrrd", Silent())
+    assert factor == 1
+    monkeypatch.setattr(scan, "MOST_VOXELS", 21 * 34 * 45 // 5)
+    means, factor = scan.write_scan(spec, tmp_path / "means.nrrd", Silent())
+    assert factor == 2
+    fine, coarse = scan.read_scan(whole, None), scan.read_scan(means, None)
+    assert coarse.grid.shape_zyx == (11, 17, 23)
+    np.testing.assert_allclose(coarse.grid.origin_mm_xyz, fine.grid.coarser((2, 2, 2)).origin_mm_xyz, atol=1e-9)
+    expected = fine.stored[:2, :2, :2].astype(float).mean()
+    assert coarse.stored[0, 0, 0] == pytest.approx(expected, abs=0.51)
+
+
+def point(label: str, milliseconds: float, rmse: float) -> CurvePoint:
+    errors = CurveErrors(rmse=rmse, maximum=rmse, ssim_black=1.0, ssim_white=1.0, flip_black=0.0, flip_white=0.0)
+    times = Milliseconds(median=milliseconds, low=milliseconds, high=milliseconds, pictures=1)
+    return CurvePoint(
+        label=label,
+        series=label,
+        level=0,
+        step_mm=1.0,
+        errors=errors,
+        wall=times,
+        gpu=None,
+        upload_bytes=1,
+        package_bytes=1,
+        build_seconds=1.0,
+        chosen=False,
+        on_front=False,
+    )
+
+
+def test_the_front_is_what_nothing_beats_in_both() -> None:
+    points = [point("a", 1, 0.3), point("b", 2, 0.1), point("c", 2, 0.2), point("d", 3, 0.1), point("e", 4, 0.05)]
+    marked = measure._with_front(points, "milliseconds")
+    assert [each.label for each in marked if each.on_front] == ["a", "b", "e"]
+    same = measure._with_front([replace_label(points[0], "x"), points[0]], "milliseconds")
+    assert all(each.on_front for each in same)
+    assert plotted_cost(points[1], "milliseconds") == 2
+
+
+def replace_label(one: CurvePoint, label: str) -> CurvePoint:
+    return one.model_copy(update={"label": label})

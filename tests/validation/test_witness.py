@@ -1,0 +1,194 @@
+"""VTK as a second witness: it agrees with what is right, and not with what is wrong by half a voxel."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tamper_scenes import write_kind
+from tampering import built
+
+from volprep.compositing import COMPOSITINGS
+from volprep.report.page import page
+from volprep.report.validate import validate
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import Volume
+from volprep.truth.oracle import Medium
+from volprep.validation.records import Report
+from volprep.validation.verdict import judge
+from volprep.validation.views import Statement
+from volprep.validation.witness.judge import ask_witness, compared
+from volprep.validation.witness.records import WitnessView
+from volprep.validation.witness.vtk_views import MOST_VOXELS, draw_views
+from volprep.vtk.process import run_script
+from volprep_cli.validate import _why_not
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.progress import Silent
+
+SIZE = 48
+TOLERANCE = 0.002
+FUNCTION = TransferFunction(
+    name="shell",
+    reference_mm=2.0,
+    points=(
+        TransferPoint(value=20.0, colour=(0.9, 0.2, 0.1), extinction_per_mm=0.0),
+        TransferPoint(value=60.0, colour=(0.3, 0.8, 0.1), extinction_per_mm=0.3),
+        TransferPoint(value=90.0, colour=(0.1, 0.2, 0.9), extinction_per_mm=0.05),
+    ),
+)
+
+
+def scan(shift_mm: float = 0.0) -> Volume:
+    """An oblique scan of smooth hills, with a slope and unlike spacings, some of which reach the border."""
+    grid = Grid(
+        shape_zyx=(14, 19, 23),
+        spacing_mm_zyx=(1.5, 1.0, 0.75),
+        origin_mm_xyz=(5.0 + shift_mm, -7.0, 11.0),
+        direction=((0.8, -0.6, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0)),
+        extent_mm_zyx=(21.0, 19.0, 17.25),
+    )
+    z, y, x = np.indices(grid.shape_zyx)
+    hills = np.sin(0.55 * z + 0.3) * np.sin(0.4 * y) * np.sin(0.33 * x + 0.2)
+    return Volume(np.rint(900 + 800 * hills).astype(np.int16), grid, 0.1, -70.0)
+
+
+def judged(scan_of_vtk: Volume, blend, function=FUNCTION, projection="orthographic") -> list[WitnessView]:
+    """What VTK says of pictures of the scan, if it draws another one or another function."""
+    grid = scan().grid
+    views = standard_views(grid, projection)
+    drawn = draw_views(scan_of_vtk, function, blend, list(views.values()), pixels=SIZE, scratch=judged.folder)
+    oracle = COMPOSITINGS["maximum" if blend == "maximum" else "emission-absorption"].oracle
+    medium = Medium(scan().stored, scan().slope, scan().intercept, FUNCTION)
+    found = []
+    for number, (name, camera) in enumerate(views.items()):
+        matrix = camera.box_from_clip(grid, 1.0)
+        truth = oracle([medium], grid, matrix, (SIZE, SIZE), nearest=False, normals=None).rgba
+        found.append(compared(name, (drawn.coarse[number], drawn.fine[number]), truth, truth, TOLERANCE))
+    return found
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path) -> None:
+    judged.folder = tmp_path
+
+
+@pytest.mark.parametrize(
+    ("blend", "projection"), [("composite", "orthographic"), ("composite", "perspective"), ("maximum", "orthographic")]
+)
+def test_vtk_agrees_with_the_oracle_within_its_own_error(blend, projection) -> None:
+    found = judged(scan(), blend, projection=projection)
+    assert [view.passed for view in found] == [True] * 9
+    # The bound must say something: half a voxel changes 0.03 and more.
+    assert max(view.bound for view in found) < 0.02
+
+
+WRONG = {
+    "half a voxel": (scan(0.375), FUNCTION),
+    "twice the extinction": (
+        scan(),
+        FUNCTION.model_copy(
+            update={
+                "points": tuple(
+                    point.model_copy(update={"extinction_per_mm": 2 * point.extinction_per_mm})
+                    for point in FUNCTION.points
+                )
+            }
+        ),
+    ),
+    "red for blue": (
+        scan(),
+        FUNCTION.model_copy(
+            update={
+                "points": tuple(point.model_copy(update={"colour": point.colour[::-1]}) for point in FUNCTION.points)
+            }
+        ),
+    ),
+    "mirrored": (replace(scan(), stored=np.ascontiguousarray(scan().stored[:, :, ::-1])), FUNCTION),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_vtk_does_not_agree_with_what_is_wrong(wrong) -> None:
+    found = judged(WRONG[wrong][0], "composite", WRONG[wrong][1])
+    assert any(not view.passed for view in found)
+
+
+def test_a_package_whose_picture_is_beyond_the_tolerance_is_not_agreed_with() -> None:
+    truth = np.full((8, 8, 4), 0.5)
+    near = compared("a", (truth, truth), truth, truth + 0.003, tolerance=0.002)
+    far = compared("a", (truth, truth), truth, truth + 0.005, tolerance=0.002)
+    assert (near.passed, far.passed) == (True, False)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory) -> Report:
+    folder = tmp_path_factory.mktemp("witnessed")
+    scene = write_kind(folder, "classified")
+    return validate(built(folder, scene), folder / "report", Silent(), picture_size=32, witness=True)
+
+
+def test_validation_asks_the_witness_and_the_page_shows_what_it_says(report) -> None:
+    assert report.witness is not None
+    (program,) = report.witness.programs
+    assert len(program.views) == 9
+    assert report.witness.renderer.startswith("VTK 9")
+    shown = page(report)
+    assert 'id="witness"' in shown
+    assert "agrees with the truth and with the package in all its views" in shown
+    assert program.picture in shown
+
+
+def test_vtk_agrees_with_a_package_that_follows_from_the_scan(report) -> None:
+    assert report.verdict.disagreeing == ()
+    assert all(view.truth_rmse <= view.bound for program in report.witness.programs for view in program.views)
+
+
+def test_a_witness_that_disagrees_fails_the_package(report) -> None:
+    verdict = judge(report.programs, report.tolerance, disagreeing=("raycast-shell",))
+    assert not verdict.passed
+    error = _why_not(report.model_copy(update={"verdict": verdict}), Path("tried.volpkg"), Path("report"))
+    assert error.code == "VP6042"
+    assert "raycast-shell" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"scan": replace(scan(), normals="central")}, "lit"),
+        ({"scan": replace(scan(), nearest=True)}, "labels"),
+        ({"is_of_several": True}, "several volumes"),
+        (
+            {"scan": SimpleNamespace(normals=None, nearest=False, stored=SimpleNamespace(size=MOST_VOXELS + 1))},
+            "voxels",
+        ),
+        ({"compositing": "average"}, "average"),
+    ],
+)
+def test_what_vtk_cannot_draw_is_named_with_the_reason(changes, reason) -> None:
+    subject = SimpleNamespace(**{"scan": scan(), "is_of_several": False, "compositing": "maximum"} | changes)
+    asked = Statement(SimpleNamespace(subject=subject), SimpleNamespace(name="raycast"), None)
+    said = ask_witness([asked], "anterior", Path("/nowhere"))
+    assert said.programs == ()
+    assert said.missing[0].item == "raycast"
+    assert reason in said.missing[0].reason
+
+
+def test_a_machine_without_pyvista_is_told_so_before_anything_is_drawn(monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(VolprepError, match="VP6040"):
+        validate(tmp_path / "no.volpkg", tmp_path / "report", Silent(), witness=True)
+
+
+def test_a_vtk_that_fails_is_one_message(tmp_path) -> None:
+    (tmp_path / "task.npz").write_bytes(b"no task")
+    with pytest.raises(VolprepError, match="VP6041"):
+        run_script("volume_pictures", tmp_path / "task.npz", tmp_path / "result.npz", seconds=60)
+
+
+def test_a_vtk_that_hangs_is_ended(tmp_path) -> None:
+    with pytest.raises(VolprepError, match=r"not ready after 0.05 s"):
+        run_script("volume_pictures", tmp_path / "task.npz", tmp_path / "result.npz", seconds=0.05)
