@@ -3,7 +3,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench fuzz fuzz-native sanitize system
+.PHONY: help demo test lint bench fuzz fuzz-c fuzz-native sanitize wheel system
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -17,8 +17,9 @@ CORE := $(STAMPS)/core
 TEST := $(STAMPS)/test
 LINT := $(STAMPS)/lint
 BENCH := $(STAMPS)/bench
+WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
-CXX_FILES := $(shell find volprep/native -name '*.[ch]pp')
+CXX_FILES := $(shell find volprep/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
 
 help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
@@ -27,7 +28,9 @@ help:
 	@echo "make bench   kernels and import against their peers; writes bench.json"
 	@echo "make fuzz    reads damaged files of every kind for five minutes; ARGS='--seconds 60 --seed 1' passes arguments"
 	@echo "make fuzz-native  the native readers alone, with sanitizers and libFuzzer; ARGS='--seconds 1800' passes arguments"
+	@echo "make fuzz-c       damaged packages for formats/c/volpkg.h, with sanitizers; ARGS='--count 1000 --seed 1' passes arguments"
 	@echo "make sanitize     tests of native code against a build with AddressSanitizer and UndefinedBehaviorSanitizer"
+	@echo "make wheel        a wheel with everything native inside, and an sdist (dist/); built twice they are the same bytes"
 
 demo: $(NATIVE)
 	.venv/bin/python tools/demo.py
@@ -50,8 +53,14 @@ fuzz: $(NATIVE) $(TEST)
 fuzz-native: $(NATIVE) $(TEST)
 	@tools/fuzz_native.sh $(ARGS)
 
+fuzz-c: $(NATIVE) $(TEST)
+	@tools/fuzz_c.sh $(ARGS)
+
 sanitize: $(NATIVE) $(TEST)
 	@tools/sanitize.sh $(ARGS)
+
+wheel: $(CORE) $(WHEEL)
+	@tools/wheel.sh
 
 system:
 	@tools/system_packages.sh
@@ -60,7 +69,7 @@ $(CORE): constraints.txt pyproject.toml | system
 	@tools/install.sh core build
 	@mkdir -p $(@D) && touch $@
 
-$(TEST) $(LINT) $(BENCH): $(CORE)
+$(TEST) $(LINT) $(BENCH) $(WHEEL): $(CORE)
 	@tools/install.sh $(@F)
 	@touch $@
 

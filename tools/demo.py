@@ -66,6 +66,7 @@ def main() -> int:
     print(f"\nThe demo is done, in {time.perf_counter() - start:.0f} s. DICOM series: {SERIES}")
     for package, report in made.items():
         print_summary(package, report)
+    print(f"\nTo look at it, and to measure this device: volprep view {next(iter(made)).relative_to(ROOT)}")
     return worst
 
 

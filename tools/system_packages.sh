@@ -17,7 +17,9 @@ have_mesa() {
     has_library libEGL_mesa.so.0 || return
     compgen -G '/usr/lib*/dri/swrast_dri.so' >/dev/null || compgen -G '/usr/lib/*/dri/swrast_dri.so' >/dev/null
 }
+have_gles_headers() { printf '#include <EGL/egl.h>\n#include <GLES3/gl3.h>\n' | compile; }
 have_glslang() { command -v glslangValidator >/dev/null; }
+have_chromium() { command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; }
 # Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
 have_openvdb() {
     compile <<'EOF'
@@ -33,7 +35,9 @@ things=(
     "compiler|C++20 compiler with OpenMP|g++|gcc-c++|gcc|gcc"
     "gles|loader of EGL and OpenGL ES|libegl1 libgles2 libgles1|libglvnd-egl libglvnd-gles|libglvnd|-"
     "mesa|Mesa's software driver llvmpipe|libegl-mesa0 libgl1-mesa-dri|mesa-libEGL mesa-dri-drivers|mesa|-"
+    "gles_headers|headers of EGL and OpenGL ES (only for tests)|libegl-dev libgles-dev|libglvnd-devel|libglvnd|-"
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
+    "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
 )
 
@@ -56,8 +60,10 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but the last two must be there.
-    [[ ${missing[0]} == glslang* || ${missing[0]} == openvdb* ]] && exit 0
+    # All but the last four must be there.
+    case ${missing[0]} in
+        gles_headers* | glslang* | chromium* | openvdb*) exit 0 ;;
+    esac
     exit 2
 }
 
