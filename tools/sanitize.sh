@@ -40,7 +40,7 @@ sanitized() {
 }
 
 failed=0
-sanitized -c 'from volprep import _native; from volprep_formats import _dicom; print(_native.__file__, _dicom.__file__)' |
+sanitized -c 'from volprep.kernels import _native; from volprep_formats import _dicom; print(_native.__file__, _dicom.__file__)' |
     grep -qF "$build" || failed=1
 sanitized -m pytest -q -p no:cacheprovider tests/differential tests/truth/test_oracle_closed_forms.py \
     tests/truth/test_oracle_labels.py tests/truth/test_oracle_lit.py tests/truth/test_oracle_twin.py \

@@ -96,7 +96,7 @@ def _volprep() -> Iterator[Fact]:
 
 
 def _native() -> str:
-    return f"volprep {version('volprep')}, {import_module('volprep._native').max_threads()} threads"
+    return f"volprep {version('volprep')}, {import_module('volprep.kernels._native').max_threads()} threads"
 
 
 def _openvdb() -> str:

@@ -1,6 +1,6 @@
 /** A file on a server of which parts are read, by HTTP ranges. */
 import { VolpkgError } from "./error.js";
-import { body, request } from "./source.js";
+import { body, request } from "./http.js";
 import { local } from "./zip.js";
 
 /** @typedef {import("./source.js").Bytes} Bytes */

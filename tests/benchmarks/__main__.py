@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from volprep import _native
+from volprep.kernels import _native
 
 from .bench_channels import channels_table, measure_channels
 from .bench_classified import classified_table, measure_classified

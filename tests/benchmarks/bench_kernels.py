@@ -8,7 +8,7 @@ import tinybrain
 from numpy.typing import NDArray
 from skimage.transform import downscale_local_mean
 
-from volprep import _native
+from volprep.kernels import _native
 
 from .contest import Contest
 

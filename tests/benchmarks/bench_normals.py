@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.normal_codes import DIRECTION_BYTES, decoded
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy import ndimage
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.skip.decision import skip_table_plan
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.plan.products import SkipPlan

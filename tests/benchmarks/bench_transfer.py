@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 
 from .contest import Contest
 

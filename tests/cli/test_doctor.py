@@ -69,7 +69,7 @@ def test_without_a_driver_every_level_of_opengl_es_is_missing_and_the_status_is_
 @pytest.mark.parametrize(
     ("module", "name", "status"),
     [
-        ("volprep._native", "volprep native core", 8),
+        ("volprep.kernels._native", "volprep native core", 8),
         ("volprep_formats._vdb", "volprep OpenVDB", 0),
         ("OpenImageIO", "files pictures", 8),
         ("OpenGL", "OpenGL ES EGL", 8),

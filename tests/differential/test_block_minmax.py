@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, shapes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 
 def minmax(src, block, threads=0):

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 factor = st.integers(1, 5)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from volumes import THREADS
 
-from volprep import _native
+from volprep.kernels import _native
 
 FAR_AWAY = 65535
 SHAPES = [(1, 1, 1), (1, 5, 9), (7, 3, 200), (21, 17, 33), (2, 3, 9000), (300, 2, 3), (3, 600, 2)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from volumes import THREADS
 
-from volprep import _native
+from volprep.kernels import _native
 
 
 def counted(src, level, factors, threads=0):

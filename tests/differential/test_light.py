@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep import _native
+from volprep.kernels import _native
 
 RNG = np.random.default_rng(5)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import THREADS, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 KERNELS = ("forward", "central", "thesis", "sobel", "isotropic")
 CODES = ("biased8", "snorm8", "oct8", "oct12")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import THREADS
 
-from volprep import _native
+from volprep.kernels import _native
 
 sizes = st.integers(1, 9)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.phantoms import linear_light
 
 RED, BLUE, WHITE = (1.0, 0.1, 0.0), (0.0, 0.2, 1.0), (1.0, 1.0, 1.0)

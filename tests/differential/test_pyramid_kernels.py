@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.weights import weights
 
 LINEAR = ["bilinear", "binomial", "gaussian", "lanczos3"]

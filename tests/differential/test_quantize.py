@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 CODES = [np.dtype(np.uint8), np.dtype(np.uint16)]
 

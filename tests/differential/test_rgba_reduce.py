@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from volumes import THREADS
 
-from volprep import _native
+from volprep.kernels import _native
 
 SPACING = (0.7, 1.1, 1.3)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 
 def ranges(src, threads=0):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from volumes import THREADS, VOXEL_TYPES, same_bytes, volumes
 
-from volprep import _native
+from volprep.kernels import _native
 
 INTEGERS = [dtype for dtype in VOXEL_TYPES if dtype.kind != "f"]
 integer_volumes = volumes(types=st.sampled_from(INTEGERS))

@@ -9,7 +9,7 @@ import tifffile
 import volprep
 from tests.support.phantom_scene import write_phantom_scene
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser, classified_slices
 from volprep.parts.levels.made import Classified
 from volprep.pipeline.build import build, plan_build

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vdb_files import HandGrid, write_vdb_by_hand
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.proxy.sparse import ranges_of_tree
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.texels import texels_of

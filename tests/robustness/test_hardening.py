@@ -15,7 +15,9 @@ pytestmark = [
     pytest.mark.skipif(shutil.which("readelf") is None, reason="binutils is not installed"),
 ]
 
-each_module = pytest.mark.parametrize("module", ["volprep._native", "volprep_formats._dicom", "volprep_formats._vdb"])
+each_module = pytest.mark.parametrize(
+    "module", ["volprep.kernels._native", "volprep_formats._dicom", "volprep_formats._vdb"]
+)
 
 
 @cache

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.normal_codes import decoded
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, GradientKernel, NormalCode
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from volprep import _native
+from volprep.kernels import _native
 
 
 class Point(NamedTuple):

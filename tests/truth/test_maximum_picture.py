@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scene.points import Measure, TransferWish
 from volprep.truth.camera import standard_views
 from volprep.truth.maximum import maximum_picture

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from volprep import _native
+from volprep.kernels import _native
 
 DTYPES = [np.uint8, np.int16, np.uint16, np.float32]
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth import phantoms
 from volprep_formats.grid import Grid
 

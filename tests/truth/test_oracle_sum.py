@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from volprep import _native
+from volprep.kernels import _native
 
 TWIN_ROUNDING = 4e-14
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import function
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.camera import standard_views
 from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.truth.oracle import oracle_picture

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.mark.parametrize(
     ("module", "stub"),
     [
-        ("volprep._native", ROOT / "volprep" / "_native.pyi"),
+        ("volprep.kernels._native", ROOT / "volprep" / "kernels" / "_native.pyi"),
         ("volprep_formats._dicom", ROOT / "formats" / "volprep_formats" / "_dicom.pyi"),
         ("volprep_formats._vdb", ROOT / "formats" / "volprep_formats" / "_vdb.pyi"),
     ],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.decoded import Volume
 from volprep.validation import levels
 from volprep.validation.levels import box_means

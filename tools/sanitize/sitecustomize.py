@@ -12,7 +12,7 @@ from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-FOLDERS = {"volprep._native": "", "volprep_formats._dicom": "dicom", "volprep_formats._vdb": "vdb"}
+FOLDERS = {"volprep.kernels._native": "", "volprep_formats._dicom": "dicom", "volprep_formats._vdb": "vdb"}
 
 
 class Sanitized:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.grid import blocks_along
 

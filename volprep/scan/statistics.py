@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scan import slabs
 from volprep.scan.block_ranges import BlockGauge, BlockRanges
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges

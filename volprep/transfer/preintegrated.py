@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels, opaque_per_mm
 from volprep_formats.arrays import Float64Array

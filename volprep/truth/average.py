@@ -10,7 +10,7 @@ oracle_average.cpp): the mean is exact but for rounding. The mean of a constant 
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.maximum import REFERENCE_MM
 from volprep.truth.oracle import OraclePicture, require_finite
 from volprep.truth.shown import shown_picture

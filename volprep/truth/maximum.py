@@ -24,7 +24,7 @@ of a label is not a quantity.
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.oracle import OraclePicture, require_finite
 from volprep.truth.shown import shown_picture
 from volprep_formats.arrays import Float64Array, Texels

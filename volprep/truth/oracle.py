@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.lit import Normals, native_normals
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError

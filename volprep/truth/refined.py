@@ -6,7 +6,7 @@ Each ray is refined until two halvings of its steps in a row change no channel b
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_finite
 from volprep_formats.arrays import Float64Array, Texels

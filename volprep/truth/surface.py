@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
 from volprep.truth.oracle import OraclePicture, require_finite
 from volprep.truth.shown import shown_picture

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.truth.decoded import Volume
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.picture import encoded

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.origin import read_origin
 from volprep.plan.form_trial import FormTrial

@@ -1,4 +1,4 @@
-// The module volprep._native: one line for each binding file.
+// The module volprep.kernels._native: one line for each binding file.
 #include "bind.hpp"
 
 NB_MODULE(_native, module) {

@@ -12,7 +12,7 @@ stays invisible, so that empty space is empty on every level.
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.rays import RaySamples
 from volprep_formats.arrays import Float64Array
 

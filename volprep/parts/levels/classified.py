@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.choice import CHECK_RAYS
 from volprep.parts.levels.fitted import fitted_slabs
 from volprep.parts.levels.light import rmse_of

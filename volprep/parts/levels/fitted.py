@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.look import Look, largest_code, sample_means
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array

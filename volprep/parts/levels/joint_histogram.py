@@ -14,7 +14,7 @@ fiftieth at both ends of a row is left out, so that what is empty stays empty; a
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.editing.record import BINS, WHOLE, Shares

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array, Float64Array
 

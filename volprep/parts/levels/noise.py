@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.scan.slabs import RawVolume, slab_ranges
 
 _DEVIATION_FROM_MEDIAN = 1.4826

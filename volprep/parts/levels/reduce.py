@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.levels.weights import LinearFilter, Weights, weights
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.package.channel import LevelFilter

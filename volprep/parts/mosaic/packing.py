@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep_formats.arrays import Texels
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder

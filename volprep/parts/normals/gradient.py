@@ -7,7 +7,7 @@ inverse transpose of index-to-world, which for orthonormal axes is the direction
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalSpace

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.normals.gradient import direction_matrix, length_scale
 from volprep.parts.stage import Shapes, Stage, Work, present, required

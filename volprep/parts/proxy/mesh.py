@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.skip.occupancy import Occupied
 from volprep.scan.block_ranges import Triple
 from volprep_formats.grid import blocks_along

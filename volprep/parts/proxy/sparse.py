@@ -10,7 +10,7 @@ least value is its least code: both ways give the same blocks.
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.texels import texels_of
 from volprep.plan.records import CropPlan, QuantizePlan
 from volprep.scan.block_ranges import BlockRanges

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.skip.occupancy import Occupied, with_neighbours
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.parts.skip.record import SkipKind

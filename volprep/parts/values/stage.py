@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep import _native
+from volprep.kernels import _native
 from volprep.parts.stage import Stage, Work
 from volprep.parts.work import code_type, codes_name, finest_level, source_info, source_volume
 from volprep.plan.records import ChannelPlan

@@ -1,0 +1,1 @@
+"""The native kernels, as `_native`; their code is in `volprep/native`."""
