@@ -87,8 +87,9 @@ export async function edited(pack, choice, edits, signal) {
 /** @param {Package} pack @param {Texture} texture @param {AbortSignal} signal the texels of a small texture */
 async function texelsOf(pack, texture, signal) {
   const bytes = await file(pack, texture.file, signal);
-  const [{ offset, size }] = readHead(bytes, bytes.length, [texture]);
-  return bytes.slice(offset, offset + size);
+  const [{ offset, stored, size, packed }] = readHead(bytes, bytes.length, [texture]);
+  const texels = bytes.slice(offset, offset + stored);
+  return packed ? (await import("./zstd.js")).unpacked(texels, size, texture.file) : texels;
 }
 
 /**
