@@ -35,8 +35,8 @@ def zip_package(
 ) -> None:
     """Write a package as one file: a zip that holds its files as they are, for apps that map it into memory.
 
-    Verbs that read packages read this file, too. Unzipping it gives the folder back. With --texels zstd it is smaller on
-    the way to web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
+    Verbs that read packages read this file, too. Unzipping it gives the folder back. With --texels zstd it is smaller
+    on the way to web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
     """
     from volprep.validation.whole import open_whole
     from volprep_formats.output import new_file, output_errors, require_place

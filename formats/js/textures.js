@@ -145,7 +145,7 @@ class Target {
   /** Makes room on the GPU. @param {Place[]} places @param {typeof import("./zstd.js").Frames} [Frames] what unpacks levels */
   begin(places, Frames) {
     this.#use(() => this.#room(places));
-    for (const level of Frames ? this.#levels : []) level.frames = new Frames(level.place.size, (texels) => this.#fill(level, texels), this.#entries[0].file);
+    if (Frames) for (const level of this.#levels) level.frames = new Frames(level.place.size, (texels) => this.#fill(level, texels), this.#entries[0].file);
   }
 
   /** @param {Place[]} places */

@@ -24,7 +24,7 @@ const MOST_OFFSET_BITS = 24;
 /** A damaged frame. */
 class Damaged extends Error {}
 
-/** @param {boolean} is @param {string} problem @returns {asserts is} */
+/** @param {boolean} is @param {string} problem */
 function must(is, problem) {
   if (!is) throw new Damaged(problem);
 }
@@ -34,6 +34,7 @@ const highest = (value) => 31 - Math.clz32(value);
 
 /** Bits from the end of some bytes to their start. The highest bit that is set of the last byte marks the end. */
 class Backward {
+  /** @type {Uint8Array} */
   bytes = new Uint8Array(SLACK);
   first = 0;
   /** Bits that are left. */
@@ -426,7 +427,7 @@ export class Frames {
       else if (mode === 2) [this.#tables[i], at] = readStates(bytes, at, end, log, most);
       const table = this.#tables[i];
       must(at <= end && table !== null && (mode !== 1 || table.symbols[0] <= most), "sequences have no table");
-      return table;
+      return /** @type {Fse} */ (table);
     });
     const bits = this.#bits.set(bytes, at, end);
     let [l, o, m] = [ll, of, ml].map(({ log }) => bits.read(log));
@@ -437,9 +438,9 @@ export class Frames {
       must(code <= MOST_OFFSET_BITS, "an offset is too large");
       const value = (1 << code) + bits.read(code);
       const match = ml.symbols[m];
-      const length = MATCHES.base[match] + bits.read(MATCHES.bits[match]);
+      const length = MATCHES.base[match] + (match < 32 ? 0 : bits.read(MATCHES.bits[match]));
       const literal = ll.symbols[l];
-      const before = LITERALS.base[literal] + bits.read(LITERALS.bits[literal]);
+      const before = literal < 16 ? literal : LITERALS.base[literal] + bits.read(LITERALS.bits[literal]);
       let offset = value - 3;
       if (value > 3) {
         third = second;

@@ -1,6 +1,8 @@
 """Textures as Zstandard frames: what they hold is the same, they read like plain ones, and no bomb is unpacked."""
 
+import hashlib
 import json
+import shutil
 import struct
 from pathlib import Path
 
@@ -14,7 +16,9 @@ from volprep.pipeline.build import build
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
+from volprep_formats.package.manifest_json import encode_manifest
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.zstd_frames import FRAME_BYTES, FrameError, compress, decompress, frames
@@ -63,6 +67,22 @@ def test_a_package_that_travels_smaller_has_the_same_texels(built: Path, tmp_pat
     sizes = {record.path: record.size_bytes for record in small.manifest.files}
     for item in small.manifest.plan:
         assert not item.files or item.size_bytes == sum(sizes[path] for path in item.files)
+
+
+def test_a_whole_level_that_no_box_can_be_cut_from_is_refused(built: Path, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(built, tmp_path / "copy.volpkg"))
+    manifest = Package.open(copy).manifest
+    whole = manifest.subvolumes.whole
+    data = ktx2.supercompressed((copy / whole).read_bytes(), whole)
+    (copy / whole).write_bytes(data)
+    files = tuple(
+        each.model_copy(update={"size_bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()})
+        if each.path == whole
+        else each
+        for each in manifest.files
+    )
+    (copy / MANIFEST).write_bytes(encode_manifest(manifest.model_copy(update={"files": files})))
+    assert [each.code for each in check(copy)] == ["VP4011"]
 
 
 def test_there_and_back_gives_the_same_bytes(built: Path, tmp_path: Path) -> None:
