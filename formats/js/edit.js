@@ -1,6 +1,7 @@
 /** What an app does after its user has edited a transfer function: new tables from what the package holds. SPEC section 19. */
 import { VolpkgError } from "./rarer.js";
-import { fromHalf, toHalf } from "./formats.js";
+import { fromHalf } from "./formats.js";
+import { toHalf } from "./halves.js";
 import { readHead } from "./ktx2.js";
 import { entriesOf, skipEntries } from "./skip.js";
 
