@@ -1,8 +1,8 @@
 """What Zstandard would save of the textures of real scans, and what its decoding costs a reader.
 
 Each texture of a package becomes a row of frames, as `volprep zip --texels zstd` writes it. Beside it stands gzip,
-which many servers and all browsers have anyhow. Times are those of the C libraries on this machine, and those of formats/js
-in node. They are told against SHA-256 of the same texels by the same side, which readers compute.
+which many servers and all browsers have anyhow. Times are those of the C libraries on this machine, and those of
+formats/js in node. They are told against SHA-256 of the same texels by the same side, which readers compute.
 """
 
 import gzip

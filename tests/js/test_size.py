@@ -1,4 +1,4 @@
-"""What a page is sent is small, more is sent only for packages that have more, and it is the program that was written."""
+"""What a page is sent is small, and the program that was written; more is sent only for packages that have more."""
 
 import gzip
 import json
