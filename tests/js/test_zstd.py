@@ -195,7 +195,8 @@ def test_three_js_reads_the_textures(browser, server, tmp_path) -> None:
     for (const name of ["one", "two"]) {
       const { image } = await loader.loadAsync(`/textures/${name}.ktx2`);
       const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", image.data));
-      found.push([image.width, image.height, image.depth, Array.from(digest, (byte) => byte.toString(16).padStart(2, "0")).join("")]);
+      const hexadecimal = Array.from(digest, (byte) => byte.toString(16).padStart(2, "0")).join("");
+      found.push([image.width, image.height, image.depth, hexadecimal]);
     }
     renderer.dispose();
     return found;

@@ -42,7 +42,7 @@ def compress(data: memoryview) -> Iterator[bytes]:
     import imagecodecs  # noqa: PLC0415 - it takes a tenth of a second to load, and few packages need it
 
     for at in range(0, len(data), FRAME_BYTES):
-        yield imagecodecs.zstd_encode(bytes(data[at : at + FRAME_BYTES]), level=_LEVEL)
+        yield bytes(imagecodecs.zstd_encode(bytes(data[at : at + FRAME_BYTES]), level=_LEVEL))
 
 
 def decompress(data: memoryview, size: int) -> NDArray[np.uint8]:
