@@ -77,7 +77,7 @@ function lacking(gl, broken, targets, limits) {
       format[given[0]] = internal;
       made.set(bound, internal);
       if (given[7] === half) halves.add(bound);
-      if (black.has(internal)) given[dataAt] = zeros(given[dataAt]);
+      if (dataAt && black.has(internal)) given[dataAt] = zeros(given[dataAt]);
       gl[name](...given);
     },
   });
@@ -90,6 +90,8 @@ function lacking(gl, broken, targets, limits) {
   return replaced(gl, {
     ...image("texImage2D", 2, 8),
     ...image("texImage3D", 2, 9),
+    ...image("texStorage2D", 2),
+    ...image("texStorage3D", 2),
     ...part("texSubImage2D", 8),
     ...part("texSubImage3D", 10),
     compressedTexImage2D(...given) {
