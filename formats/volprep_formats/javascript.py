@@ -45,21 +45,21 @@ def stripped(text: str) -> str:
     gap = ""
     parentheses: list[str] = []
     head = ""
-    for token in _private(_tokens(text)):
-        if token.isspace():
-            gap = "\n" if "\n" in gap + token else " "
+    for each in _private(_tokens(text)):
+        if each.isspace():
+            gap = "\n" if "\n" in gap + each else " "
             continue
-        if made and made[-1] == ";" and token[0] == "}" and not (made[-2] == ")" and head in _HEADS):
+        if made and made[-1] == ";" and each[0] == "}" and not (made[-2] == ")" and head in _HEADS):
             # Where a block ends, so does its last statement. Behind the head of a loop a semicolon is all of its body.
             made.pop()
-        if token == "(":
+        if each == "(":
             parentheses.append(made[-1] if made else "")
-        elif token == ")" and parentheses:
+        elif each == ")" and parentheses:
             head = parentheses.pop()
-        if made and gap and (between := _between(made[-1], token, gap)):
+        if made and gap and (between := _between(made[-1], each, gap)):
             made.append(between)
         # What is assigned only once may as well be assigned again: one word for both packs better.
-        made.append("let" if token == "const" and made[-1:] != ["."] else token)
+        made.append("let" if each == "const" and made[-1:] != ["."] else each)
         gap = ""
     return "".join(made) + "\n"
 

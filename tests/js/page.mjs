@@ -8,7 +8,7 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 }
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
-export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, broken = [], targets = [], limits = {} }) {
+export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, broken = [], targets = [], limits = {} }) {
   const gl = lacking(context(kind, ...size), broken, targets, limits);
   const pack = await openPackage(url);
   const renderer = await createRenderer(gl, pack, options);
@@ -17,6 +17,7 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
   if (edit) await renderer.setTransfer(edit);
   if (clip) await renderer.setClip(clip);
   if (step) renderer.setStep(step);
+  if (light) await renderer.setLight(light);
   const found = matrices.map((boxFromClip) => {
     renderer.draw({ boxFromClip });
     return toBase64(renderer.readPixels().pixels);

@@ -82,10 +82,19 @@ def test_no_more_than_a_slab_is_on_its_way(browser, folder) -> None:
     script = """
     const { openPackage, createRenderer } = await import("/js/volpkg.js");
     const gl = new OffscreenCanvas(16, 16).getContext("webgl2");
-    const real = { image: gl.texSubImage3D.bind(gl), status: gl.getSyncParameter.bind(gl), whole: gl.texImage3D.bind(gl) };
+    const real = { image: gl.texSubImage3D.bind(gl), status: gl.getSyncParameter.bind(gl) };
+    const made = gl.texImage3D.bind(gl);
     let [waiting, most, sent, mutable] = [0, 0, 0, 0];
-    gl.texImage3D = (...all) => ((mutable = Math.max(mutable, all[3] * all[4] * all[5])), real.whole(...all));
-    gl.texSubImage3D = (...all) => ((waiting += all.at(-1).byteLength), (sent += all.at(-1).byteLength), (most = Math.max(most, waiting)), real.image(...all));
+    gl.texImage3D = (...all) => {
+      mutable = Math.max(mutable, all[3] * all[4] * all[5]);
+      made(...all);
+    };
+    gl.texSubImage3D = (...all) => {
+      waiting += all.at(-1).byteLength;
+      sent += all.at(-1).byteLength;
+      most = Math.max(most, waiting);
+      real.image(...all);
+    };
     gl.getSyncParameter = (sync, name) => {
       const found = real.status(sync, name);
       if (found === gl.SIGNALED) waiting = 0;

@@ -40,8 +40,18 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     modules = runtime_modules()
     later = set(modules) - needed(modules, "volpkg.js")
     assert later == {
-        *("blocks.js", "camera.js", "clip.js", "edit.js", "fallbacks.js", "halves.js", "layers.js", "mesh.js"),
-        *("pace.js", "parts.js", "ranges.js", "rarer.js", "skip.js", "subvolumes.js", "techniques.js"),
+        *("blocks.js", "camera.js", "clip.js", "edit.js", "fallbacks.js", "halves.js", "layers.js"),
+        *(
+            "light.js",
+            "mesh.js",
+            "pace.js",
+            "parts.js",
+            "ranges.js",
+            "rarer.js",
+            "skip.js",
+            "subvolumes.js",
+            "techniques.js",
+        ),
         *("three.js", "types.js", "zip.js", "zstd.js"),
     }
 
