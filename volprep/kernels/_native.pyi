@@ -571,33 +571,6 @@ def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: 
     normals.
     """
 
-def render_maximum(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
-    """
-    Write the greatest physical value along each pixel's ray and a bound on its error.
-
-    The maximum of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
-
-    Parameters
-    ----------
-    volume
-        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-    spacing_mm_xyz, extent_mm_xyz
-        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-    box_from_clip
-        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-    value, bound
-        float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
-    threads
-        Threads to use, 0 for all. The result does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a size does not fit.
-    TypeError
-        If an array has another type or order.
-    """
-
 def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
@@ -640,11 +613,12 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
-def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
-    Write the mean physical value along each pixel's ray and a bound on its error.
+    Write one physical value for each pixel's ray and a bound on its error.
 
-    The mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
+    The greatest value or the mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact
+    up to `bound`.
 
     Parameters
     ----------
@@ -654,6 +628,8 @@ def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
     box_from_clip
         float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    projection
+        "maximum" or "average".
     value, bound
         float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
     threads
@@ -662,7 +638,7 @@ def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
     Raises
     ------
     ValueError
-        If a size does not fit.
+        If a size does not fit, or the projection is none of these.
     TypeError
         If an array has another type or order.
     """
