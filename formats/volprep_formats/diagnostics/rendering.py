@@ -6,7 +6,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5001": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL or OpenGL ES library can be loaded: {error}",
-        "Install libegl1, libgles2 and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and mesa-libGLES (Fedora).",
+        "Install libegl1, libgles2, libgles1 (for OpenGL ES 1.1) and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and "
+        "mesa-libGLES (Fedora).",
     ),
     "VP5002": Diagnostic(
         ExitStatus.MACHINE,
