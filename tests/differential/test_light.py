@@ -57,7 +57,8 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
     target = RNG.random((12, 4))
     n = 4 * knots
     matrix, gradient = np.empty((n, n)), np.empty(n)
-    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target)
+    light = native_light(bundle, 1 / 255, common)
+    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target)
     _native.light_equations(*arguments, matrix, gradient)
     again = np.empty((n, n)), np.empty(n)
     _native.light_equations(*arguments, *again, 3)
@@ -85,7 +86,7 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
             for k in range(3 * knots)
         ]
     )
-    residual = native_light(bundle, 1 / 255, common) - target
+    residual = light - target
     colours = slice(0, 3 * knots)
     np.testing.assert_allclose(gradient[colours], np.einsum("krc,rc->k", slopes, residual) / 12, atol=1e-8)
     expected = np.einsum("krc,lrc->kl", slopes, slopes) / 12
@@ -98,11 +99,11 @@ def test_the_slopes_by_the_root_of_a_constant_extinction_are_those_of_difference
     common[:, 3] = 0.04
     target = np.zeros((12, 4))
     matrix, gradient = np.empty((36, 36)), np.empty(36)
+    light = native_light(bundle, 1 / 255, common)
     _native.light_equations(
-        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target, matrix, gradient
+        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target, matrix, gradient
     )
     step = 1e-6
-    light = native_light(bundle, 1 / 255, common)
     for knot in range(9):
         ends = []
         for sign in (1, -1):

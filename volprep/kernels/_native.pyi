@@ -925,7 +925,7 @@ def ray_light(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typin
         If a shape does not fit.
     """
 
-def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
 
@@ -937,6 +937,8 @@ def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy
     ----------
     samples, offsets, lengths_mm, scale, table
         As for ray_light.
+    light
+        float64 [n, 4], as ray_light writes it for this table.
     target
         float64 [n, 4].
     matrix
