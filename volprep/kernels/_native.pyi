@@ -337,6 +337,35 @@ def sample_means(src: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence
         If an array has another type or order.
     """
 
+def fit_values(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], largest: float, iterations: int, step: float, threads: int = 0) -> None:
+    """
+    Improve a coarse level until its trilinear field misses the values of level 0 least.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0, or of means of it [z, y, x]: uint8, uint16 or float32.
+    level
+        float32, with the shape that box_reduced_shape gives. Read, and written.
+    factors_zyx
+        Voxels that make one voxel of the level.
+    largest
+        Values of the level stay within 0 and this.
+    iterations
+        What lies so many voxels of the level away has influence: slabs of whole cells overlap by that.
+    step
+        1 for plain steps, below 2.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, level: numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to counts how often each value of level 0 occurs where a coarser level has each value.
