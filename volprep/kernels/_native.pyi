@@ -337,6 +337,35 @@ def sample_means(src: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence
         If an array has another type or order.
     """
 
+def fit_values(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], largest: float, iterations: int, step: float, threads: int = 0) -> None:
+    """
+    Improve a coarse level until its trilinear field misses the values of level 0 least.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0, or of means of it [z, y, x]: uint8, uint16 or float32.
+    level
+        float32, with the shape that box_reduced_shape gives. Read, and written.
+    factors_zyx
+        Voxels that make one voxel of the level.
+    largest
+        Values of the level stay within 0 and this.
+    iterations
+        What lies so many voxels of the level away has influence: slabs of whole cells overlap by that.
+    step
+        1 for plain steps, below 2.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, level: numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to counts how often each value of level 0 occurs where a coarser level has each value.
@@ -901,7 +930,7 @@ def ray_light(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typin
         If a shape does not fit.
     """
 
-def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
 
@@ -913,6 +942,8 @@ def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy
     ----------
     samples, offsets, lengths_mm, scale, table
         As for ray_light.
+    light
+        float64 [n, 4], as ray_light writes it for this table.
     target
         float64 [n, 4].
     matrix

@@ -31,6 +31,7 @@ void distances(nb::module_& module);
 void extrema_reduce(nb::module_& module);
 void feature_reduce(nb::module_& module);
 void fit_level(nb::module_& module);
+void fit_values(nb::module_& module);
 void joint_histogram(nb::module_& module);
 void laplacian_histogram(nb::module_& module);
 void linear_reduce(nb::module_& module);

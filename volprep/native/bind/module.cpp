@@ -13,6 +13,7 @@ NB_MODULE(_native, module) {
     volprep::bind::extrema_reduce(module);
     volprep::bind::feature_reduce(module);
     volprep::bind::fit_level(module);
+    volprep::bind::fit_values(module);
     volprep::bind::joint_histogram(module);
     volprep::bind::laplacian_histogram(module);
     volprep::bind::linear_reduce(module);
