@@ -25,6 +25,9 @@
  * Nothing is to be closed: when you are done, free the arena and unmap the file. No function keeps state of its own, so
  * several packages may be open in several threads; one open package may be read from several threads.
  *
+ * Transport. Textures that were made smaller for the way (volprep zip --texels zstd) cannot be used in place and are
+ * refused with VP7062; volprep zip --texels plain gives the package that apps ship, which their stores compress anyway.
+ *
  * Trust. Every file counts as hostile until it is checked. volpkg_open checks the structure of the zip, the manifest
  * against its schema, every rule of SPEC.md section 20 that a reader can see, and the headers and sizes of all
  * textures, meshes and tables; it reads texels only of the indices of bricks. volpkg_check_file adds CRC-32 and
@@ -80,7 +83,8 @@ typedef enum volpkg_code {
     VOLPKG_UNITS = 5013,         /* a program reads more textures than there are units */
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
-    VOLPKG_STEP = 5019           /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_PACKED = 7062         /* textures of Zstandard frames, which are not used in place: zip them anew */
 } volpkg_code;
 
 /* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
@@ -940,6 +944,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the package cannot draw that";
         case VOLPKG_STEP:
             return "the step is too small for the program, or no positive number";
+        case VOLPKG_PACKED:
+            return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
     }
     return "unknown";
 }
@@ -3084,6 +3090,9 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     if (image->layout == NULL)
         return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "a vkFormat that no package has", vk, NAN);
     for (i = 0; i < 3; ++i) sides[i] = volpkg__u32(data + 20 + 4 * i);
+    if (volpkg__u32(data + 44) == 2)
+        return volpkg__fail(r->error, VOLPKG_PACKED, file->path,
+                            "its texels are Zstandard frames: run volprep zip --texels plain", NAN, NAN);
     if (volpkg__u32(data + 16) != image->layout->type_size || volpkg__u32(data + 32) != 0 ||
         volpkg__u32(data + 36) != 1 || volpkg__u32(data + 44) != 0)
         return volpkg__no_ktx(r, file, "it has array layers, faces, supercompression, or a wrong typeSize");
