@@ -432,9 +432,13 @@ typedef struct volpkg_blend {
 } volpkg_blend;
 
 /* A light with a place in the patient's space, millimetres. Both sides of a surface are lit. */
+/* Whether what lies between the light and a sample takes light away. */
+typedef enum volpkg_shadows { VOLPKG_NO_SHADOWS, VOLPKG_SHADOW_RAYS } volpkg_shadows;
+
 typedef struct volpkg_light {
     double place_mm_xyz[3];
     double ambient, diffuse, specular, shininess;
+    volpkg_shadows shadows;
 } volpkg_light;
 
 /* A pass before the picture, into a texture of its size that is cleared to zero: SPEC.md section 9. */
@@ -2233,11 +2237,15 @@ VOLPKG__WORDS(volpkg__lighting_type, VOLPKG__NAMED, volpkg__lightings)
 VOLPKG__WORDS(volpkg__normals_from_type, VOLPKG__NAMED, volpkg__normals_words)
 VOLPKG__WORDS(volpkg__compositing_type, VOLPKG__NAMED, volpkg__compositings)
 VOLPKG__WORDS(volpkg__rays_type, VOLPKG__NAMED, volpkg__ray_words)
+static const volpkg__named volpkg__shadows_words[] = {
+    {"none", VOLPKG_NO_SHADOWS}, {"rays", VOLPKG_SHADOW_RAYS}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__shadows_type, VOLPKG__NAMED, volpkg__shadows_words)
 static const volpkg__field volpkg__light_fields[] = {VOLPKG__MUST(volpkg_light, place_mm_xyz, volpkg__three_reals),
                                                      VOLPKG__MAY(volpkg_light, ambient, volpkg__fraction, 0.2),
                                                      VOLPKG__MAY(volpkg_light, diffuse, volpkg__fraction, 0.7),
                                                      VOLPKG__MAY(volpkg_light, specular, volpkg__fraction, 0.3),
                                                      VOLPKG__MAY(volpkg_light, shininess, volpkg__shininess, 20),
+                                                     VOLPKG__MAY(volpkg_light, shadows, volpkg__shadows_type, 0),
                                                      VOLPKG__END};
 VOLPKG__RECORDS(volpkg__light_type, volpkg_light, volpkg__light_fields)
 VOLPKG__MAYBE(volpkg__maybe_light, volpkg__light_type)

@@ -130,6 +130,10 @@ class Pass(Record):
     """Every active uniform."""
 
 
+Shadows = Literal["none", "rays"]
+"""Whether what lies between a light and a sample takes light away; Light says how."""
+
+
 class Light(Record):
     """A light with a place. Both sides of a surface are lit."""
 
@@ -143,6 +147,9 @@ class Light(Record):
     """How white a highlight is."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
+    shadows: Shadows = "none"
+    """Whether what lies between the light and a sample takes light away. rays: the shader follows a ray from each lit
+    sample to the light."""
 
 
 class ProgramDesign(Record):

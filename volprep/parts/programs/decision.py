@@ -6,6 +6,7 @@ from volprep.plan.records import VolumePlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Light, ProgramDesign, Sampling
 
 _PREFIX = {"ray-casting": "raycast"}
@@ -27,6 +28,25 @@ def require_technique(scene: Scene) -> None:
     for what, goes in possible.items():
         if not goes:
             raise VolprepError("VP3130", technique=technique.name, what=what)
+
+
+def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3160 to VP3162 for shadows without a light, on devices that cannot, or with what they do not go with."""
+    shadows, render = scene.lighting.shadows, scene.render
+    if shadows == "none":
+        return
+    if light_of(scene) is None:
+        raise VolprepError("VP3160", shadows=shadows, lighting=render.lighting)
+    if profile.api != "es3.0":
+        raise VolprepError("VP3161", shadows=shadows, profile=profile.name, api=profile.api)
+    possible = {
+        f"technique {render.technique}": TECHNIQUES[render.technique].loops,
+        # The pieces around a point do not hold what lies between them and the light.
+        "[grid]": scene.grid is None,
+    }
+    for what, goes in possible.items():
+        if not goes:
+            raise VolprepError("VP3162", shadows=shadows, what=what)
 
 
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
@@ -72,6 +92,7 @@ def light_of(scene: Scene) -> Light | None:
         diffuse=wanted.diffuse,
         specular=wanted.specular,
         shininess=wanted.shininess,
+        shadows=wanted.shadows,
     )
 
 
