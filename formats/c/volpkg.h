@@ -409,7 +409,9 @@ typedef enum volpkg_uniform_source {
     VOLPKG_BOX_FROM_SLICES,
     VOLPKG_SLICE_COUNT,
     VOLPKG_FIRST_SAMPLE,
-    VOLPKG_LIGHT_MM
+    VOLPKG_LIGHT_MM,
+    VOLPKG_BOX_FROM_LIGHT,
+    VOLPKG_LIGHT_FROM_BOX
 } volpkg_uniform_source;
 
 typedef struct volpkg_uniform_record {
@@ -433,7 +435,7 @@ typedef struct volpkg_blend {
 
 /* A light with a place in the patient's space, millimetres. Both sides of a surface are lit. */
 /* Whether what lies between the light and a sample takes light away. */
-typedef enum volpkg_shadows { VOLPKG_NO_SHADOWS, VOLPKG_SHADOW_RAYS } volpkg_shadows;
+typedef enum volpkg_shadows { VOLPKG_NO_SHADOWS, VOLPKG_SHADOW_RAYS, VOLPKG_SHADOW_MAP } volpkg_shadows;
 
 typedef struct volpkg_light {
     double place_mm_xyz[3];
@@ -441,13 +443,15 @@ typedef struct volpkg_light {
     volpkg_shadows shadows;
 } volpkg_light;
 
-/* A pass before the picture, into a texture of its size that is cleared to zero: SPEC.md section 9. */
+/* A pass before the picture, into a texture that is cleared to zero: SPEC.md section 9. */
 typedef struct volpkg_pass {
     volpkg_text vertex, fragment;
     volpkg_geometry geometry;
     const char* sampler; /* which the program reads it with; its unit follows those of the program's samplers */
     int32_t is_float;    /* RGBA32F, else RGBA8 */
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that it has, too */
+    int32_t size;                   /* width and height of the texture; 0 if they are those of the picture */
 } volpkg_pass;
 
 /*
@@ -2155,6 +2159,8 @@ static const volpkg__named volpkg__sources[] = {{"box_from_clip", VOLPKG_BOX_FRO
                                                 {"slices", VOLPKG_SLICE_COUNT},
                                                 {"first_sample", VOLPKG_FIRST_SAMPLE},
                                                 {"light_mm", VOLPKG_LIGHT_MM},
+                                                {"box_from_light", VOLPKG_BOX_FROM_LIGHT},
+                                                {"light_from_box", VOLPKG_LIGHT_FROM_BOX},
                                                 {NULL, 0}};
 VOLPKG__WORDS(volpkg__uniform_type_type, VOLPKG__NAMED, volpkg__uniform_types)
 VOLPKG__WORDS(volpkg__source_word_type, VOLPKG__NAMED, volpkg__sources)
@@ -2238,7 +2244,7 @@ VOLPKG__WORDS(volpkg__normals_from_type, VOLPKG__NAMED, volpkg__normals_words)
 VOLPKG__WORDS(volpkg__compositing_type, VOLPKG__NAMED, volpkg__compositings)
 VOLPKG__WORDS(volpkg__rays_type, VOLPKG__NAMED, volpkg__ray_words)
 static const volpkg__named volpkg__shadows_words[] = {
-    {"none", VOLPKG_NO_SHADOWS}, {"rays", VOLPKG_SHADOW_RAYS}, {NULL, 0}};
+    {"none", VOLPKG_NO_SHADOWS}, {"rays", VOLPKG_SHADOW_RAYS}, {"map", VOLPKG_SHADOW_MAP}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__shadows_type, VOLPKG__NAMED, volpkg__shadows_words)
 static const volpkg__field volpkg__light_fields[] = {VOLPKG__MUST(volpkg_light, place_mm_xyz, volpkg__three_reals),
                                                      VOLPKG__MAY(volpkg_light, ambient, volpkg__fraction, 0.2),
@@ -2262,6 +2268,8 @@ static const volpkg__field volpkg__pass_fields[] = {
     VOLPKG__MUST(volpkg_pass, sampler, volpkg__string),
     VOLPKG__KEY(volpkg_pass, "target", is_float, volpkg__pass_target_type, VOLPKG__NEEDED, 0),
     VOLPKG__MUST(volpkg_pass, uniforms, volpkg__uniforms),
+    VOLPKG__MAY(volpkg_pass, reads, volpkg__few_strings, 0),
+    VOLPKG__NULL(volpkg_pass, size, volpkg__from1, 0),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__pass_type, volpkg_pass, volpkg__pass_fields)
 VOLPKG__MANY(volpkg__passes, volpkg__pass_type, 0, 16)
@@ -3787,6 +3795,8 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
         given |= (source == (int)VOLPKG_BOX_FROM_SLICES || source == (int)VOLPKG_SLICE_COUNT) && slices;
         given |= source == (int)VOLPKG_FIRST_SAMPLE && program->slab_samples > 0;
         given |= source == (int)VOLPKG_LIGHT_MM && program->light != NULL;
+        given |= source >= (int)VOLPKG_BOX_FROM_LIGHT && program->light != NULL &&
+                 program->light->shadows == VOLPKG_SHADOW_MAP;
         VOLPKG__RULE(given, program->name, "it has a uniform that nothing gives it");
     }
     return VOLPKG_OK;
@@ -3806,6 +3816,18 @@ static volpkg_code volpkg__compositing_rules(volpkg__reader* r, const volpkg_cha
                          (f->intensities ? f->intensities[0] < f->intensities[1]
                                          : f->points.at[0].value < f->points.at[f->points.count - 1].value),
                      programs[i].name, "it needs intensities that ascend");
+    }
+    return VOLPKG_OK;
+}
+
+/* A pass reads textures of its program. */
+static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* program, const volpkg_pass* pass) {
+    int32_t i, k;
+    for (i = 0; i < pass->reads.count; ++i) {
+        int known = 0;
+        for (k = 0; k < program->samplers.count; ++k)
+            known |= volpkg__is(program->samplers.at[k].name, pass->reads.at[i]);
+        VOLPKG__RULE(known, program->name, "it has a pass that reads what it does not");
     }
     return VOLPKG_OK;
 }
@@ -3831,9 +3853,11 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__RULE(held, program->name, "it does not sample one volume");
     VOLPKG__TRY(volpkg__classification_rules(r, p, program));
     VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
-    for (k = 0; k < program->before.count; ++k)
-        VOLPKG__TRY(
-            volpkg__source_rules(r, program, program->before.at[k].uniforms.at, program->before.at[k].uniforms.count));
+    for (k = 0; k < program->before.count; ++k) {
+        const volpkg_pass* pass = &program->before.at[k];
+        VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
+        VOLPKG__TRY(volpkg__reads_rules(r, program, pass));
+    }
     VOLPKG__RULE(
         (program->geometry >= VOLPKG_DRAW_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
         program->name, "it must be blended if and only if several parts make its picture");
@@ -5058,6 +5082,8 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
         case VOLPKG_BOX_FROM_SLICES:
         case VOLPKG_SLICE_COUNT:
         case VOLPKG_FIRST_SAMPLE:
+        case VOLPKG_BOX_FROM_LIGHT:
+        case VOLPKG_LIGHT_FROM_BOX:
             return 0;
         case VOLPKG_BOX_FROM_MESH:
             if (drawing->mesh) memcpy(found, drawing->mesh->box_from_mesh_mm_xyz, 3 * sizeof found[0]);

@@ -17,7 +17,7 @@
  * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
  * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
- * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[]}} Pass
+ * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[], size?: number}} Pass
  * @typedef {object} Program
  * @property {string} name
  * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks"} sampling

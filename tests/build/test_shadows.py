@@ -5,6 +5,7 @@ import pytest
 
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build, plan_build
+from volprep.render.light_view import light_from_box
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
@@ -12,6 +13,7 @@ from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import Medium
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -52,6 +54,8 @@ FOG = "\n    ".join(
 SOFT = "\n    ".join(POINT.format(*each) for each in ((20, "#ff8040", 0.0), (200, "#ffc0a0", 0.6)))
 ABOVE = "light_mm = [30.0, 7.8, 60.0]"
 INSIDE = "light_mm = [17.5, 9.0, 18.0]"
+MAP = '\nnormals = "central"\nshadows = "map"\n'
+SURFACE = 'compositing = "isosurface"'
 RAYS = '\nnormals = "central"\nshadows = "rays"\n'
 
 
@@ -114,9 +118,13 @@ def test_shadows_of_what_absorbs_converge_to_the_refined_picture(tmp_path, light
 
 
 @pytest.mark.parametrize("compositing", ["isosurface", "first-hit"])
-@pytest.mark.parametrize("light", [ABOVE, INSIDE], ids=["outside", "inside"])
-def test_shadows_of_a_surface_are_those_of_exact_roots(tmp_path, light, compositing):
-    package = built(tmp_path, light + RAYS, render=f'compositing = "{compositing}"\nstep_voxels = 0.2')
+@pytest.mark.parametrize(
+    ("light", "shadows"), [(ABOVE, "rays"), (INSIDE, "rays"), (ABOVE, "map")], ids=["outside", "inside", "map"]
+)
+def test_shadows_of_a_surface_are_those_of_exact_roots(tmp_path, light, shadows, compositing):
+    package = built(
+        tmp_path, light + RAYS.replace("rays", shadows), render=f'compositing = "{compositing}"\nstep_voxels = 0.2'
+    )
     dark = built(tmp_path / "dark", light + RAYS.replace("rays", "none"), render=f'compositing = "{compositing}"')
     for view in ("anterior-left", "superior"):
         matrix = camera(package, view)
@@ -185,8 +193,12 @@ def test_a_preintegrated_table_throws_the_shadow_of_its_segments(tmp_path):
     assert rmse(drawn(package, matrix), truth_of(package, matrix).rgba) < 2 / 255
 
 
-def test_a_package_with_shadows_is_validated(tmp_path):
-    package = built(tmp_path, render='technique = "slabs"')
+@pytest.mark.parametrize(
+    ("shadows", "render"), [("rays", 'technique = "slabs"'), ("map", 'compositing = "isosurface"')]
+)
+def test_a_package_with_shadows_is_validated(tmp_path, shadows, render):
+    package = built(tmp_path, ABOVE + RAYS.replace("rays", shadows), render=render)
+    assert check(package.path) == []
     report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
     assert report.verdict.failed == 0, report.verdict
     assert report.verdict.differing == ()
@@ -220,9 +232,38 @@ def test_steps_that_take_more_turns_than_the_driver_makes_are_refused_and_slabs_
         ({"render": 'technique = "view-slices"'}, "VP3162", "technique view-slices"),
         ({"top": "[grid]\nsize = 16"}, "VP3162", r"\[grid\]"),
         ({"light": 'shadows = "soft"'}, "VP3003", "shadows"),
+        ({"light": ABOVE + MAP}, "VP3162", "compositing emission-absorption"),
+        ({"light": ABOVE + MAP, "render": SURFACE + '\ntechnique = "two-pass"'}, "VP3162", "technique two-pass"),
+        ({"light": ABOVE + MAP, "render": SURFACE, "top": "[proxy]"}, "VP3162", r"\[proxy\]"),
+        ({"light": INSIDE + MAP, "render": SURFACE}, "VP3163", "outside the volume"),
     ],
 )
 def test_shadows_that_cannot_be_are_refused(tmp_path, wishes, code, what):
     with pytest.raises(VolprepError, match=what) as found:
         plan_build(load_request(scene_of(tmp_path, **wishes)), Silent())
     assert found.value.code == code
+
+
+@pytest.mark.parametrize("place", [(-1e-3, 5.0, 5.0), (30.0, 7.8, 60.0), (-900.0, -3.0, 4.0), (11.0, 3.0, 1e5)])
+def test_the_view_of_a_light_just_holds_the_volume(place):
+    extent = np.array([19.2, 16.8, 20.0])
+    matrix = light_from_box(np.array(place), extent)
+    corners = np.array([[x, y, z, 1] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * [*extent, 1]
+    seen = corners @ matrix.T
+    assert (seen[:, 3] > 0).all()
+    seen = seen[:, :3] / seen[:, 3:]
+    assert np.abs(seen).max() <= 1.0
+    assert np.ptp(seen[:, :2], axis=0).min() > 1.95
+    near = np.linalg.inv(matrix) @ [0.3, -0.2, -1.0, 1.0]
+    far = np.linalg.inv(matrix) @ [0.3, -0.2, 1.0, 1.0]
+    near, far = near[:3] / near[3], far[:3] / far[3]
+    # The light is on the line through both ends of a ray, in front of the near one.
+    across = np.cross(far - near, np.array(place) - near)
+    assert np.linalg.norm(across) < 1e-6 * np.linalg.norm(far - near) * np.linalg.norm(far - np.array(place))
+    assert (near - np.array(place)) @ (far - near) > 0
+
+
+@pytest.mark.parametrize("place", [(5.0, 5.0, 5.0), (0.0, 5.0, 5.0), (19.2, 16.8, 20.0)])
+def test_a_light_that_moves_into_the_volume_has_no_shadow_map(place):
+    with pytest.raises(VolprepError, match="VP5040"):
+        light_from_box(np.array(place), np.array([19.2, 16.8, 20.0]))

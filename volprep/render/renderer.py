@@ -176,13 +176,16 @@ class Renderer:
             for _ in self._slabs(target, values, step, self._program.slab_samples):
                 pass
             return target
-        if self._program.geometry == "triangle":
-            self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
-            return target
         values["clip_from_box"] = clip_from_box_of(box_from_clip)
         for each, linked, drawn in zip(self._program.before, self._linked_before, self._targets_before, strict=True):
             bindings = self._bindings(each.uniforms, values)
+            if each.geometry == "triangle":
+                self._gl.draw(linked, bindings, drawn, self._triangle)
+                continue
             self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+        if self._program.geometry == "triangle":
+            self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
+            return target
         if self._program.blend is None:
             corners = self._faces(self._program.geometry, box_from_clip)
         else:
@@ -272,7 +275,7 @@ class Renderer:
                 self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
             )
             self._targets_before = [
-                self._target_stack.enter_context(self._gl.target(each.target, shape_hw))
+                self._target_stack.enter_context(self._gl.target(each.target, _shape_of(each, shape_hw)))
                 for each in self._program.before
             ]
         return self._target
@@ -281,7 +284,10 @@ class Renderer:
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
         """Compile a pass that comes first. Raises VP5017 where its uniforms are not those that it names."""
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
-            _require_named(drawn.fragment, {each.name: each.type for each in drawn.uniforms}, linked)
+            named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
+            read = zip(self._program.samplers, self._textures, strict=True)
+            named |= {each.name: _SAMPLERS[texture.gl.target] for each, texture in read if each.name in drawn.reads}
+            _require_named(drawn.fragment, named, linked)
             yield linked
 
     def _shaders(self, program: Program | Pass) -> tuple[ShaderText, ShaderText]:
@@ -305,6 +311,11 @@ class Renderer:
         if found != named or (texture.mipmap or 0) >= len(image.levels):
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
         return image.levels
+
+
+def _shape_of(drawn: Pass, shape_hw: tuple[int, int]) -> tuple[int, int]:
+    """Return the height and the width of what a pass draws into, before a picture of this shape."""
+    return shape_hw if drawn.size is None else (drawn.size, drawn.size)
 
 
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:

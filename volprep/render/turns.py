@@ -59,6 +59,10 @@ def counted_turns(gl: Gl, turns: int) -> int:
     return int(digits[0] + 256 * digits[1] + 65536 * digits[2])
 
 
+_OF_SEARCH = 7.0
+"""Most turns of the search for a surface that a ray touches between two samples."""
+
+
 @dataclass(frozen=True)
 class _Turns:
     """Turns of a program's loops along the longest ray, by the samples that it has."""
@@ -100,7 +104,7 @@ def _loop(manifest: Manifest, program: Program, level: int) -> _Turns:
         return _Turns(0.0, 0.0, 1.0)
     if program.compositing in SURFACES:
         # A ray ends at the surface, and begins its only ray to the light there.
-        return _unlit(manifest, program, level, each=shadow)
+        return _unlit(manifest, program, level, each=shadow + _OF_SEARCH)
     return _unlit(manifest, program, level, squared=shadow, each=2.0 * shadow)
 
 

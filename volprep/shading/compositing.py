@@ -36,9 +36,11 @@ def compositing(
         is_lit = program.lighting != "none"
         slots |= {
             "stop": f"{glsl}:stop",
-            "refinement": "compositing/refinement" if is_lit else None,
+            "touch": "compositing/refinement:touch",
+            "refinement": "compositing/refinement:between" if is_lit else None,
             "hit": f"{glsl}:hit" if is_lit else None,
             "classification_start": "compositing/refinement:start",
+            "restart": "compositing/refinement:restart",
         }
         words = {"ISOVALUE": literal(_stored(manifest, function))}
         return Feature(slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing]})

@@ -10,7 +10,7 @@ from volprep.shading.mosaic import Mosaic
 from volprep.shading.shadows import shadows_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE
-from volprep_formats.package.program import Light, ProgramDesign, Sampler, Uniform
+from volprep_formats.package.program import Light, ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 # Linear filtering of 8-bit codes leaves about a thousandth of a zero vector.
@@ -49,7 +49,7 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
             **shadows.slots,
         },
         words={**words, **_light_words(program.light), "SHINE": _SHINE[program.lighting], **shadows.words},
-        uniforms=(Uniform(name="u_light_mm", type="vec3", source="light_mm"), *shadows.uniforms),
+        uniforms=shadows.uniforms,
         samplers=found.samplers,
     )
 

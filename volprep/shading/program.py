@@ -4,16 +4,18 @@ Each feature of the program fills its slots, whatever its technique is and whate
 package does not need leaves no trace in the text.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.shading.classification import classification
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Slot, compose, literal
+from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
 from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
+from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.together import drawn_together
 from volprep.shading.walk import PassText, Wanted
@@ -34,6 +36,7 @@ _OPTIONAL = (
     "stop_start",
     "stop",
     "stop_picture",
+    "restart",
 )
 """Slots that stay empty where no empty space is skipped, nothing is lit, and rays do not end early."""
 
@@ -78,11 +81,29 @@ def compose_program(
         raise ValueError(msg)
     dialect = DIALECTS[program.sampling]
     walk = WALKS[program.technique](Wanted(program, grid, dialect, render.step_of(min(program.levels))))
+    own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
-        *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips and walk.loops),
+        *_features(own, program, grid, skips=skips and walk.loops),
         compositing(package.manifest, program, render, walk, ends_early=ends_early),
     ]
+    maps = program.light is not None and program.light.shadows == "map"
+    shadow_map = (_shadow_map(own, program, grid, render, skips=skips),) if maps else ()
+    return Shaders(
+        vertex=walk.vertex,
+        fragment=_composed(features, dialect, grid),
+        uniforms=tuple(uniform for feature in features for uniform in feature.uniforms),
+        samplers=tuple(sampler for feature in features for sampler in feature.samplers),
+        step_mm_min=walk.step_mm_min,
+        geometry=walk.geometry,
+        before=(*walk.before, *shadow_map),
+        blend=walk.blend,
+        slab_samples=walk.slab_samples,
+    )
+
+
+def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
+    """Return the text of a fragment shader."""
     slots: dict[str, Slot] = {**dict.fromkeys(_OPTIONAL), "dialect": f"ray/dialect_{dialect}", **_BOX}
     words: dict[str, str] = {}
     offered = {
@@ -95,16 +116,34 @@ def compose_program(
         slots |= feature.slots
         words |= feature.words
         offered |= feature.offers
-    return Shaders(
+    return compose("ray/fragment", dialect, slots, words, offered)
+
+
+def _shadow_map(
+    package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool
+) -> PassText:
+    """Return the pass that draws the surface of a program as its light sees it: rays through what it samples."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    walk = WALKS["ray-casting"](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    sampling, _, *skipping = _features(package, unlit, grid, skips=skips)
+    sampled = (sampling, *skipping)
+    surface = compositing(package.manifest, program, render, walk, ends_early=False)
+    features = [walk.feature, *sampled, surface, map_feature()]
+    seen = {"u_box_from_clip": "box_from_light"}
+    uniforms = tuple(
+        uniform.model_copy(update={"source": seen.get(uniform.name, uniform.source)})
+        for feature in features
+        for uniform in feature.uniforms
+    )
+    return PassText(
+        _composed(features, "es300", grid),
+        "triangle",
+        SHADOW_MAP,
+        "rgba32f",
+        uniforms,
         vertex=walk.vertex,
-        fragment=compose("ray/fragment", dialect, slots, words, offered),
-        uniforms=tuple(uniform for feature in features for uniform in feature.uniforms),
-        samplers=tuple(sampler for feature in features for sampler in feature.samplers),
-        step_mm_min=walk.step_mm_min,
-        geometry=walk.geometry,
-        before=walk.before,
-        blend=walk.blend,
-        slab_samples=walk.slab_samples,
+        reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
+        size=MAP_SIZE,
     )
 
 

@@ -12,7 +12,7 @@ from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Unif
 
 @dataclass(frozen=True)
 class PassText:
-    """A pass before the picture; it has the program's vertex shader."""
+    """A pass before the picture."""
 
     fragment: str
     """Text of its fragment shader."""
@@ -24,6 +24,12 @@ class PassText:
     """Format of its target."""
     uniforms: tuple[Uniform, ...]
     """Every uniform of its shaders."""
+    vertex: str | None = None
+    """Text of its vertex shader; that of the program if None."""
+    reads: tuple[str, ...] = ()
+    """Samplers of the program that it reads, too."""
+    size: int | None = None
+    """Width and height of its target; those of the picture if None."""
 
 
 @dataclass(frozen=True)

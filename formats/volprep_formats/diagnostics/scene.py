@@ -186,4 +186,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "lighting.shadows {shadows} does not go with {what}",
         "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
     ),
+    "VP3163": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows map needs a light outside the volume, but that at {light} is inside",
+        "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
+    ),
 }

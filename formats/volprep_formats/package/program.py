@@ -70,6 +70,8 @@ UniformSource = Literal[
     "slices",
     "first_sample",
     "light_mm",
+    "box_from_light",
+    "light_from_box",
 ]
 
 
@@ -114,7 +116,7 @@ class Blend(Record):
 
 
 class Pass(Record):
-    """A pass that is drawn before the picture, into a texture as large as the picture."""
+    """A pass that is drawn before the picture, into a texture of its own."""
 
     vertex: PackagePath
     """Vertex shader."""
@@ -127,10 +129,14 @@ class Pass(Record):
     target: Literal["rgba8", "rgba32f"]
     """Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float."""
     uniforms: tuple[Uniform, ...]
-    """Every active uniform."""
+    """Every active uniform that is not a sampler."""
+    reads: tuple[str, ...] = ()
+    """Samplers of the program that the pass has, too, with the same textures."""
+    size: Annotated[int, Field(ge=1)] | None = None
+    """Width and height of the texture; if absent, those of the picture."""
 
 
-Shadows = Literal["none", "rays"]
+Shadows = Literal["none", "rays", "map"]
 """Whether what lies between a light and a sample takes light away; Light says how."""
 
 
@@ -149,7 +155,7 @@ class Light(Record):
     """Exponent of a highlight: the larger, the smaller the highlight."""
     shadows: Shadows = "none"
     """Whether what lies between the light and a sample takes light away. rays: the shader follows a ray from each lit
-    sample to the light."""
+    sample to the light. map: a pass draws how far the light goes before it meets the surface."""
 
 
 class ProgramDesign(Record):

@@ -347,7 +347,9 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
         yield f"{name} draws {program.geometry}, {'without' if program.blend is None else 'with'} blending"
     if not program.levels:
         yield f"{name} draws no level"
-    yield from (f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program)))
+    yield from (
+        f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program), *_reads(program))
+    )
     roles = [sampler.role for sampler in program.samplers]
     parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
     held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
@@ -371,10 +373,19 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("first_sample")
     if program.light is not None:
         given.add("light_mm")
+    if program.light is not None and program.light.shadows == "map":
+        given |= {"box_from_light", "light_from_box"}
     uniforms = (*program.uniforms, *(uniform for each in program.before for uniform in each.uniforms))
     for uniform in uniforms:
         if uniform.source not in given:
             yield f"has a uniform {uniform.name} for {uniform.source}, which nothing gives it"
+
+
+def _reads(program: Program) -> Iterator[str]:
+    """A pass reads textures of its program."""
+    known = {sampler.name for sampler in program.samplers}
+    for each in program.before:
+        yield from (f"has a pass that reads {name}, which it does not" for name in each.reads if name not in known)
 
 
 def _samplers(program: Program) -> list[str]:

@@ -2,12 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import VolumePlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import Light, ProgramDesign, Sampling
+from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shadows, TechniqueName
 
 _PREFIX = {"ray-casting": "raycast"}
 VERTEX = "shaders/raycast.vert"
@@ -44,9 +48,26 @@ def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
         # The pieces around a point do not hold what lies between them and the light.
         "[grid]": scene.grid is None,
     }
+    if shadows == "map":
+        possible |= {
+            f"technique {render.technique}": render.technique == "ray-casting",
+            # A map holds one distance for each ray of the light.
+            f"compositing {render.compositing}": COMPOSITINGS[render.compositing].isovalue,
+            "[proxy]": scene.proxy is None,
+        }
     for what, goes in possible.items():
         if not goes:
             raise VolprepError("VP3162", shadows=shadows, what=what)
+
+
+def require_light_outside(scene: Scene, grid: Grid) -> None:
+    """Raise VP3163 for a shadow map of a light inside the volume: its view has no one direction."""
+    light = light_of(scene)
+    if light is None or light.shadows != "map":
+        return
+    place = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
+    if ((place >= 0.0) & (place <= grid.extent_mm_zyx[::-1])).all():
+        raise VolprepError("VP3163", light=light.place_mm_xyz)
 
 
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
@@ -63,9 +84,15 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
         yield _program(f"{name}-{volume.level}", transfer, (volume,), scene)
 
 
+def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
+    """Return how many passes come before a picture, each of whose targets takes a texture unit."""
+    return TECHNIQUES[technique].passes_before + (shadows == "map")
+
+
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
     """Return the files of the shaders of a program, those of its passes too."""
-    passes = range(TECHNIQUES[program.technique].passes_before)
+    shadows = "none" if program.light is None else program.light.shadows
+    passes = range(passes_before(program.technique, shadows))
     return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from volprep.parts.programs.decision import pass_file
+from volprep.parts.programs.decision import VERTEX, pass_file
 from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import SkipTablePlan
 from volprep.plan.records import ChannelPlan, Plan
@@ -81,12 +81,14 @@ class _Writer:
         shaders = compose_program(self._package, design, self._render, skips=skips)
         before = tuple(
             Pass(
-                vertex=design.vertex,
+                vertex=design.vertex if each.vertex is None else VERTEX,
                 fragment=pass_file(design, number),
                 geometry=each.geometry,
                 sampler=each.sampler,
                 target=each.target,
                 uniforms=each.uniforms,
+                reads=each.reads,
+                size=each.size,
             )
             for number, each in enumerate(shaders.before)
         )
