@@ -35,6 +35,7 @@
  * @property {number} [step_mm_min]
  * @property {Geometry} [geometry] triangle if absent
  * @property {Pass[]} [before]
+ * @property {object} [light_pass]
  * @property {Blend} [blend]
  * @property {number} [slab_samples]
  * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three, blocks_from_box_per_mm_xyz: Three}} SkipTable

@@ -57,7 +57,7 @@ def _light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
         return {}
     grid = level.grid
     place = (np.linalg.inv(grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0])[:3]
-    if program.light.shadows != "map":
+    if program.light.shadows not in {"map", "half-angle"}:
         return {"light_mm": place}
     seen = light_from_box(place, np.array(grid.extent_mm_zyx[::-1]))
     return {"light_mm": place, "light_from_box": seen, "box_from_light": np.linalg.inv(seen)}

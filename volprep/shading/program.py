@@ -15,15 +15,15 @@ from volprep.shading.compositing import compositing
 from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
-from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, map_feature
+from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, layer_feature, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.together import drawn_together
-from volprep.shading.walk import PassText, Wanted
+from volprep.shading.walk import PassText, Walk, Wanted
 from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Sampler, Uniform
+from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Sampler, Uniform, UniformSource
 from volprep_formats.package.reader import Package
 
 _OPTIONAL = (
@@ -62,6 +62,8 @@ class Shaders:
     """What the vertex shader draws."""
     before: tuple[PassText, ...]
     """Passes that come first, with the vertex shader of the program."""
+    light_pass: PassText | None
+    """What is drawn after each layer, from the light."""
     blend: Blend | None
     """How fragments are blended."""
     slab_samples: int | None
@@ -87,8 +89,8 @@ def compose_program(
         *_features(own, program, grid, skips=skips and walk.loops),
         compositing(package.manifest, program, render, walk, ends_early=ends_early),
     ]
-    maps = program.light is not None and program.light.shadows == "map"
-    shadow_map = (_shadow_map(own, program, grid, render, skips=skips),) if maps else ()
+    shadows = "none" if program.light is None else program.light.shadows
+    shadow_map = (_shadow_map(own, program, grid, render, skips=skips),) if shadows == "map" else ()
     return Shaders(
         vertex=walk.vertex,
         fragment=_composed(features, dialect, grid),
@@ -97,6 +99,7 @@ def compose_program(
         step_mm_min=walk.step_mm_min,
         geometry=walk.geometry,
         before=(*walk.before, *shadow_map),
+        light_pass=_light_layers(own, program, grid, walk) if shadows == "half-angle" else None,
         blend=walk.blend,
         slab_samples=walk.slab_samples,
     )
@@ -129,22 +132,39 @@ def _shadow_map(
     sampled = (sampling, *skipping)
     surface = compositing(package.manifest, program, render, walk, ends_early=False)
     features = [walk.feature, *sampled, surface, map_feature()]
-    seen = {"u_box_from_clip": "box_from_light"}
-    uniforms = tuple(
-        uniform.model_copy(update={"source": seen.get(uniform.name, uniform.source)})
-        for feature in features
-        for uniform in feature.uniforms
-    )
     return PassText(
         _composed(features, "es300", grid),
         "triangle",
         SHADOW_MAP,
         "rgba32f",
-        uniforms,
+        _from_light(features),
         vertex=walk.vertex,
         reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
         size=MAP_SIZE,
     )
+
+
+def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Walk) -> PassText:
+    """Return the pass that draws the layers of a program for its light."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    sampled = _features(package, unlit, grid, skips=False)
+    features = [walk.feature, *sampled, layer_feature()]
+    return PassText(
+        _composed(features, "es300", grid),
+        walk.geometry,
+        SHADOW_MAP,
+        "rgba16f",
+        _from_light(features),
+        reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
+        size=MAP_SIZE,
+    )
+
+
+def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
+    """Return the uniforms of features, with the light's view in place of the viewer's."""
+    views: dict[UniformSource, UniformSource] = {"box_from_clip": "box_from_light", "clip_from_box": "light_from_box"}
+    uniforms = (uniform for feature in features for uniform in feature.uniforms)
+    return tuple(each.model_copy(update={"source": views.get(each.source, each.source)}) for each in uniforms)
 
 
 def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bool) -> list[Feature]:

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from volprep.shading.compose import Dialect
 from volprep.shading.feature import Feature
 from volprep_formats.grid import Grid
-from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Uniform
+from volprep_formats.package.program import Blend, Geometry, PassTarget, ProgramDesign, Uniform
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,7 @@ class PassText:
     """What is drawn."""
     sampler: str
     """Sampler by which the program reads its target."""
-    target: Literal["rgba8", "rgba32f"]
+    target: PassTarget
     """Format of its target."""
     uniforms: tuple[Uniform, ...]
     """Every uniform of its shaders."""

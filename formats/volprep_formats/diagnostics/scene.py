@@ -188,7 +188,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3163": Diagnostic(
         ExitStatus.SCENE,
-        "lighting.shadows map needs a light outside the volume, but that at {light} is inside",
+        "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
         "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
     ),
 }

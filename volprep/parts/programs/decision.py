@@ -13,6 +13,8 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shadows, TechniqueName
 
+_TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
+"""The technique that shadows need, where it is only one."""
 _PREFIX = {"ray-casting": "raycast"}
 VERTEX = "shaders/raycast.vert"
 """Vertex shader of programs that cast rays in one pass."""
@@ -43,14 +45,14 @@ def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3160", shadows=shadows, lighting=render.lighting)
     if profile.api != "es3.0":
         raise VolprepError("VP3161", shadows=shadows, profile=profile.name, api=profile.api)
+    wanted = _TECHNIQUE_OF.get(shadows)
     possible = {
-        f"technique {render.technique}": TECHNIQUES[render.technique].loops,
+        f"technique {render.technique}": render.technique == wanted if wanted else TECHNIQUES[render.technique].loops,
         # The pieces around a point do not hold what lies between them and the light.
         "[grid]": scene.grid is None,
     }
     if shadows == "map":
         possible |= {
-            f"technique {render.technique}": render.technique == "ray-casting",
             # A map holds one distance for each ray of the light.
             f"compositing {render.compositing}": COMPOSITINGS[render.compositing].isovalue,
             "[proxy]": scene.proxy is None,
@@ -61,13 +63,13 @@ def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
 
 
 def require_light_outside(scene: Scene, grid: Grid) -> None:
-    """Raise VP3163 for a shadow map of a light inside the volume: its view has no one direction."""
+    """Raise VP3163 for a light inside the volume, where shadows need its view: that would have no one direction."""
     light = light_of(scene)
-    if light is None or light.shadows != "map":
+    if light is None or light.shadows not in {"map", "half-angle"}:
         return
     place = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
     if ((place >= 0.0) & (place <= grid.extent_mm_zyx[::-1])).all():
-        raise VolprepError("VP3163", light=light.place_mm_xyz)
+        raise VolprepError("VP3163", shadows=light.shadows, light=light.place_mm_xyz)
 
 
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
@@ -86,7 +88,7 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
 
 def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
     """Return how many passes come before a picture, each of whose targets takes a texture unit."""
-    return TECHNIQUES[technique].passes_before + (shadows == "map")
+    return TECHNIQUES[technique].passes_before + (shadows in {"map", "half-angle"})
 
 
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
