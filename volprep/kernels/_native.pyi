@@ -672,7 +672,7 @@ def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float,
         If an array has another type or order.
     """
 
-def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
     """
     Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
@@ -695,9 +695,10 @@ def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         the last two changes, an estimate of the error.
     intensities
         Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
-    light, halfway
+    light, halfway, shadows
         Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
-        those of Blinn and Phong instead of Phong's. Without them, with normals, light comes from the viewer.
+        those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
+        light comes from the viewer.
     kernel, normals, slope_scale
         What normals are, as in render_oracle; without them nothing is lit.
     threads
@@ -747,7 +748,7 @@ def render_oracle_sum(volumes: Sequence[numpy.typing.NDArray[numpy.generic]], sl
         If an array has another type or order.
     """
 
-def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, light_mm_xyz: Sequence[float] | None = None, offset_mm: float = 0.0, reaching: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write where each pixel's ray first meets an isosurface of the trilinear field.
 
@@ -770,6 +771,9 @@ def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         and how much it changes per millimetre.
     kernel, normals, slope_scale
         What normals are, as in render_oracle; without them they are 0.
+    light_mm_xyz, offset_mm, reaching
+        Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is
+        on the viewer's side of the surface, from `offset_mm` off the hit on, and 0 in shadow.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

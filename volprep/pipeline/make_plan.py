@@ -12,7 +12,7 @@ from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
-from volprep.parts.programs.decision import require_technique, sampling_of
+from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, sampling_of
 from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import refuse_slices
 from volprep.parts.together.decision import choose_together, plan_together
@@ -59,6 +59,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     scans = _channel_scans(scene, scanned)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
+    require_light_outside(scene, grid)
     begun = [begin(scan, profile, crop, grid) for scan in scans]
     shared = Shared(
         profile=profile,
@@ -99,6 +100,7 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if channels > 1 and scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
+    require_shadows(scene, profile)
     if profile.has_shaders:
         refuse_slices(scene, profile)
         require_technique(scene)

@@ -21,6 +21,7 @@ from volprep_formats.package.program import (
     CompositingName,
     Lighting,
     NormalsFrom,
+    Shadows,
     Share,
     TechniqueName,
 )
@@ -162,6 +163,12 @@ class LightingSettings(Record):
     """How white a highlight is."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
+    shadows: Shadows = "none"
+    """Whether what lies between the light of "phong" or "blinn-phong" and a sample takes light away; OpenGL ES 3.0.
+    "rays": the shader follows a ray from each lit sample to the light, with as many steps as the pixel's own ray has.
+    Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a pass draws how far
+    the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light outside the volume:
+    each slice is drawn for the viewer and for the light."""
 
 
 class GridSettings(Record):

@@ -121,4 +121,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
+    "VP5040": Diagnostic(
+        ExitStatus.RENDER,
+        "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
+        "Move the light out of the volume, or build the package with lighting.shadows = rays.",
+    ),
 }
