@@ -120,4 +120,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
+    "VP5050": Diagnostic(
+        ExitStatus.USAGE,
+        "the opacity of the volume cannot be estimated by {source} here: its picture has alpha, which is exact",
+        "Leave out --opacity; estimates are for packages for OpenGL ES 1.1.",
+    ),
 }
