@@ -184,6 +184,7 @@ typedef enum volpkg_level_filter {
     VOLPKG_LEVEL_NONE,
     VOLPKG_LEVEL_NEAREST,
     VOLPKG_LEVEL_BILINEAR,
+    VOLPKG_LEVEL_TWO_STEP_BILINEAR,
     VOLPKG_LEVEL_BOX,
     VOLPKG_LEVEL_BINOMIAL,
     VOLPKG_LEVEL_GAUSSIAN,
@@ -643,6 +644,7 @@ typedef struct volpkg_grid_point {
 typedef struct volpkg_view_thresholds {
     double plus_z_below_theta, minus_z_above_theta, sideways_between_theta[2];
     double plus_x_below_phi, minus_x_above_phi, y_between_phi[2];
+    double finer_above_pixels, coarser_below_pixels;
 } volpkg_view_thresholds;
 
 /* Level 0 in pieces: SPEC.md section 18. Piece number i + nx * (j + ny * k) is piece i along x, j along y, k along z.
@@ -1959,6 +1961,7 @@ VOLPKG__MAYBE(volpkg__maybe_quantization, volpkg__quantization_type)
 static const volpkg__named volpkg__level_filters[] = {{"none", VOLPKG_LEVEL_NONE},
                                                       {"nearest", VOLPKG_LEVEL_NEAREST},
                                                       {"bilinear", VOLPKG_LEVEL_BILINEAR},
+                                                      {"two-step-bilinear", VOLPKG_LEVEL_TWO_STEP_BILINEAR},
                                                       {"box", VOLPKG_LEVEL_BOX},
                                                       {"binomial", VOLPKG_LEVEL_BINOMIAL},
                                                       {"gaussian", VOLPKG_LEVEL_GAUSSIAN},
@@ -2570,6 +2573,8 @@ static const volpkg__field volpkg__view_fields[] = {
     VOLPKG__MAY(volpkg_view_thresholds, plus_x_below_phi, volpkg__degrees, 67.5),
     VOLPKG__MAY(volpkg_view_thresholds, minus_x_above_phi, volpkg__degrees, 112.5),
     VOLPKG__KEY(volpkg_view_thresholds, "y_between_phi", y_between_phi, volpkg__two_degrees, VOLPKG__SIDEWAYS, 0),
+    VOLPKG__MAY(volpkg_view_thresholds, finer_above_pixels, volpkg__positive, 2),
+    VOLPKG__MAY(volpkg_view_thresholds, coarser_below_pixels, volpkg__positive, 0.75),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__view_type, volpkg_view_thresholds, volpkg__view_fields)
 VOLPKG__EXACTLY(volpkg__three_cuts, volpkg__indices, 3, volpkg__list)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.block_inputs import block_inputs
+from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
 from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
@@ -22,6 +23,7 @@ from volprep.render.half_angle import corners_of_layers, half_angle_layers
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
+from volprep.render.overlay import Overlay, overlay
 from volprep.render.timing import DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -70,6 +72,7 @@ class Renderer:
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
+        self._overlay: Overlay | None = None
         self._last: tuple[bytes, tuple[int, int], float | None] | None = None
 
     def __enter__(self) -> Self:
@@ -86,6 +89,7 @@ class Renderer:
             check_uniforms(self._program, self._textures, self._linked)
             self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
             self._targets_before: list[PictureTarget] = []
+            self._overlay = None
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -137,6 +141,25 @@ class Renderer:
         """
         target = self._draw(box_from_clip, shape_hw, step_mm)
         return self._gl.read(target)
+
+    def render_with_lines(
+        self,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        small_hw: tuple[int, int],
+        lines: Sequence[BoxLines],
+        step_mm: float | None = None,
+    ) -> Float32Array:
+        """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
+
+        Errors are those of `render`.
+        """
+        small = self._draw(box_from_clip, small_hw, step_mm)
+        if self._overlay is None:
+            self._overlay = self._stack.enter_context(overlay(self._gl))
+        with self._gl.target("rgba8", shape_hw) as target:
+            self._overlay.draw(small, target, box_from_clip, lines)
+            return self._gl.read(target)
 
     def time_ms(
         self,
@@ -305,7 +328,9 @@ class Renderer:
             self._target_stack.close()
             self._target = None
             self._target = self._target_stack.enter_context(
-                self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
+                self._gl.target(
+                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
+                )
             )
             self._targets_before = [
                 self._target_stack.enter_context(

@@ -126,4 +126,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
         "Move the light out of the volume, or build the package with lighting.shadows = rays.",
     ),
+    "VP5050": Diagnostic(
+        ExitStatus.USAGE,
+        "the opacity of the volume cannot be estimated by {source} here: its picture has alpha, which is exact",
+        "Leave out --opacity; estimates are for packages for OpenGL ES 1.1.",
+    ),
 }
