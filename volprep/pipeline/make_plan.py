@@ -20,6 +20,7 @@ from volprep.parts.together.packing import pack_channels
 from volprep.parts.values.items import describe_border
 from volprep.parts.values.labels import require_distinct_labels
 from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
+from volprep.pipeline.costs import planned_costs
 from volprep.pipeline.items import PREVIEW_ITEM, early_termination
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
@@ -83,7 +84,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         PREVIEW_ITEM,
         *_left_out(scene, channels[0]),
     ]
-    return Plan(
+    plan = Plan(
         shared=shared,
         channels=tuple(channels),
         together=together,
@@ -91,6 +92,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         stages=_stages(channels, together),
         items=tuple(items),
     )
+    return plan.model_copy(update={"costs": planned_costs(plan)})
 
 
 def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:
