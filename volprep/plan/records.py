@@ -158,7 +158,7 @@ class Shared(Record):
     grid: Grid
     """Grid of level 0: that part of the source's grid."""
     render: RenderSettings
-    """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
+    """How the package wants to be drawn; `opacity_cutoff` is absent where rays run to their end."""
     compositing: CompositingName = "emission-absorption"
     """What rays make of what they meet."""
 

@@ -70,8 +70,8 @@ class RenderSettings(Record):
     level_steps: tuple[LevelStep, ...] = ()
     """Coarser levels that are drawn with other steps, finest first."""
     opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if no ray
-    can reach it."""
+    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays
+    run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()

@@ -213,7 +213,8 @@ ITEMS: tuple[Item, ...] = (
         lambda _: "wish",
         lambda manifest, _: manifest.editing is not None,
         without={"editable": False},
-        added=lambda _: {"editable": True},
+        # No filter may rest on a transfer function.
+        added=lambda _: {"editable": True, "pyramid": {"filter": "box"}},
         chosen_by=lambda _: "scene",
         lossy=True,
     ),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from volprep.parts.values.decision import SHARE
 from volprep.validation.ablation.items import Gain
 from volprep.validation.ablation.records import AblationRow, Measurement, Outcome, Ratio
 from volprep_formats.package.manifest import Tolerance
@@ -14,19 +15,23 @@ _LEAST_SAVING = 0.5
 """Part of the next finer level that a level must save an app to upload, if it is not drawn faster."""
 
 
-def judged_added(row: AblationRow, gain: Gain, planned: Measurement, *, lossy: bool) -> AblationRow:
+def judged_added(
+    row: AblationRow, gain: Gain, planned: Measurement, tolerance: Tolerance, *, lossy: bool
+) -> AblationRow:
     """Judge what was put in: it must change no view, and, where the plan decides, gain nothing.
 
-    What trades accuracy may change single pixels: of it the root mean square of a view counts. What takes memory away
-    and changes pictures is left out so that they stay as they are.
+    What trades accuracy may change single pixels: of it the root mean square of a view counts. Where that is more than
+    anybody sees, but within the part of the tolerance that one decision may take, the scene has allowed the trade.
     """
     change, other = row.change_rmse if lossy else row.change_maximum, row.other
     if change is None or other is None or other.ratio is None:
         return row
     told = f"with it a view changes by {'RMSE' if lossy else 'at most'} {change:.2g}; {_time(other)}"
     if change > MOST_CHANGE:
-        saves = gain == "memory" and lossy
-        return _with(row, "rightly left out" if saves else "wrongly left out", f"{told}; {MOST_CHANGE:.2g} is allowed")
+        allowed = SHARE * tolerance.rmse
+        if lossy and change <= allowed:
+            return _with(row, "traded for bytes", f"{told}; the scene allows RMSE {allowed:.2g} for one decision")
+        return _with(row, "wrongly left out", f"{told}; {MOST_CHANGE:.2g} is allowed")
     faster = other.ratio.high < _CLEARLY_FASTER
     smaller = gain == "memory" and other.gpu_bytes < planned.gpu_bytes and other.ratio.low <= 1.0
     if row.chosen_by == "plan" and (faster or smaller):

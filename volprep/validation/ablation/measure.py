@@ -45,9 +45,11 @@ def measure_ablation(
     scene = judge.scene.with_source(first.spec).with_transfer(first.transfer)
     spec, reduced_by = write_scan(first.spec, folder / "scan.nrrd", progress, MOST_VOXELS)
     request = Request(with_changes(scene.with_source(spec), {"together": None}), judge.profile, judge.scene_path)
-    bench = _Bench(request, folder, picture_size or judge.picture_size)
+    bench = VariantBench(request, folder, picture_size or judge.picture_size)
     rows = tuple(bench.rows(progress))
-    everything, has = bench.everything(rows)
+    could = {row.item for row in rows if not row.kept and row.other is not None}
+    added = [item for item in ITEMS if item.with_everything and item.name in could]
+    everything = bench.everything(added)
     planned = bench.planned.manifest
     return Ablation(
         profile=manifest.profile.name,
@@ -64,7 +66,7 @@ def measure_ablation(
         planned=bench.measured_as_planned,
         noise=bench.noise,
         everything=everything,
-        everything_has=has,
+        everything_has=() if everything is None else tuple(item.name for item in added),
         rows=rows,
         not_measured=(
             "preview: a picture for people, which no other picture depends on",
@@ -74,10 +76,11 @@ def measure_ablation(
     )
 
 
-class _Bench:
+class VariantBench:
     """Builds variants and compares them with the package as planned."""
 
     def __init__(self, request: Request, folder: Path, picture_size: int) -> None:
+        """Take a scene with its profile, an empty folder, and the width and height of pictures in pixels."""
         self._workshop = Workshop(request, folder)
         self._tolerance = request.scene.tolerance
         self.scene = request.scene
@@ -113,6 +116,11 @@ class _Bench:
         yield from self._undrawable()
         progress.advance()
 
+    def left_out(self) -> list[Item]:
+        """Return what the package with everything has and the planned one has not."""
+        names = {item.name for item, _, kept in self._wanted() if item.with_everything and not kept}
+        return [item for item in ITEMS if item.name in names and item.added(self.scene) is not None]
+
     def _wanted(self) -> Iterator[tuple[Item, str | None, bool]]:
         for item in ITEMS:
             for transfer in self.gauge.transfers if item.for_each_transfer else (None,):
@@ -145,7 +153,8 @@ class _Bench:
             return row.model_copy(update={"finding": f"{error.code} {error.summary}"})
         row = row.model_copy(update={"other": other, "change_rmse": change_rmse, "change_maximum": change_maximum})
         if not kept:
-            return judged_added(row, item.gain(self.scene), self._planned_for(transfers), lossy=item.lossy)
+            planned = self._planned_for(transfers)
+            return judged_added(row, item.gain(self.scene), planned, self._tolerance, lossy=item.lossy)
         differing = manifest_differences(package.manifest, self.planned.manifest)
         return judged_without(row, item.gain(self.scene), self._planned_for(transfers), self._tolerance, differing)
 
@@ -159,22 +168,19 @@ class _Bench:
             return self.measured_as_planned
         return self.gauge.measured(self.planned, transfers, self.measured_as_planned.milliseconds)
 
-    def everything(self, rows: Sequence[AblationRow]) -> tuple[Measurement | None, tuple[str, ...]]:
-        """Measure the package with all that can be put in at once; None where there is none, or nothing to put in."""
-        could = {row.item for row in rows if not row.kept and row.other is not None}
-        added = [item for item in ITEMS if item.with_everything and item.name in could]
+    def everything(self, added: Sequence[Item]) -> Measurement | None:
+        """Measure the package with these items put in at once; None where there is none, or nothing to put in."""
         changes: Changes = self._same
         for item in added:
             changes = merged(changes, item.added(self.scene) or {})
         if not added:
-            return None, ()
+            return None
         try:
             package = self._workshop.make(changes).package
         except VolprepError:
-            return None, ()
+            return None
         timed = self.gauge.timed(package, self.gauge.transfers)
-        found = self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
-        return found, tuple(item.name for item in added)
+        return self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
 
     def _levels(self) -> Iterator[AblationRow]:
         """Compare each coarse level with the next finer one, which an app would draw without it."""

@@ -14,13 +14,14 @@ Outcome = Literal[
     "earns its place",
     "does not earn its place",
     "rightly left out",
+    "traded for bytes",
     "wrongly left out",
     "not told apart",
     "cannot be had",
 ]
-"""Of an item that is kept: whether it is worth what it costs. Of one that is not: whether anybody would miss it. Not
-told apart: times spread more than what they differ by. Cannot be had: this scan, or this class of devices, has no such
-package."""
+"""Of an item that is kept: whether it is worth what it costs. Of one that is not: whether anybody would miss it; traded
+for bytes: one might, but the tolerance of the scene allows it. Not told apart: times spread more than what they differ
+by. Cannot be had: this scan, or this class of devices, has no such package."""
 FAULTS: frozenset[Outcome] = frozenset(("does not earn its place", "wrongly left out"))
 """Outcomes by which the plan is wrong."""
 
