@@ -680,6 +680,13 @@ typedef struct volpkg_plan_item {
     int64_t size_bytes;
 } volpkg_plan_item;
 
+/* What drawing one level with one transfer function takes on a device; see SPEC.md, DrawCost. */
+typedef struct volpkg_cost {
+    const char* transfer;
+    int32_t level;
+    int64_t upload_bytes, gpu_bytes;
+} volpkg_cost;
+
 typedef struct volpkg_compressed_form {
     int32_t format; /* place in: EAC_R11, ETC2_RGBA8, ASTC_4X4, ASTC_5X5, ASTC_6X6, ASTC_8X8 */
     const char* channel;
@@ -712,6 +719,7 @@ typedef struct volpkg_package {
     const volpkg_proxy* proxy;
     const char* preview;
     VOLPKG_LIST(int32_t) fidelity; /* only its length is kept */
+    VOLPKG_LIST(volpkg_cost) costs;
     VOLPKG_LIST(int32_t) stages;   /* empty */
     VOLPKG_LIST(volpkg_file) files;
 } volpkg_package;
@@ -2471,6 +2479,13 @@ static const volpkg__field volpkg__plan_fields[] = {VOLPKG__MUST(volpkg_plan_ite
 VOLPKG__RECORDS(volpkg__plan_type, volpkg_plan_item, volpkg__plan_fields)
 VOLPKG__MANY(volpkg__plan, volpkg__plan_type, 0, VOLPKG__MOST)
 
+static const volpkg__field volpkg__cost_fields[] = {VOLPKG__MUST(volpkg_cost, transfer, volpkg__string),
+                                                    VOLPKG__MUST(volpkg_cost, level, volpkg__index),
+                                                    VOLPKG__MUST(volpkg_cost, upload_bytes, volpkg__bytes),
+                                                    VOLPKG__MUST(volpkg_cost, gpu_bytes, volpkg__bytes), VOLPKG__END};
+VOLPKG__RECORDS(volpkg__cost_type, volpkg_cost, volpkg__cost_fields)
+VOLPKG__MANY(volpkg__costs, volpkg__cost_type, 0, VOLPKG__MOST)
+
 static const volpkg__named volpkg__compressed_formats[] = {
     {"EAC_R11", 0}, {"ETC2_RGBA8", 1}, {"ASTC_4X4", 2}, {"ASTC_5X5", 3}, {"ASTC_6X6", 4}, {"ASTC_8X8", 5}, {NULL, 0}};
 static const volpkg__named volpkg__bases[] = {{"level", 0}, {"sample", 1}, {NULL, 0}};
@@ -2532,6 +2547,7 @@ static const volpkg__field volpkg__package_fields[] = {
     VOLPKG__NULL(volpkg_package, skipping, volpkg__maybe_skipping, 0),
     VOLPKG__MAY(volpkg_package, programs, volpkg__programs, 0),
     VOLPKG__MAY(volpkg_package, fidelity, volpkg__anything, 0),
+    VOLPKG__MAY(volpkg_package, costs, volpkg__costs, 0),
     VOLPKG__NULL(volpkg_package, editing, volpkg__maybe_editing, 0),
     VOLPKG__NULL(volpkg_package, subvolumes, volpkg__maybe_subvolumes, 0),
     VOLPKG__NULL(volpkg_package, proxy, volpkg__maybe_proxy, 0),

@@ -163,6 +163,7 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
+            self.uploaded_bytes += sum(each.nbytes for each in levels)
             # The driver has a copy: do not hold the texels as long as the texture.
             del levels, texels, pointer
             yield handle
@@ -273,6 +274,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindBuffer(target, handle)
                 GLES3.glBufferData(target, data.nbytes, data.ctypes.data_as(ctypes.c_void_p), GLES3.GL_STATIC_DRAW)
+                self.uploaded_bytes += data.nbytes
             yield MeshPart(vertices, indices, triangles.size)
 
     def draw_mesh(

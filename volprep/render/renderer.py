@@ -5,6 +5,7 @@ package, whatever the driver at hand allows.
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
@@ -24,7 +25,7 @@ from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
 from volprep.render.overlay import Overlay, overlay
-from volprep.render.timing import DrawTimes, draw_times, median_ms
+from volprep.render.timing import Clock, DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
@@ -130,6 +131,11 @@ class Renderer:
         """The program that draws."""
         return self._program
 
+    @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures and meshes that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
     def render(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
     ) -> Float32Array:
@@ -167,16 +173,21 @@ class Renderer:
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
+        clock: Clock = time.perf_counter,
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        If the same picture was drawn last, that was the one.
+        If the same picture was drawn last, that was the one. `clock` tells the time in seconds.
 
         Drawing only: no upload, no reading back.
         """
         has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
         return median_ms(
-            lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats, has_drawn=has_drawn
+            lambda: self._draw(box_from_clip, shape_hw, step_mm),
+            self._gl.finish,
+            repeats,
+            has_drawn=has_drawn,
+            clock=clock,
         )
 
     def draw_times(
