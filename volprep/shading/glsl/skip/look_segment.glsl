@@ -9,5 +9,3 @@ if (segments > 0.0) {
   front = stored_value(start + stride * (next - 0.5));
   continue;
 }
-float run_start = next;
-next += RUN;
