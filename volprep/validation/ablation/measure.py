@@ -65,7 +65,7 @@ def measure_ablation(
         seconds=time.perf_counter() - began,
         planned=bench.measured_as_planned,
         noise=bench.noise,
-        everything=everything,
+        everything=None if everything is None else everything[1],
         everything_has=() if everything is None else tuple(item.name for item in added),
         rows=rows,
         not_measured=(
@@ -168,8 +168,8 @@ class VariantBench:
             return self.measured_as_planned
         return self.gauge.measured(self.planned, transfers, self.measured_as_planned.milliseconds)
 
-    def everything(self, added: Sequence[Item]) -> Measurement | None:
-        """Measure the package with these items put in at once; None where there is none, or nothing to put in."""
+    def everything(self, added: Sequence[Item]) -> tuple[Package, Measurement] | None:
+        """Make the package with these items put in at once; None where there is none, or nothing to put in."""
         changes: Changes = self._same
         for item in added:
             changes = merged(changes, item.added(self.scene) or {})
@@ -180,7 +180,7 @@ class VariantBench:
         except VolprepError:
             return None
         timed = self.gauge.timed(package, self.gauge.transfers)
-        return self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
+        return package, self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
 
     def _levels(self) -> Iterator[AblationRow]:
         """Compare each coarse level with the next finer one, which an app would draw without it."""
