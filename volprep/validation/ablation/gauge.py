@@ -16,7 +16,7 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import Volume, light_of_scan
 from volprep.validation.ablation.records import Measurement, Ratio
 from volprep.validation.pixels import pixels_of
-from volprep.validation.precise import most_precise
+from volprep.validation.precise import finite, most_precise
 from volprep.validation.records import Target
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
@@ -154,7 +154,10 @@ class Gauge:
                 if not renderer.draws_step(step_mm):
                     return None
                 views = self._views(package).items()
-                return {name: renderer.render(view, self.subject.shape_hw, step_mm) for name, view in views}
+                shape_hw, drawn_by = self.subject.shape_hw, renderer.program.name
+                return {
+                    name: finite(renderer.render(view, shape_hw, step_mm), drawn_by, target) for name, view in views
+                }
 
         return most_precise(draw)
 
