@@ -1,5 +1,6 @@
 """Take each item out of a package, put each into it that was left out, and tell what that changes."""
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -26,6 +27,8 @@ from volprep_formats.progress import Progress
 MOST_VOXELS = 2**24
 """Of a larger scan means are measured: some fifteen packages are built."""
 
+_MOST_PIXELS = 512
+"""Width and height of pictures of levels."""
 _OWN_TABLE = " of level "
 """In the name of the item of the plan for a level's own table."""
 
@@ -65,7 +68,7 @@ def measure_ablation(
         seconds=time.perf_counter() - began,
         planned=bench.measured_as_planned,
         noise=bench.noise,
-        everything=everything,
+        everything=None if everything is None else everything[1],
         everything_has=() if everything is None else tuple(item.name for item in added),
         rows=rows,
         not_measured=(
@@ -168,8 +171,8 @@ class VariantBench:
             return self.measured_as_planned
         return self.gauge.measured(self.planned, transfers, self.measured_as_planned.milliseconds)
 
-    def everything(self, added: Sequence[Item]) -> Measurement | None:
-        """Measure the package with these items put in at once; None where there is none, or nothing to put in."""
+    def everything(self, added: Sequence[Item]) -> tuple[Package, Measurement] | None:
+        """Make the package with these items put in at once; None where there is none, or nothing to put in."""
         changes: Changes = self._same
         for item in added:
             changes = merged(changes, item.added(self.scene) or {})
@@ -180,7 +183,7 @@ class VariantBench:
         except VolprepError:
             return None
         timed = self.gauge.timed(package, self.gauge.transfers)
-        return self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
+        return package, self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
 
     def _levels(self) -> Iterator[AblationRow]:
         """Compare each coarse level with the next finer one, which an app would draw without it."""
@@ -227,6 +230,7 @@ class VariantBench:
             }
         )
         without = Package(self.planned.path, common, self.planned.channel)
+        gauge = self._gauge_for_levels()
         for transfer in self.gauge.transfers:
             for level in (each.index for each in manifest.levels):
                 if not own_table(self.planned, transfer, level):
@@ -241,8 +245,18 @@ class VariantBench:
                     outcome="not told apart",
                     finding="",
                 )
-                own = self.gauge.level_error(self.planned, transfer, level)
-                yield table_outcome(row, own, self.gauge.level_error(without, transfer, level))
+                own = gauge.level_error(self.planned, transfer, level)
+                yield table_outcome(row, own, gauge.level_error(without, transfer, level))
+
+    def _gauge_for_levels(self) -> Gauge:
+        """Return a gauge whose pictures have two rays along each voxel of level 1: fewer would tell of chance alone."""
+        coarser = self.planned.manifest.levels[1:]
+        if not coarser:
+            return self.gauge
+        voxels = math.hypot(*coarser[0].grid.extent_mm_zyx) / min(coarser[0].grid.spacing_mm_zyx)
+        pixels = min(_MOST_PIXELS, 2 * round(voxels))
+        subject = self.gauge.subject
+        return self.gauge if pixels <= subject.shape_hw[0] else Gauge(self.planned, subject.scan, pixels)
 
     def _undrawable(self) -> Iterator[AblationRow]:
         """Take away what no other item is about: textures and shaders without which a program draws nothing."""
