@@ -118,6 +118,7 @@ class RenderWishes(Record):
     first pass over the faces of the box says where rays enter. "two-pass-as-published": the same with positions of 8
     bits, as Congote et al. (2011) have them, to compare with: they are off by up to 1/510 of the box. "slabs": ray
     casting in several draws, each of the next 40 samples of all rays, so that an app may show what is there already.
+    "tiles": ray casting in tiles of 8×8 pixels, which compute shaders of OpenGL ES 3.1 sort by their cost.
     "view-slices": layers across the view are blended, which some devices draw faster; each is rounded to the 8 bits of
     the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
     "view-slices", with the opacity and the blending of Noguera and Jiménez (2012), to compare with: it does not

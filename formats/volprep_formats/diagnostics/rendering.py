@@ -120,6 +120,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
+    "VP5041": Diagnostic(
+        ExitStatus.RENDER,
+        "a program of technique {technique} does not draw its picture part by part",
+        "Build the package with render.technique = ray-casting or tiles, and without a shadow map.",
+    ),
     "VP5040": Diagnostic(
         ExitStatus.RENDER,
         "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",

@@ -375,8 +375,10 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("light_mm")
     if program.light is not None and program.light.shadows in {"map", "half-angle"}:
         given |= {"box_from_light", "light_from_box"}
-    uniforms = (*program.uniforms, *(uniform for each in program.passes for uniform in each.uniforms))
-    for uniform in uniforms:
+    if program.tiles is not None:
+        given |= {"picture_width", "picture_height"}
+    parts = (program, *program.passes, *([program.tiles] if program.tiles else []))
+    for uniform in (uniform for part in parts for uniform in part.uniforms):
         if uniform.source not in given:
             yield f"has a uniform {uniform.name} for {uniform.source}, which nothing gives it"
 
@@ -384,7 +386,7 @@ def _sources(program: Program) -> Iterator[str]:
 def _reads(program: Program) -> Iterator[str]:
     """A pass reads textures of its program."""
     known = {sampler.name for sampler in program.samplers}
-    for each in program.passes:
+    for each in (*program.passes, *([program.tiles] if program.tiles else [])):
         yield from (f"has a pass that reads {name}, which it does not" for name in each.reads if name not in known)
 
 
