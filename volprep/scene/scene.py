@@ -313,13 +313,18 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
+    @property
+    def _reads_normals(self) -> bool:
+        """Whether lit samples read a volume of normals."""
+        return self.render.lighting != "none" and self.lighting.normals == "volume"
+
     @model_validator(mode="after")
     def _mipmaps_are_alone(self) -> Self:
         if self.textures.mipmaps and self.textures.compression != "none":
             msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
             raise ValueError(msg)
-        if self.textures.mipmaps and self.render.lighting != "none":
-            msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
+        if self.textures.mipmaps and self._reads_normals:
+            msg = "render.lighting reads normals, which have no mipmaps: set lighting.normals to central or forward"
             raise ValueError(msg)
         return self
 
@@ -328,7 +333,7 @@ class Scene(Record):
         others = {
             "textures.mipmaps": self.textures.mipmaps,
             "textures.compression": self.textures.compression != "none",
-            "render.lighting": self.render.lighting != "none",
+            "render.lighting with lighting.normals volume": self._reads_normals,
             "render.classification preclassified": self.render.classification == "preclassified",
         }
         if self.bricks is not None and any(others.values()):

@@ -115,6 +115,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     words: dict[str, str] = {}
     offered = {
         "LAST": "count",
+        "NEAR": "stored_value(",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),
@@ -211,9 +212,9 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))
     volume = next(volumes)
     if volume.bricks is not None:
-        return raycast_bricks.sampling(volume.bricks, level.grid)
+        return raycast_bricks.sampling(volume.bricks, level.grid, gradients=program.normals_from != "volume")
     component = component_letter(volume.gl.format, package.component_of(volume))
     read = None if program.classification == "preclassified" else component
     if volume.mosaic is not None:
         return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, read, volume.filter)
-    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None)
+    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None, extent_mm_zyx=grid.extent_mm_zyx)

@@ -62,7 +62,7 @@ def cost_feature(grid: Grid, sample: Slot) -> Feature:
 def tile_texts(cost: str, features: Sequence[Feature]) -> TileTexts:
     """Return the shaders of tiles whose cost the shader `cost` of these features counts."""
     return TileTexts(
-        texts=(cost, *(compose(f"tiles/{name}", "es310", {}, {}) for name in ("offsets", "place"))),
+        texts=(cost, compose("tiles/offsets", "es310", {}, {}), compose("tiles/place", "es310", {}, {})),
         uniforms=tuple(uniform for feature in features for uniform in feature.uniforms),
         reads=tuple(sampler.name for feature in features for sampler in feature.samplers),
     )

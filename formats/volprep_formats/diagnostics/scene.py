@@ -186,6 +186,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "lighting.shadows {shadows} does not go with {what}",
         "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
     ),
+    "VP3165": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
+        "not be stored",
+        "Set bricks.reach to 2.",
+    ),
     "VP3164": Diagnostic(
         ExitStatus.SCENE,
         "render.technique {technique} needs 3D textures and OpenGL ES 3.1, but profile {profile} has {problem}",
