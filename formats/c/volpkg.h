@@ -461,7 +461,7 @@ typedef struct volpkg_pass {
     const char* sampler; /* which the program reads it with; its unit follows those of the program's samplers */
     volpkg_pass_target target;
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    VOLPKG_LIST(const char* const) reads; /* samplers of the program that it has, too */
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that it has, too */
     int32_t size;                   /* width and height of the texture; 0 if they are those of the picture */
     const volpkg_blend* blend;      /* of a light_pass, else NULL */
     const volpkg_blend* behind; /* that of the picture, if the light comes from behind; of a light_pass, else NULL */
@@ -472,7 +472,7 @@ typedef struct volpkg_tiles {
     int32_t size, groups;
     volpkg_text cost, offsets, place;
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    VOLPKG_LIST(const char* const) reads; /* samplers of the program that `cost` has, too */
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that `cost` has, too */
 } volpkg_tiles;
 
 /*

@@ -398,6 +398,7 @@ class Gl(GlObjects):
         """Wait until all that was asked for is drawn."""
         with self._checked("drawing"):
             GLES3.glFinish()
+            self._require_context("drawing")
 
     def read(self, target: PictureTarget) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
@@ -409,6 +410,7 @@ class Gl(GlObjects):
             GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
             pointer = picture.ctypes.data_as(ctypes.c_void_p)
             GLES3.glReadPixels(0, 0, width, height, GLES3.GL_RGBA, kind, pointer)
+            self._require_context("reading the picture")
         upright = picture[::-1].astype(np.float32)
         return upright / np.float32(255) if eight_bits else upright
 

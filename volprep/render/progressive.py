@@ -31,7 +31,7 @@ _SEED = 4
 
 
 @dataclass(frozen=True)
-class Frame:
+class ShownFrame:
     """What a user sees at a time."""
 
     picture: Float32Array
@@ -61,7 +61,7 @@ def frames(
     step_mm: float,
     *,
     budget_s: float = 0.1,
-) -> Iterator[Frame]:
+) -> Iterator[ShownFrame]:
     """Draw a picture frame by frame, each in about `budget_s`. The first is that of a view that changes.
 
     Raises VP5041 for an order that the program does not have, and what `Renderer.render` raises.
@@ -69,14 +69,14 @@ def frames(
     if order == "slabs" and renderer.program.slab_samples is None:
         raise VolprepError("VP5041", technique=renderer.program.technique)
     if order == "classic":
-        yield Frame(renderer.render(box_from_clip, shape_hw, step_mm), 1.0)
+        yield ShownFrame(renderer.render(box_from_clip, shape_hw, step_mm), 1.0)
         return
     low = low_resolution(renderer, box_from_clip, shape_hw, step_mm)
-    yield Frame(low, 0.0)
+    yield ShownFrame(low, 0.0)
     if order == "slabs":
         pictures = [*renderer.progress(box_from_clip, shape_hw, step_mm)]
         for number, picture in enumerate(pictures, start=1):
-            yield Frame(picture, number / len(pictures))
+            yield ShownFrame(picture, number / len(pictures))
         return
     if order == "tiles":
         parts = tile_parts(renderer, box_from_clip, shape_hw, step_mm)
@@ -124,7 +124,7 @@ def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
     low: Float32Array,
     parts: Iterator[Part],
     budget_s: float,
-) -> Iterator[Frame]:
+) -> Iterator[ShownFrame]:
     """Draw parts until the time of a frame is over, and show the rest as it was in `low`."""
     shape_hw = low.shape[0], low.shape[1]
     finished = np.zeros(shape_hw, bool)
@@ -137,4 +137,4 @@ def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
             if time.perf_counter() - began > budget_s:
                 break
         picture = np.where(finished[..., None], renderer.drawn(shape_hw), low)
-        yield Frame(picture, float(finished.mean()))
+        yield ShownFrame(picture, float(finished.mean()))

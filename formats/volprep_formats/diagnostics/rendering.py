@@ -120,14 +120,21 @@ ENTRIES: dict[str, Diagnostic] = {
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
+    "VP5040": Diagnostic(
+        ExitStatus.RENDER,
+        "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
+        "Move the light out of the volume, or build the package with lighting.shadows = rays.",
+    ),
     "VP5041": Diagnostic(
         ExitStatus.RENDER,
         "a program of technique {technique} does not draw its picture part by part",
         "Build the package with render.technique = ray-casting or tiles, and without a shadow map.",
     ),
-    "VP5040": Diagnostic(
+    "VP5042": Diagnostic(
         ExitStatus.RENDER,
-        "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
-        "Move the light out of the volume, or build the package with lighting.shadows = rays.",
+        "the driver {driver} has lost the OpenGL context in {operation}: the GPU was reset, and nothing is drawn any "
+        "more",
+        "Draw again. If it happens each time, a draw takes too long for the driver: choose technique slabs or tiles, a "
+        "longer step or a smaller picture.",
     ),
 }

@@ -186,20 +186,20 @@ ENTRIES: dict[str, Diagnostic] = {
         "lighting.shadows {shadows} does not go with {what}",
         "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
     ),
-    "VP3165": Diagnostic(
+    "VP3163": Diagnostic(
         ExitStatus.SCENE,
-        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
-        "not be stored",
-        "Set bricks.reach to 2.",
+        "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
+        "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
     ),
     "VP3164": Diagnostic(
         ExitStatus.SCENE,
         "render.technique {technique} needs 3D textures and OpenGL ES 3.1, but profile {profile} has {problem}",
         "Choose a profile with 3D textures, or another technique.",
     ),
-    "VP3163": Diagnostic(
+    "VP3165": Diagnostic(
         ExitStatus.SCENE,
-        "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
-        "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
+        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
+        "not be stored",
+        "Set bricks.reach to 2.",
     ),
 }
