@@ -25,7 +25,9 @@ _SHEET = "contact-sheet"
 def main() -> None:
     """Measure what is asked for; all papers and the contact sheet if nothing is."""
     parser = argparse.ArgumentParser(prog="make papers", description=__doc__)
-    parser.add_argument("papers", nargs="*", metavar="PAPER", help=f"some of {', '.join((*PAPERS, _SHEET))}; all if none")
+    parser.add_argument(
+        "papers", nargs="*", metavar="PAPER", help=f"some of {', '.join((*PAPERS, _SHEET))}; all if none"
+    )
     parser.add_argument("--quick", action="store_true", help="fewer and smaller pictures: a minute for a paper")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/papers"), help="folder of the pages")
     asked = parser.parse_args()
