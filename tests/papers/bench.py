@@ -72,11 +72,18 @@ class Bench:
         self._truths: dict[str, Float64Array] = {}
 
     def package(
-        self, volume: Volume, transfer: str, *, profile: str = "gles3", render: str = "", more: str = ""
+        self,
+        volume: Volume,
+        transfer: str,
+        *,
+        profile: str = "gles3",
+        head: str = "",
+        render: str = "",
+        more: str = "",
     ) -> Package:
         """Build the package of a volume once; `transfer` is a preset or the rest of a [[transfer]] table.
 
-        `render` are keys of [render], `more` are tables of the scene.
+        `head` are keys of the scene, `render` those of [render], `more` are tables.
         """
         look = transfer if "\n" in transfer or "=" in transfer else f'preset = "{transfer}"'
         text = (

@@ -1,4 +1,5 @@
-"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, as a cut."""
+"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, as a "
+"cut."""
 
 import math
 from collections.abc import Iterator
@@ -51,8 +52,10 @@ def measure(bench: Bench) -> Paper:
                 f"Table {number}: {part}, {found[0.0].volume.name if part == 'custom cut' else whole.name} voxels",
                 ("view", "zoom", "alpha", "least value", "frame rate"),
                 tuple(rows),
-                f"{pixels}² pixels; a zoom of 1.5 shows the volume with 2.25 times the pixels. Steps are 1/355 of the "
-                f"longest axis. The spin is the mean of a turn in steps of {_degrees(bench)}°; no error is given for it.",
+                f"{pixels}² pixels; a zoom of 1.5 shows the volume with 2.25 times the pixels. Steps are 1/355 "
+                "of the "
+                f"longest axis. The spin is the mean of a turn in steps of {_degrees(bench)}°; no error is given "
+                "for it.",
             )
         )
     return Paper(
@@ -161,15 +164,22 @@ def _finding(cells: _Rows) -> str:
     full, half, eight, cut = _PARTS
     apart = {part: ms(part, "sagittal") / ms(part, "frontal") for part in _PARTS}
     return (
-        "The paper's front view is up to five times as fast as its side view, and it suspects how the driver stores 3D "
+        "The paper's front view is up to five times as fast as its side view, and it suspects how the driver "
+        "stores 3D "
         f"textures. Here the side view takes {apart[full]:.2f} of the time of the front view for the full volume and "
-        f"{apart[half]:.2f} at half the resolution: what is left is the length of the rays, since the processor that draws "
-        f"here has the volume in a large cache. Half the resolution is {ms(full, 'spin') / ms(half, 'spin'):.2f} times as fast "
-        "in a spin; the paper gains a factor of three, from 6 to 18 frames per second. With one step for all, as the paper "
+        f"{apart[half]:.2f} at half the resolution: what is left is the length of the rays, since the processor "
+        "that draws "
+        f"here has the volume in a large cache. Half the resolution is {ms(full, 'spin') / ms(half, 'spin'):.2f} "
+        "times as fast "
+        "in a spin; the paper gains a factor of three, from 6 to 18 frames per second. With one step for all, as "
+        "the paper "
         "has it, the number of samples is the same, so that only the cache can gain. Eight pieces take "
-        f"{ms(eight, 'spin') / ms(full, 'spin'):.2f} of the time of one volume; the paper has them slower than half the "
-        "resolution, because of the choice of the texture in the shader, and this driver fetches from each of the eight "
-        f"textures whichever is chosen. The cut takes {ms(cut, 'spin') / ms(full, 'spin'):.2f} of the time of the full volume "
+        f"{ms(eight, 'spin') / ms(full, 'spin'):.2f} of the time of one volume; the paper has them slower than "
+        "half the "
+        "resolution, because of the choice of the texture in the shader, and this driver fetches from each of "
+        "the eight "
+        f"textures whichever is chosen. The cut takes {ms(cut, 'spin') / ms(full, 'spin'):.2f} of the time of "
+        "the full volume "
         "in its own frame: the paper's fastest view, too. That a least value changes little holds: samples that show "
         "nothing are taken all the same, unless a skip table leaves them out."
     )
