@@ -67,5 +67,13 @@ def test_a_page_shows_cells_curves_and_what_is_missing(tmp_path):
     curves = PaperCurves("Figure 9", "n", "ms", (Line("first", ((0.0, 0.0), (1.0, 2.0))),))
     paper = Paper("p", "A paper", "Nobody 2020", (table, curves), "It holds.", ("Figure 10 waits.",))
     text = write_page(paper, [], tmp_path, "some driver", quick=False).read_text(encoding="utf-8")
-    for expected in ("50.0 fps", "0.0125", "7.00 samples", "no &lt;way&gt;", "first", "some driver", "Figure 10 waits."):
+    for expected in (
+        "50.0 fps",
+        "0.0125",
+        "7.00 samples",
+        "no &lt;way&gt;",
+        "first",
+        "some driver",
+        "Figure 10 waits.",
+    ):
         assert expected in text, expected

@@ -56,11 +56,10 @@ def measure(bench: Bench) -> Paper:
     table3 = _table3(bench, volume, pixels, techniques)
     table4 = _table4(bench, volume, pixels, techniques)
     table5 = _table5(bench, volume, pixels)
-    scans = {scan("engine"): "micro-ct", scan("ch2 head"): "mr-head", scan("MR head"): "mr-head"}
+    scans = {volume: "micro-ct"}
     if not bench.quick:
-        scans |= {scan("fly"): "micro-ct", scan("shell"): "micro-ct"}
-    else:
-        scans = {volume: "micro-ct"}
+        scans |= {scan("ch2 head"): "mr-head", scan("MR head").reduced(2): "mr-head"}
+        scans |= {scan(name): "micro-ct" for name in ("fly", "shell")}
     saved = [savings(bench, each, look) for each, look in scans.items()]
     return Paper(
         "thesis",
