@@ -4,7 +4,7 @@ A variant is the scene with some keys changed. What a package has of a choice is
 and for the package on trial alike, so that no name stands here twice.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import get_args
 
@@ -12,19 +12,27 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.decision import FORMATS
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import Cost
+from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 
-Changes = Mapping[str, object]
-"""Keys of a scene, as tables in tables."""
-
 _ALONE: Changes = {"pyramid": {"coarsest_longest_axis": 100_000}}
 """No coarser levels: they take most of the time of a build."""
 _LEVELS = 3
 _STEPS = (4.0, 2.0, 1.0, 0.5, 0.25)
-_FILTERS = ("box", "binomial", "gaussian", "lanczos3", "median", "feature-preserving", "least-squares", "appearance")
+_FILTERS = (
+    "box",
+    "two-step-bilinear",
+    "binomial",
+    "gaussian",
+    "lanczos3",
+    "median",
+    "feature-preserving",
+    "least-squares",
+    "appearance",
+)
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
 _BLOCKS = (2, 4, 8, 16)
 
