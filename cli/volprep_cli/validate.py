@@ -249,7 +249,7 @@ def _print_empty_space(found: "EmptySpace") -> None:
 
 
 def _print_ablation(found: "Ablation") -> None:
-    from volprep.validation.ablation.records import name_of
+    from volprep.validation.ablation.records import Measurement, name_of
 
     packages: list[tuple[str, str, Measurement | None, float | None]] = [("as planned", "", found.planned, None)]
     if found.everything is not None:

@@ -12,7 +12,7 @@ from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
-from volprep.parts.programs.decision import require_technique, sampling_of
+from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, sampling_of
 from volprep.parts.programs.early_end import describe_early_end, most
 from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import refuse_slices
@@ -61,6 +61,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     scans = _channel_scans(scene, scanned)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
+    require_light_outside(scene, grid)
     begun = [begin(scan, profile, crop, grid) for scan in scans]
     early_end = most([each.early_end for each in begun])
     shared = Shared(
@@ -103,9 +104,10 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if channels > 1 and scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
+    require_shadows(scene, profile)
     if profile.has_shaders:
         refuse_slices(scene, profile)
-        require_technique(scene)
+        require_technique(scene, profile)
         require_classification(scene)
         require_bricks(scene, profile)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from volprep.render.light_view import light_from_box
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
@@ -45,18 +46,22 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
     values: dict[str, ArrayLike] = {
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
-        "light_mm": _light_mm(program, found),
+        **_light_values(program, found),
         "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
     return Inputs(program, found, textures, values)
 
 
-def _light_mm(program: Program, level: Level) -> tuple[float, ...]:
-    """Place of the program's light in box space; only a program with one asks for it."""
+def _light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
+    """Return the place of the program's light in box space, and its view; only a program with them asks for them."""
     if program.light is None:
-        return (0.0, 0.0, 0.0)
-    place = np.linalg.inv(level.grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0]
-    return tuple(place[:3].tolist())
+        return {}
+    grid = level.grid
+    place = (np.linalg.inv(grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0])[:3]
+    if program.light.shadows not in {"map", "half-angle"}:
+        return {"light_mm": place}
+    seen = light_from_box(place, np.array(grid.extent_mm_zyx[::-1]))
+    return {"light_mm": place, "light_from_box": seen, "box_from_light": np.linalg.inv(seen)}
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:

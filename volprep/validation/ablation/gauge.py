@@ -46,7 +46,7 @@ class Timed:
     """Time of the other one over that of the planned one, turn by turn."""
 
 
-class Gauge:
+class PackageGauge:
     """Measures packages against one that is as planned."""
 
     def __init__(self, planned: Package, scan: Volume, picture_size: int) -> None:

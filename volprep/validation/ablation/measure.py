@@ -10,7 +10,7 @@ from volprep.render.choose import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table
-from volprep.validation.ablation.gauge import Gauge
+from volprep.validation.ablation.gauge import PackageGauge
 from volprep.validation.ablation.items import ITEMS, Item
 from volprep.validation.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Outcome
@@ -90,7 +90,7 @@ class VariantBench:
         self.scene = request.scene
         self.planned = self._workshop.make({}).package
         scan = read_scan(request.scene.source, light_of_scan(self.planned.manifest))
-        self.gauge = Gauge(self.planned, scan, picture_size)
+        self.gauge = PackageGauge(self.planned, scan, picture_size)
         alone = self.gauge.timed(self.planned, self.gauge.transfers)
         self.noise = alone.ratio
         self.measured_as_planned = self.gauge.measured(self.planned, self.gauge.transfers, alone.planned_ms)
@@ -240,7 +240,7 @@ class VariantBench:
                 own = gauge.level_error(self.planned, transfer, level)
                 yield table_outcome(row, own, gauge.level_error(without, transfer, level))
 
-    def _gauge_for_levels(self) -> Gauge:
+    def _gauge_for_levels(self) -> PackageGauge:
         """Return a gauge whose pictures have two rays along each voxel of level 1: fewer would tell of chance alone."""
         coarser = self.planned.manifest.levels[1:]
         if not coarser:
@@ -248,7 +248,7 @@ class VariantBench:
         voxels = math.hypot(*coarser[0].grid.extent_mm_zyx) / min(coarser[0].grid.spacing_mm_zyx)
         pixels = min(_MOST_PIXELS, 2 * round(voxels))
         subject = self.gauge.subject
-        return self.gauge if pixels <= subject.shape_hw[0] else Gauge(self.planned, subject.scan, pixels)
+        return self.gauge if pixels <= subject.shape_hw[0] else PackageGauge(self.planned, subject.scan, pixels)
 
     def _undrawable(self) -> Iterator[AblationRow]:
         """Take away what no other item is about: textures and shaders without which a program draws nothing."""

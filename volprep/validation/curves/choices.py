@@ -25,7 +25,17 @@ _ALONE: Changes = {"pyramid": {"coarsest_longest_axis": 100_000}}
 """No coarser levels: they take most of the time of a build."""
 _LEVELS = 3
 _STEPS = (4.0, 2.0, 1.0, 0.5, 0.25)
-_FILTERS = ("box", "binomial", "gaussian", "lanczos3", "median", "feature-preserving", "least-squares", "appearance")
+_FILTERS = (
+    "box",
+    "two-step-bilinear",
+    "binomial",
+    "gaussian",
+    "lanczos3",
+    "median",
+    "feature-preserving",
+    "least-squares",
+    "appearance",
+)
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
 _BLOCKS = (2, 4, 8, 16)
 
