@@ -23,7 +23,7 @@ struct FitTask {
     Shape3 shape;           // samples: voxels of level 0, or means of some
     int64_t first;          // number of the first slice of them, a multiple of the factor
     Shape3 factors;         // samples that make one voxel of the level
-    SliceRange wanted;          // of the level
+    SliceRange wanted;      // of the level
     float linear;           // weight of the square of the difference of values, in bins
     int64_t bins;           // at least 2
     int64_t functions;      // number of transfer functions, 0 or more
