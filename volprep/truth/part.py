@@ -106,14 +106,16 @@ def _unprojected(box_from_clip: Float64Array, shape_hw: tuple[int, int], depth: 
 
 
 def _extent(grid: Grid) -> Float64Array:
-    return np.array(grid.shape_zyx[::-1]) * np.array(grid.spacing_mm_zyx[::-1])
+    extent: Float64Array = np.array(grid.shape_zyx[::-1]) * np.array(grid.spacing_mm_zyx[::-1])
+    return extent
 
 
 def _turned_matrix(box_from_clip: Float64Array, grid: Grid, backwards: tuple[bool, ...]) -> Float64Array:
     turn = np.eye(4)
     for axis in np.flatnonzero(backwards):
         turn[axis, axis], turn[axis, 3] = -1.0, _extent(grid)[axis]
-    return turn @ box_from_clip
+    turned: Float64Array = turn @ box_from_clip
+    return turned
 
 
 def _turned_volume(

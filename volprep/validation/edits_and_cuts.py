@@ -96,7 +96,7 @@ def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
     found = random_cut(subject)
     record = found.record
     with bench.clock.part("oracle"):
-        truth, taken = _scan_of(subject, found), _volume_of(found)
+        truth, taken = _scan_of(subject, found), found.volume
         views = []
         for name, camera in standard_views(record.grid, subject.render.projection).items():
             pictures = [subject.of_volume(each, transfer, camera).rgba for each in (taken, truth)]
@@ -120,14 +120,6 @@ def random_cut(subject: Subject) -> Cut:
     shape = shape if grid is None else grid.shape_zyx
     z, y, x = (int(n) for n in _chance(subject).integers(0, shape))
     return cut(subject.package, (x, y, z), _CUT_VOXELS)
-
-
-def _volume_of(found: Cut) -> Volume:
-    """Return what an app gets."""
-    texels, record = found.texels, found.record
-    if texels.dtype.kind != "f":
-        return Volume(texels, record.grid, record.slope, record.intercept)
-    return Volume(texels.astype(np.float32), record.grid, record.slope * 65535, record.intercept)
 
 
 def _scan_of(subject: Subject, found: Cut) -> Volume:
