@@ -57,7 +57,8 @@ export async function load(wanted) {
     textures.push(made);
   }
   const linked = await linking;
-  const technique = (choice.program.technique ?? RAY_CASTING) === RAY_CASTING ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
+  const isPlain = (choice.program.technique ?? RAY_CASTING) === RAY_CASTING && !choice.program.before?.length;
+  const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
   const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice) : null;
   const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${choice.textures[i].name}: ${note}`] : [])))];
   return { choice, linked, technique, textures, mesh, clip, notes };

@@ -47,6 +47,7 @@ export async function loadTechnique({ gl, pack, device, use, signal }, program, 
   const { name, technique = "", before = [] } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
   if (technique === "view-slices-as-published") throw refuse("its opacities pass 1, which needs a picture of 8 bits");
+  if (before.some(({ size }) => size) || program.light_pass) throw refuse("it draws shadows by passes from the light");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });

@@ -20,6 +20,7 @@ from .bench_compressed import compressed_table, measure_compressed
 from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
+from .bench_leaving_out import leaving_out_table, measure_leaving_out
 from .bench_levels import levels_table, measure_levels
 from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
@@ -79,6 +80,8 @@ def main() -> None:
         console.print(table)
     skipping = measure_skip(console)
     console.print(skip_rows_table(skipping))
+    leaving_out = measure_leaving_out(console)
+    console.print(leaving_out_table(leaving_out))
     meshes = measure_proxy(console)
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
@@ -93,6 +96,7 @@ def main() -> None:
         "import": [asdict(row) for row in imports],
         "decode": [asdict(row) for row in decodes],
         "skipping": [asdict(row) for row in skipping],
+        "leaving out": [asdict(row) for row in leaving_out],
         "proxy": [asdict(row) for row in meshes],
         "slices": [asdict(row) for row in slices],
         "memory": [asdict(row) for row in memory],

@@ -14,6 +14,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
+from volprep_formats.package.transport import write_converted
+from volprep_formats.progress import Silent
 
 from .conftest import HEADER, WARNINGS, told
 
@@ -165,3 +167,13 @@ def test_two_end_records_that_differ_are_refused(fuzz_program, packages, tmp_pat
     (tmp_path / "lie.zip").write_bytes(data)
     _, text = told(fuzz_program, "--try", tmp_path / "lie.zip")
     assert "the two end records of the zip differ" in text
+
+
+def test_textures_that_travel_as_frames_are_refused_with_what_to_do(fuzz_program, packages, tmp_path: Path):
+    package = Package.open(packages["mipmaps"])
+    names = write_converted(package, "zstd", tmp_path / "p.volpkg", Silent())
+    assert "mipmaps" in str(package.path)
+    assert names[1:] == [record.path for record in package.manifest.files]
+    _, text = told(fuzz_program, "--try", single_file(tmp_path / "p.volpkg"))
+    assert text.startswith("7062 ")
+    assert "volprep zip --texels plain" in text

@@ -57,7 +57,8 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
     target = RNG.random((12, 4))
     n = 4 * knots
     matrix, gradient = np.empty((n, n)), np.empty(n)
-    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target)
+    light = native_light(bundle, 1 / 255, common)
+    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target)
     _native.light_equations(*arguments, matrix, gradient)
     again = np.empty((n, n)), np.empty(n)
     _native.light_equations(*arguments, *again, 3)
@@ -85,7 +86,7 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
             for k in range(3 * knots)
         ]
     )
-    residual = native_light(bundle, 1 / 255, common) - target
+    residual = light - target
     colours = slice(0, 3 * knots)
     np.testing.assert_allclose(gradient[colours], np.einsum("krc,rc->k", slopes, residual) / 12, atol=1e-8)
     expected = np.einsum("krc,lrc->kl", slopes, slopes) / 12
@@ -98,11 +99,11 @@ def test_the_slopes_by_the_root_of_a_constant_extinction_are_those_of_difference
     common[:, 3] = 0.04
     target = np.zeros((12, 4))
     matrix, gradient = np.empty((36, 36)), np.empty(36)
+    light = native_light(bundle, 1 / 255, common)
     _native.light_equations(
-        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target, matrix, gradient
+        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target, matrix, gradient
     )
     step = 1e-6
-    light = native_light(bundle, 1 / 255, common)
     for knot in range(9):
         ends = []
         for sign in (1, -1):
@@ -204,6 +205,24 @@ def test_a_fitted_level_moves_as_the_formula_says(shape_zyx, factors) -> None:
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize(("shape_zyx", "factors"), [*FITS, ((3, 70, 9), (8, 2, 4)), ((5, 7, 6), (5, 7, 6))])
+def test_a_level_fitted_to_values_moves_as_the_formula_says(shape_zyx, factors, dtype) -> None:
+    largest = {np.uint8: 255, np.uint16: 65535, np.float32: 90}[dtype]
+    volume = (RNG.random(shape_zyx) * largest).astype(dtype)
+    reduced = tuple(-(-n // f) for n, f in zip(shape_zyx, factors, strict=True))
+    expected = RNG.uniform(0, largest, reduced).astype(np.float32)
+    level = expected.copy()
+    spread = [weights_of(n, f) for n, f in zip(shape_zyx, factors, strict=True)]
+    for _ in range(3):
+        field = np.einsum("zk,yj,xi,kji->zyx", *spread, expected.astype(float))
+        force = np.einsum("zk,yj,xi,zyx->kji", *spread, volume - field)
+        expected += 1.5 * force / np.einsum("zk,yj,xi->kji", *spread)
+        expected = np.clip(expected, 0, largest)
+    _native.fit_values(volume, level, factors, largest, 3, 1.5)
+    np.testing.assert_allclose(level, expected, atol=1e-5 * largest)
+
+
 @pytest.mark.parametrize(("shape_zyx", "factors"), FITS)
 def test_a_level_is_fitted_to_means_by_the_same_formula(shape_zyx, factors) -> None:
     values = RNG.uniform(0, 255, shape_zyx).astype(np.float32)
@@ -236,6 +255,17 @@ def test_means_are_those_of_the_voxels_in_each_block(dtype, factors) -> None:
         assert values[place] == pytest.approx(block.mean() * bins_per_code, rel=1e-6)
         bin_of = (block * np.float32(bins_per_code) + 0.5).astype(int)
         np.testing.assert_allclose(looks[place[0], :, place[1], place[2]], table[:, bin_of].mean(axis=1), rtol=1e-5)
+
+
+@pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])
+def test_a_level_fitted_to_values_does_not_depend_on_threads(shape_zyx) -> None:
+    volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
+    found = []
+    for threads in (1, 2, 5):
+        level = np.full(tuple(-(-n // 2) for n in shape_zyx), 100, np.float32)
+        _native.fit_values(volume, level, (2, 2, 2), 255, 4, 1.2, threads)
+        found.append(level.tobytes())
+    assert len(set(found)) == 1
 
 
 @pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])

@@ -71,6 +71,10 @@ class Bindings:
     uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""
 
+    def without(self, sampler: str) -> "Bindings":
+        """Return them without the texture of a sampler."""
+        return Bindings({name: each for name, each in self.textures.items() if name != sampler}, self.uniforms)
+
 
 @dataclass(frozen=True)
 class PictureTarget:
@@ -159,17 +163,18 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
+            self.uploaded_bytes += sum(each.nbytes for each in levels)
             # The driver has a copy: do not hold the texels as long as the texture.
             del levels, texels, pointer
             yield handle
 
     @contextmanager
     def target(
-        self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False, filtered: bool = False
+        self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False, linear: bool = False
     ) -> Iterator[PictureTarget]:
         """Make what a picture of this size is drawn into, with a depth buffer of 16 bits if it is to have one.
 
-        `filtered` is for a picture that is drawn larger from its texture.
+        If `linear`, what reads it as a texture mixes neighbours.
 
         Raises VP5008 where the driver cannot draw into this format, VP5009 for a size beyond its limits.
         """
@@ -189,7 +194,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
                 GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, internal, width, height, 0, GLES3.GL_RGBA, kind, None)
-                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_LINEAR if filtered else GLES3.GL_NEAREST)
+                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_LINEAR if linear else GLES3.GL_NEAREST)
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
                 GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, handle)
                 attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
@@ -269,6 +274,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindBuffer(target, handle)
                 GLES3.glBufferData(target, data.nbytes, data.ctypes.data_as(ctypes.c_void_p), GLES3.GL_STATIC_DRAW)
+                self.uploaded_bytes += data.nbytes
             yield MeshPart(vertices, indices, triangles.size)
 
     def draw_mesh(

@@ -5,6 +5,7 @@ package, whatever the driver at hand allows.
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
@@ -19,17 +20,18 @@ from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
 from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
 from volprep.render.gpu_clock import gpu_clock
+from volprep.render.half_angle import corners_of_layers, half_angle_layers
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
 from volprep.render.overlay import Overlay, overlay
-from volprep.render.timing import DrawTimes, draw_times, median_ms
+from volprep.render.timing import Clock, DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_packages import package_of_transfer
-from volprep_formats.package.program import Geometry, Pass, Program, Uniform
+from volprep_formats.package.program import Geometry, LightPass, Pass, Program, Uniform
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
@@ -86,7 +88,7 @@ class Renderer:
             self._loop_limit = LoopLimit(self._gl)
             self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders(self._program)))
             check_uniforms(self._program, self._textures, self._linked)
-            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.before]
+            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
             self._targets_before: list[PictureTarget] = []
             self._overlay = None
             self._handles = {
@@ -129,6 +131,11 @@ class Renderer:
         """The program that draws."""
         return self._program
 
+    @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures and meshes that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
     def render(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
     ) -> Float32Array:
@@ -166,16 +173,21 @@ class Renderer:
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
+        clock: Clock = time.perf_counter,
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        If the same picture was drawn last, that was the one.
+        If the same picture was drawn last, that was the one. `clock` tells the time in seconds.
 
         Drawing only: no upload, no reading back.
         """
         has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
         return median_ms(
-            lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats, has_drawn=has_drawn
+            lambda: self._draw(box_from_clip, shape_hw, step_mm),
+            self._gl.finish,
+            repeats,
+            has_drawn=has_drawn,
+            clock=clock,
         )
 
     def draw_times(
@@ -199,13 +211,20 @@ class Renderer:
             for _ in self._slabs(target, values, step, self._program.slab_samples):
                 pass
             return target
+        values["clip_from_box"] = clip_from_box_of(box_from_clip)
+        passes = zip(self._program.before, self._linked_before, self._targets_before, strict=False)
+        for each, linked, drawn in passes:
+            bindings = self._bindings(each.uniforms, values)
+            if each.geometry == "triangle":
+                self._gl.draw(linked, bindings, drawn, self._triangle)
+                continue
+            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+        if self._program.light_pass is not None:
+            self._draw_half_angle(target, values, box_from_clip, step, self._program.light_pass)
+            return target
         if self._program.geometry == "triangle":
             self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
             return target
-        values["clip_from_box"] = clip_from_box_of(box_from_clip)
-        for each, linked, drawn in zip(self._program.before, self._linked_before, self._targets_before, strict=True):
-            bindings = self._bindings(each.uniforms, values)
-            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
         if self._program.blend is None:
             corners = self._faces(self._program.geometry, box_from_clip)
         else:
@@ -218,6 +237,34 @@ class Renderer:
         bindings = self._bindings(self._program.uniforms, values)
         self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
         return target
+
+    def _draw_half_angle(
+        self,
+        target: PictureTarget,
+        values: Mapping[str, ArrayLike],
+        box_from_clip: Float64Array,
+        step_mm: float,
+        light_pass: LightPass,
+    ) -> None:
+        """Draw each layer for the viewer, then for the light."""
+        light_mm = np.asarray(values["light_mm"], np.float64)
+        layers, behind = half_angle_layers(self._extent_mm_xyz, box_from_clip, light_mm, step_mm)
+        seen = corners_of_layers(layers, box_from_clip)
+        lit = corners_of_layers(layers, np.asarray(values["box_from_light"], np.float64))
+        values = {**values, "box_from_slices": layers.box_from_slices, "slices": layers.count}
+        drawn = self._targets_before[-1]
+        bindings = self._bindings(self._program.uniforms, values)
+        # What is drawn into is not read.
+        from_light = self._bindings(light_pass.uniforms, values).without(light_pass.sampler)
+        blend = light_pass.behind if behind else self._program.blend
+        for number in range(layers.count):
+            corners = Corners(seen[number], blend, clears=number == 0)
+            if number == 0:
+                nothing = Corners(lit[number][:0], light_pass.blend)
+                self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, nothing)
+            self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+            towards = Corners(lit[number], light_pass.blend, clears=False)
+            self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
 
     def progress(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
@@ -250,7 +297,7 @@ class Renderer:
     def _bindings(self, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
         targets: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]] = {
             each.sampler: ("TEXTURE_2D", target.texture)
-            for each, target in zip(self._program.before, self._targets_before, strict=True)
+            for each, target in zip(self._program.passes, self._targets_before, strict=True)
         }
         given = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in uniforms}
         return Bindings({**self._handles, **targets}, given)
@@ -293,12 +340,14 @@ class Renderer:
             self._target = None
             self._target = self._target_stack.enter_context(
                 self._gl.target(
-                    self._target_format, shape_hw, depth=self._has_depth, filtered=self._target_format == "rgba8"
+                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
                 )
             )
             self._targets_before = [
-                self._target_stack.enter_context(self._gl.target(each.target, shape_hw))
-                for each in self._program.before
+                self._target_stack.enter_context(
+                    self._gl.target(each.target, _shape_of(each, shape_hw), linear=isinstance(each, LightPass))
+                )
+                for each in self._program.passes
             ]
         return self._target
 
@@ -306,7 +355,10 @@ class Renderer:
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
         """Compile a pass that comes first. Raises VP5017 where its uniforms are not those that it names."""
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
-            _require_named(drawn.fragment, {each.name: each.type for each in drawn.uniforms}, linked)
+            named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
+            read = zip(self._program.samplers, self._textures, strict=True)
+            named |= {each.name: _SAMPLERS[texture.gl.target] for each, texture in read if each.name in drawn.reads}
+            _require_named(drawn.fragment, named, linked)
             yield linked
 
     def _shaders(self, program: Program | Pass) -> tuple[ShaderText, ShaderText]:
@@ -332,12 +384,17 @@ class Renderer:
         return image.levels
 
 
+def _shape_of(drawn: Pass, shape_hw: tuple[int, int]) -> tuple[int, int]:
+    """Return the height and the width of what a pass draws into, before a picture of this shape."""
+    return shape_hw if drawn.size is None else (drawn.size, drawn.size)
+
+
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
     """Raise VP5017 unless the manifest names exactly what is active in the program, with its types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for sampler, texture in zip(program.samplers, textures, strict=True):
         named[sampler.name] = _SAMPLERS[texture.gl.target]
-    named |= {each.sampler: "sampler2D" for each in program.before}
+    named |= {each.sampler: "sampler2D" for each in program.passes}
     _require_named(program.name, named, linked)
 
 

@@ -127,6 +127,11 @@ class SliceRenderer:
         return self._gl.driver
 
     @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
+    @property
     def name(self) -> str:
         """What draws, in words."""
         return f"slices of {self.transfer}"

@@ -21,6 +21,7 @@ from volprep_formats.package.program import (
     CompositingName,
     Lighting,
     NormalsFrom,
+    Shadows,
     Share,
     TechniqueName,
 )
@@ -133,9 +134,10 @@ class RenderWishes(Record):
     each level the longest one, from 0.25 to 2, whose error, measured on a sample of rays, is within a quarter of the
     tolerance; where users may edit transfer functions 0.5, or 0.25 with compositing maximum or minimum; with slices
     1."""
-    opacity_cutoff: Fraction = 0.998
-    """A ray stops when its opacity passes this (early ray termination). What lies behind counts as being like what is
-    in front; no pixel is off by more than 1 minus this."""
+    opacity_cutoff: Literal["auto"] | Fraction = "auto"
+    """A ray ends when its opacity passes this (early ray termination). What lies behind counts as being like what is in
+    front; no pixel is off by more than 1 minus this. "auto": 0.998, where enough samples of rays lie behind it to save
+    time. 1: rays run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"
@@ -162,6 +164,12 @@ class LightingSettings(Record):
     """How white a highlight is."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
+    shadows: Shadows = "none"
+    """Whether what lies between the light of "phong" or "blinn-phong" and a sample takes light away; OpenGL ES 3.0.
+    "rays": the shader follows a ray from each lit sample to the light, with as many steps as the pixel's own ray has.
+    Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a pass draws how far
+    the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light outside the volume:
+    each slice is drawn for the viewer and for the light."""
 
 
 class GridSettings(Record):

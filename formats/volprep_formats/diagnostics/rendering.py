@@ -6,7 +6,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5001": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL or OpenGL ES library can be loaded: {error}",
-        "Install libegl1, libgles2 and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and mesa-libGLES (Fedora).",
+        "Install libegl1, libgles2, libgles1 (for OpenGL ES 1.1) and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and "
+        "mesa-libGLES (Fedora).",
     ),
     "VP5002": Diagnostic(
         ExitStatus.MACHINE,
@@ -119,6 +120,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "a step of {step_mm} mm takes up to {turns} turns of the shader's loops, and {driver} ends them after {made}: "
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
+    ),
+    "VP5040": Diagnostic(
+        ExitStatus.RENDER,
+        "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
+        "Move the light out of the volume, or build the package with lighting.shadows = rays.",
     ),
     "VP5050": Diagnostic(
         ExitStatus.USAGE,

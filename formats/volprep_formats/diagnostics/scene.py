@@ -171,6 +171,26 @@ ENTRIES: dict[str, Diagnostic] = {
         "render.technique {technique} does not go with {what}",
         "Set render.technique to ray-casting, or leave the other out.",
     ),
+    "VP3160": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs a light with a place, but render.lighting is {lighting}",
+        "Set render.lighting to phong or blinn-phong and lighting.light_mm, or lighting.shadows to none.",
+    ),
+    "VP3161": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs OpenGL ES 3.0, but profile {profile} has {api}",
+        "Choose a profile of OpenGL ES 3.0, or set lighting.shadows to none.",
+    ),
+    "VP3162": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} does not go with {what}",
+        "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
+    ),
+    "VP3163": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
+        "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
+    ),
     "VP3180": Diagnostic(
         ExitStatus.SCENE,
         "{path}: {problems}",

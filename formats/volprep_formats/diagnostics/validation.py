@@ -137,4 +137,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "curves need shaders, and profile {profile} has none",
         "Measure the curves of a package of the same scan for another profile.",
     ),
+    "VP6080": Diagnostic(
+        ExitStatus.SCENE,
+        "leaving out can be measured with shaders only, and profile {profile} has none",
+        "Measure a package of the same scan for another profile.",
+    ),
+    "VP6081": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: by its own measure the plan is wrong about {count} items: {listed}",
+        "See {report}. The package is right; it could be smaller or faster. Say in the scene what the plan shall do.",
+    ),
 }

@@ -2,12 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import VolumePlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.program import Light, ProgramDesign, Sampling
+from volprep_formats.grid import Grid
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shadows, TechniqueName
 
+_TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
+"""The technique that shadows need, where it is only one."""
 _PREFIX = {"ray-casting": "raycast"}
 VERTEX = "shaders/raycast.vert"
 """Vertex shader of programs that cast rays in one pass."""
@@ -29,6 +36,42 @@ def require_technique(scene: Scene) -> None:
             raise VolprepError("VP3130", technique=technique.name, what=what)
 
 
+def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3160 to VP3162 for shadows without a light, on devices that cannot, or with what they do not go with."""
+    shadows, render = scene.lighting.shadows, scene.render
+    if shadows == "none":
+        return
+    if light_of(scene) is None:
+        raise VolprepError("VP3160", shadows=shadows, lighting=render.lighting)
+    if profile.api != "es3.0":
+        raise VolprepError("VP3161", shadows=shadows, profile=profile.name, api=profile.api)
+    wanted = _TECHNIQUE_OF.get(shadows)
+    possible = {
+        f"technique {render.technique}": render.technique == wanted if wanted else TECHNIQUES[render.technique].loops,
+        # The pieces around a point do not hold what lies between them and the light.
+        "[grid]": scene.grid is None,
+    }
+    if shadows == "map":
+        possible |= {
+            # A map holds one distance for each ray of the light.
+            f"compositing {render.compositing}": COMPOSITINGS[render.compositing].isovalue,
+            "[proxy]": scene.proxy is None,
+        }
+    for what, goes in possible.items():
+        if not goes:
+            raise VolprepError("VP3162", shadows=shadows, what=what)
+
+
+def require_light_outside(scene: Scene, grid: Grid) -> None:
+    """Raise VP3163 for a light inside the volume, where shadows need its view: that would have no one direction."""
+    light = light_of(scene)
+    if light is None or light.shadows not in {"map", "half-angle"}:
+        return
+    place = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
+    if ((place >= 0.0) & (place <= grid.extent_mm_zyx[::-1])).all():
+        raise VolprepError("VP3163", shadows=light.shadows, light=light.place_mm_xyz)
+
+
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
     """Return the programs that draw a transfer function, or a picture of several.
 
@@ -43,9 +86,15 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
         yield _program(f"{name}-{volume.level}", transfer, (volume,), scene)
 
 
+def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
+    """Return how many passes come before a picture, each of whose targets takes a texture unit."""
+    return TECHNIQUES[technique].passes_before + (shadows in {"map", "half-angle"})
+
+
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
     """Return the files of the shaders of a program, those of its passes too."""
-    passes = range(TECHNIQUES[program.technique].passes_before)
+    shadows = "none" if program.light is None else program.light.shadows
+    passes = range(passes_before(program.technique, shadows))
     return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes))
 
 
@@ -72,6 +121,7 @@ def light_of(scene: Scene) -> Light | None:
         diffuse=wanted.diffuse,
         specular=wanted.specular,
         shininess=wanted.shininess,
+        shadows=wanted.shadows,
     )
 
 

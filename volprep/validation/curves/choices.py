@@ -4,7 +4,7 @@ A variant is the scene with some keys changed. What a package has of a choice is
 and for the package on trial alike, so that no name stands here twice.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import get_args
 
@@ -12,13 +12,11 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.decision import FORMATS
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import Cost
+from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
-
-Changes = Mapping[str, object]
-"""Keys of a scene, as tables in tables."""
 
 _ALONE: Changes = {"pyramid": {"coarsest_longest_axis": 100_000}}
 """No coarser levels: they take most of the time of a build."""
