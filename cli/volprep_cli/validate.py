@@ -249,17 +249,17 @@ def _print_empty_space(found: "EmptySpace") -> None:
 
 
 def _print_ablation(found: "Ablation") -> None:
-    from volprep.validation.ablation.records import name_of
+    from volprep.validation.ablation.records import Measurement, name_of
 
-    packages = [("as planned", "", found.planned, "")]
+    packages: list[tuple[str, str, Measurement | None, float | None]] = [("as planned", "", found.planned, None)]
     if found.everything is not None:
-        packages.append(("with everything", "", found.everything, ""))
+        packages.append(("with everything", "", found.everything, None))
     packages += [
         (f"{'without' if row.kept else 'with'} {name_of(row)}", row.outcome, row.other, row.change_maximum)
         for row in found.rows
     ]
     rows = [
-        (name, *_measured(other), "" if change in {"", None} else f"{change:.2g}", outcome)
+        (name, *_measured(other), "" if change is None else f"{change:.2g}", outcome)
         for name, outcome, other, change in packages
     ]
     print_line("leaving out: each package beside the one as planned")

@@ -720,7 +720,7 @@ typedef struct volpkg_package {
     const char* preview;
     VOLPKG_LIST(int32_t) fidelity; /* only its length is kept */
     VOLPKG_LIST(volpkg_cost) costs;
-    VOLPKG_LIST(int32_t) stages;   /* empty */
+    VOLPKG_LIST(int32_t) stages; /* empty */
     VOLPKG_LIST(volpkg_file) files;
 } volpkg_package;
 

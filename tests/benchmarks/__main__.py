@@ -34,10 +34,11 @@ from .bench_skip import measure_skip, skip_rows_table
 from .bench_slices import measure_slices, slices_table
 from .bench_transfer import contests as transfer_contests
 from .bench_transport import measure_transport, transport_table
+from .bench_vtk import measure_vtk, vtk_table
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
-TABLE_WIDTH = 130
+TABLE_WIDTH = 160
 """Columns of the table: a narrower terminal wraps its lines, which is better than half of their words."""
 
 
@@ -86,6 +87,8 @@ def main() -> None:
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
     console.print(slices_table(slices))
+    others = measure_vtk(console)
+    console.print(vtk_table(others))
     transports = measure_transport(console)
     console.print(transport_table(transports))
     memory = measure_memory(console)
@@ -107,6 +110,7 @@ def main() -> None:
         "levels": [asdict(row) for row in levels],
         "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
+        "vtk": [asdict(row) for row in others],
         "transport": [asdict(row) for row in transports],
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

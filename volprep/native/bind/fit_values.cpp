@@ -12,7 +12,8 @@ namespace {
 
 using Level = nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-void values(const AnyVolume& src, const Level& level, Triple factors_zyx, double largest, int iterations, double step, int threads) {
+void values(const AnyVolume& src, const Level& level, Triple factors_zyx, double largest, int iterations, double step,
+            int threads) {
     const Shape3 shape = shape_of(src);
     const Shape3 factors = {factors_zyx[0], factors_zyx[1], factors_zyx[2]};
     require_voxels(shape);
@@ -22,8 +23,8 @@ void values(const AnyVolume& src, const Level& level, Triple factors_zyx, double
     require(iterations >= 0, "iterations must not be negative");
     with_type_of<uint8_t, uint16_t, float>("src", src, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::fit_values(static_cast<const T*>(src.data()), shape, factors, static_cast<float>(largest),
-                            iterations, static_cast<float>(step), level.data(), threads);
+        volprep::fit_values(static_cast<const T*>(src.data()), shape, factors, static_cast<float>(largest), iterations,
+                            static_cast<float>(step), level.data(), threads);
     });
 }
 

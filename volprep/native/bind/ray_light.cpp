@@ -95,9 +95,9 @@ ValueError
     If a shape does not fit.)");
     module.def(
         "light_equations", &equations, nb::arg("samples").noconvert(), nb::arg("offsets").noconvert(),
-        nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(),
-        nb::arg("light").noconvert(), nb::arg("target").noconvert(), nb::arg("matrix").noconvert(),
-        nb::arg("gradient").noconvert(), nb::arg("threads") = 0,
+        nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(), nb::arg("light").noconvert(),
+        nb::arg("target").noconvert(), nb::arg("matrix").noconvert(), nb::arg("gradient").noconvert(),
+        nb::arg("threads") = 0,
         nb::sig("def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: "
                 "numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, "
                 "table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: "

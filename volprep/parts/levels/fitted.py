@@ -148,7 +148,9 @@ class _Strip:
         cls, volume: RawVolume, part: tuple[int, int], factors_zyx: Factors, mean_of_zyx: Factors, look: Look
     ) -> Self:
         slab: NDArray[Any] = volume.read_slab(*part)
-        return cls(*sample_means(slab, mean_of_zyx, look.table), _Cells.of(slab, factors_zyx, _bins_per_code(look, slab.dtype)))
+        return cls(
+            *sample_means(slab, mean_of_zyx, look.table), _Cells.of(slab, factors_zyx, _bins_per_code(look, slab.dtype))
+        )
 
 
 def _windows(strips: Iterator[_Strip], samples: int) -> Iterator[tuple[_Strip, slice]]:

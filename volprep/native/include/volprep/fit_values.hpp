@@ -8,8 +8,8 @@
 namespace volprep {
 
 // Improves `level`, float32 with reduced_shape(shape, factors), `iterations` times. With u the trilinear field
-// of the level at a voxel of level 0 or a mean of some (outside its outer centres: their value) and v its value, each voxel of the level
-// moves by
+// of the level at a voxel of level 0 or a mean of some (outside its outer centres: their value) and v its value, each
+// voxel of the level moves by
 //   step · Σ h (v - u) / Σ h
 // over the voxels on which it has influence h, and stays within 0 and `largest`. What fit_level does without looks, in
 // a tenth of the time: Σ h v is the same in each iteration, and Σ h u is a sum over neighbours in the level. A voxel
