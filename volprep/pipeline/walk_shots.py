@@ -28,7 +28,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.parts.subvolumes.places import sides_of
+from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -117,15 +117,9 @@ def block_shot(scene: WalkScene, walker: Walker, values: ShownValues) -> WalkSho
     assert walker.point is not None  # noqa: S101 - there is a point
     ground, point = scene.ground, walker.point
     camera = walker.camera(walker.looks_at, ground.diagonal_mm / walker.zoom)
-    sides = sides_of(ground.grid, point)[::-1]
-    z, y, x = (slice(side.low[0], sum(side.high)) for side in sides)
+    sides = sides_of(ground.grid, point)
+    z, y, x = (slice(*ends) for ends in zip(*voxels_of(sides), strict=True))
     volume = cut_box(scene.package, (z, y, x)).volume
-    spacing = np.array(volume.grid.spacing_mm_zyx)
-    starts = np.array([side.low[0] for side in sides])
-    low, high = (
-        ((np.array(ends) - starts) * spacing)[::-1]
-        for ends in ([side.begins for side in sides], [side.ends for side in sides])
-    )
     inputs = block_inputs(scene.package, point, scene.program.transfer)
     edit, function = _edited(scene, values, inputs)
     truth = picture_of_part(
@@ -134,7 +128,7 @@ def block_shot(scene: WalkScene, walker: Walker, values: ShownValues) -> WalkSho
         volume.grid,
         camera.box_from_clip(volume.grid, 1.0),
         scene.shape_hw,
-        (low, high),
+        ends_mm(sides, volume.grid.spacing_mm_zyx),
     )
     with Renderer(scene.package, point=point, transfer=scene.program.transfer, edit=edit) as renderer:
         drawn = renderer.render(camera.box_from_clip(_box(scene), 1.0), scene.shape_hw)
