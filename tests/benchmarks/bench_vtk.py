@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from volprep.truth.decoded import Volume, level_volume
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.arrays import Float32Array, FloatArray
 from volprep_formats.grid import Grid
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Silent
@@ -45,6 +46,7 @@ STEP_VOXELS = 0.5
 """A third of a millimetre in the MR head."""
 _OWN_STEPS = tuple(2.0 ** (quarters / 4) for quarters in range(8, -9, -1))
 """Steps of a package, as multiples of VTK's, the longest first."""
+_CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "control-points")
 _ENTRIES = 1024
 _ROUNDS = 3
 _SECONDS = 600.0
@@ -76,6 +78,8 @@ class VtkRow:
     """The longest step with which the package is as near to the truth as VTK; None where none of those tried is."""
     equal_ms: float | None
     """Its time."""
+    equal_with: str | None
+    """The classification that takes least time for that: by a table, or from control points without one."""
     all_ms: float
     """The package's time with the same step where its rays skip nothing and run to their end."""
     bare_ms: float
@@ -108,31 +112,21 @@ def measure_vtk(console: Console) -> list[VtkRow]:
         for light in _TARGET:
             console.print(f"measuring VTK's ray caster on {scan}, {light}", style="dim")
             with tempfile.TemporaryDirectory() as folder:
-                rows.append(_row(scan, light, _package(scan, preset, light, Path(folder)), Path(folder)))
+                packages = {name: _package(scan, preset, light, name, Path(folder)) for name in _CLASSIFICATIONS}
+                rows.append(_row(scan, light, packages, Path(folder)))
     return rows
 
 
 def vtk_table(rows: list[VtkRow]) -> Table:
-    """Give the table of what `measure_vtk` found."""
-    heads = (
-        "scan",
-        "step mm",
-        "VTK ms",
-        "RMSE",
-        "VTK, bytes ms",
-        "ours ms",
-        "RMSE",
-        "equal at mm",
-        "ms",
-        "faster",
-        "bytes",
-        "asked",
-    )
-    table = Table(*heads, "all samples ms", "bare loop ms", "ratio")
+    """Give the table of what `measure_vtk` found: "bytes" is VTK on level 0, "all" a package that skips nothing."""
+    vtk, ours = ("step mm", "VTK ms", "RMSE", "bytes ms"), ("ours ms", "RMSE", "equal at", "with", "ms")
+    table = Table("scan", *vtk, *ours, "faster", "bytes", "asked", "all ms", "loop ms", "ratio")
     for column in table.columns[1:]:
         column.justify = "right"
     for row in rows:
-        equal = ("", "") if row.equal_ms is None else (f"{row.equal_step_mm:.2f}", f"{row.equal_ms:.1f}")
+        equal = ("", "", "")
+        if row.equal_ms is not None:
+            equal = (f"{row.equal_step_mm:.2f}", row.equal_with or "", f"{row.equal_ms:.1f}")
         table.add_row(
             f"{row.scan}, {row.light}",
             f"{row.step_mm:.2f}",
@@ -152,20 +146,23 @@ def vtk_table(rows: list[VtkRow]) -> Table:
     return table
 
 
-def _package(scan: str, preset: str, light: str, folder: Path) -> Package:
+def _package(scan: str, preset: str, light: str, classification: ClassificationName, folder: Path) -> Package:
     source = SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"])
     lit = 'lighting = "headlight"\n[normals]\nkernel = "central"\n' if light == "lit" else 'lighting = "none"\n'
     scene = folder / "scene.toml"
     scene.write_text(
         f'name = "s"\n[source]\n{source}\n[pyramid]\ncoarsest_longest_axis = 100000\n'
-        f'[[transfer]]\nname = "t"\npreset = "{preset}"\n[render]\n{lit}',
+        f'[[transfer]]\nname = "t"\npreset = "{preset}"\n[render]\n'
+        f'classification = "{classification}"\n{lit}',
         encoding="utf-8",
     )
-    build(load_request(scene), folder / "s.volpkg", Silent())
-    return Package.open(folder / "s.volpkg")
+    target = folder / f"{classification}.volpkg"
+    build(load_request(scene), target, Silent())
+    return Package.open(target)
 
 
-def _row(scan: str, light: str, package: Package, scratch: Path) -> VtkRow:
+def _row(scan: str, light: str, packages: Mapping[ClassificationName, Package], scratch: Path) -> VtkRow:
+    package = packages["lookup"]
     level, whole = level_volume(package, 0), _scan(scan)
     step_mm = STEP_VOXELS * min(level.grid.spacing_mm_zyx)
     function = package.manifest.transfer_functions[0]
@@ -177,10 +174,8 @@ def _row(scan: str, light: str, package: Package, scratch: Path) -> VtkRow:
     vtk_rmse = views.rmse(on_scan.pictures)
     with Renderer(package) as renderer:
         own_ms, own_rmse = views.time_ms(renderer, step_mm), views.error(renderer, step_mm)
-        ratios = (ratio for ratio in _OWN_STEPS if views.error(renderer, ratio * step_mm) <= vtk_rmse)
-        equal_mm = next((ratio * step_mm for ratio in ratios), None)
-        equal_ms = None if equal_mm is None else views.time_ms(renderer, equal_mm)
         program = renderer.program
+    equal = min(_equal(packages, views, step_mm, vtk_rmse), default=(None, None, None))
     with Renderer(taking_all(package, program)) as renderer:
         all_ms = views.time_ms(renderer, step_mm)
     with Renderer(bare(package, program)) as renderer:
@@ -194,13 +189,26 @@ def _row(scan: str, light: str, package: Package, scratch: Path) -> VtkRow:
         vtk_bytes_ms=honest_ms(on_bytes.driver, on_bytes.wall_ms, on_bytes.cpu_ms),
         ms=own_ms,
         rmse=own_rmse,
-        equal_step_mm=equal_mm,
-        equal_ms=equal_ms,
+        equal_ms=equal[0],
+        equal_step_mm=equal[1],
+        equal_with=equal[2],
         all_ms=all_ms,
         bare_ms=bare_ms,
         renderer=on_scan.driver,
         vtk=on_scan.version,
     )
+
+
+def _equal(
+    packages: Mapping[ClassificationName, Package], views: "_Views", step_mm: float, rmse: float
+) -> Iterator[tuple[float, float, ClassificationName]]:
+    """Give time, step and classification of each package with the longest step whose error is no larger than that."""
+    for name, package in packages.items():
+        with Renderer(package) as renderer:
+            steps = (ratio * step_mm for ratio in _OWN_STEPS)
+            found = next((step for step in steps if views.error(renderer, step) <= rmse), None)
+            if found is not None:
+                yield views.time_ms(renderer, found), found, name
 
 
 def _scan(scan: str) -> Volume:

@@ -86,8 +86,13 @@ def measured(package, folder):
         return measure_package(package.path, ReportFolder(folder / "report"), folder / "scratch", Silent())
 
 
-@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
-@pytest.mark.parametrize("technique", CONVERGENT)
+@pytest.mark.parametrize(
+    ("technique", "profile"),
+    [
+        *((name, "gles3") for name in CONVERGENT),
+        *((name, "gles2-2048") for name in CONVERGENT if "mosaic" in TECHNIQUES[name].samplings),
+    ],
+)
 def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile):
     package = built(tmp_path, f'technique = "{technique}"', profile)
     assert check(package.path) == []
@@ -202,6 +207,15 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
 def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
     with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
         plan_build(load_request(scene_with(tmp_path, render, tables=tables)), Silent())
+
+
+@pytest.mark.parametrize("technique", [name for name in TECHNIQUES if "mosaic" not in TECHNIQUES[name].samplings])
+def test_a_technique_that_the_device_class_cannot_do_is_refused(tmp_path, technique):
+    with pytest.raises(VolprepError, match=r"VP3164 .*gles2-2048"):
+        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048")), Silent())
+    compressed = '[textures]\ncompression = "eac"'
+    with pytest.raises(VolprepError, match=r"VP3130 .*compression eac"):
+        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed)), Silent())
 
 
 def test_an_unknown_technique_is_refused(tmp_path):

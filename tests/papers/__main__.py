@@ -44,11 +44,12 @@ def main() -> None:
             if name == _SHEET:
                 print(f"{name}: {write_contact_sheet(bench, asked.output)}", end="", flush=True)
             else:
-                found.append(PAPERS[name](bench))
+                found.append((PAPERS[name](bench), bench.driver))
                 print(f"{name}: measured", end="", flush=True)
             print(f", {time.perf_counter() - began:.0f} s", flush=True)
-        for paper in found:
-            print(write_page(paper, found, asked.output, bench.driver, quick=asked.quick))
+        for paper, driver in found:
+            others = [each for each, _ in found if each is not paper]
+            print(write_page(paper, others, asked.output, driver, quick=asked.quick))
 
 
 if __name__ == "__main__":

@@ -72,15 +72,22 @@ class Bench:
         self._truths: dict[str, Float64Array] = {}
 
     def package(
-        self, volume: Volume, transfer: str, *, profile: str = "gles3", render: str = "", more: str = ""
+        self,
+        volume: Volume,
+        transfer: str,
+        *,
+        profile: str = "gles3",
+        head: str = "",
+        render: str = "",
+        more: str = "",
     ) -> Package:
         """Build the package of a volume once; `transfer` is a preset or the rest of a [[transfer]] table.
 
-        `render` are keys of [render], `more` are tables of the scene.
+        `head` are keys of the scene, `render` those of [render], `more` are tables.
         """
         look = transfer if "\n" in transfer or "=" in transfer else f'preset = "{transfer}"'
         text = (
-            f'name = "paper"\nprofile = "{profile}"\n[source]\npath = "{self._file(volume).name}"\n'
+            f'name = "paper"\nprofile = "{profile}"\n{head}\n[source]\npath = "{self._file(volume).name}"\n'
             f'[render]\n{render}\n{more}\n[[transfer]]\nname = "look"\n{look}\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\n'
         )
         key = _digest(text)

@@ -51,14 +51,14 @@ class Volume:
         grid = self.info.grid.part((0, 0, 0), whole.shape).coarser((factor, factor, factor))
         return self._made(_size(means.shape), means, grid)
 
-    def resized(self, voxels: int) -> Self:
+    def resized(self, shape_zyx: tuple[int, int, int]) -> Self:
         """Return the same box with so many voxels along each axis."""
         grid = self.info.grid
-        factors = [voxels / n for n in grid.shape_zyx]
+        factors = [n / old for n, old in zip(shape_zyx, grid.shape_zyx, strict=True)]
         stored = zoom(self.stored.astype(np.float32), factors, order=1, grid_mode=True, mode="nearest")
         z, y, x = (h / f for h, f in zip(grid.spacing_mm_zyx, factors, strict=True))
         first = grid.corner_mm_xyz + np.array(grid.direction) @ (np.array([x, y, z]) / 2)
-        return self._made(f"{voxels}³", stored, Grid.of(stored.shape, (z, y, x), first, grid.direction))
+        return self._made(_size(stored.shape), stored, Grid.of(stored.shape, (z, y, x), first, grid.direction))
 
     def middle(self, voxels: int) -> Self:
         """Return the cube of so many voxels in the middle."""

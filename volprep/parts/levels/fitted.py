@@ -6,8 +6,9 @@
   (volprep.parts.levels.look). A level for these transfer functions: what they show alike may be mixed up.
 
 Both are volprep's own. They begin with the mean of each cell, and improve it by Gauss-Newton steps that take the sums
-of rows for the matrix; of values alone, these steps need level 0 only once. At last each voxel is brought into the range of its cell: what nothing there has would be
-invented, and where noise is strong it shows (a head at half resolution: 47 % nearer than box with it, 44 % without).
+of rows for the matrix; of values alone, these steps need level 0 only once. At last each voxel is brought into the
+range of its cell: what nothing there has would be invented, and where noise is strong it shows (a head at half
+resolution: 47 % nearer than box with it, 44 % without).
 """
 
 from collections.abc import Iterator
@@ -25,7 +26,9 @@ from volprep_formats.arrays import Float32Array
 Factors = tuple[int, int, int]
 
 _ITERATIONS = 4
-"""A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer."""
+"""A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer. With three of any
+size light along rays is up to 2.5 % further away; from a level fitted to values, which overshoots where a transfer
+function is steep, two or three end 5 to 10 % further away."""
 _STEP = 1.2
 """Between plain steps and those that begin to overshoot where a transfer function is steep."""
 _SAMPLES = 4
