@@ -792,7 +792,7 @@ typedef struct volpkg_drawing {
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
     double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
-    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
@@ -4773,7 +4773,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
-    if (program->light != NULL) memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
+    if (program->light != NULL)
+        memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
         return volpkg__fail(error, VOLPKG_UNITS, program->name,
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
