@@ -143,4 +143,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "the opacity of the volume cannot be estimated by {source} here: its picture has alpha, which is exact",
         "Leave out --opacity; estimates are for packages for OpenGL ES 1.1.",
     ),
+    "VP5051": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{failed} of {count} pictures of the walk are farther from what the package holds than the scene allows: the "
+        "worst is {file}, RMSE {rmse}, largest error {maximum}",
+        "Draw with a finer step (render.step_voxels), or allow more in [tolerance]; walk.json has all errors.",
+    ),
 }
