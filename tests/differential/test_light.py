@@ -233,7 +233,9 @@ def test_a_level_is_fitted_to_means_by_the_same_formula(shape_zyx, factors) -> N
     table = RNG.random((256, 4)).astype(np.float32)
     blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    _native.fit_level_to_means(values, looks, level, factors, 0, (0, reduced[0]), 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    _native.fit_level_to_means(
+        values, looks, level, factors, 0, (0, reduced[0]), 0.3, table[None], blocks, (2, 2, 2), 1, 1.5
+    )
     expected = moved(start, (values, looks[:, 0]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
 
@@ -291,6 +293,8 @@ def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
     found = []
     for threads in (1, 2, 5):
         level = start.copy()
-        _native.fit_level(volume, level, (2, 2, 2), 0, (0, reduced[0]), 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads)
+        _native.fit_level(
+            volume, level, (2, 2, 2), 0, (0, reduced[0]), 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads
+        )
         found.append(level.tobytes())
     assert len(set(found)) == 1

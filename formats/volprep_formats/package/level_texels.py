@@ -72,7 +72,7 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
     record = next(each for each in package.manifest.files if each.path == texture.file)
     start = package.read_start(texture.file, ktx2.MOST_HEAD_BYTES)
     head = ktx2.decode_head(start, record.size_bytes, texture.file)
-    if head.channels != 1 or head.format in BLOCKS:
+    if head.channels != 1 or head.format in BLOCKS or head.supercompressed:
         return None
     return StoredTexels(package, texture.file, head.levels_at[0], head.dtype, head.shape_zyx)
 

@@ -40,7 +40,7 @@ void mode_reduce(nb::module_& module);
 void nearest_reduce(nb::module_& module);
 void normals(nb::module_& module);
 void oracle(nb::module_& module);
-void oracle_average(nb::module_& module);
+void oracle_projection(nb::module_& module);
 void oracle_refined(nb::module_& module);
 void oracle_sum(nb::module_& module);
 void oracle_surface(nb::module_& module);

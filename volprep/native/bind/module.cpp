@@ -22,7 +22,7 @@ NB_MODULE(_native, module) {
     volprep::bind::nearest_reduce(module);
     volprep::bind::normals(module);
     volprep::bind::oracle(module);
-    volprep::bind::oracle_average(module);
+    volprep::bind::oracle_projection(module);
     volprep::bind::oracle_refined(module);
     volprep::bind::oracle_sum(module);
     volprep::bind::oracle_surface(module);
