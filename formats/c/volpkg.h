@@ -25,6 +25,9 @@
  * Nothing is to be closed: when you are done, free the arena and unmap the file. No function keeps state of its own, so
  * several packages may be open in several threads; one open package may be read from several threads.
  *
+ * Transport. Textures that were made smaller for the way (volprep zip --texels zstd) cannot be used in place and are
+ * refused with VP7062; volprep zip --texels plain gives the package that apps ship, which their stores compress anyway.
+ *
  * Trust. Every file counts as hostile until it is checked. volpkg_open checks the structure of the zip, the manifest
  * against its schema, every rule of SPEC.md section 20 that a reader can see, and the headers and sizes of all
  * textures, meshes and tables; it reads texels only of the indices of bricks. volpkg_check_file adds CRC-32 and
@@ -80,7 +83,8 @@ typedef enum volpkg_code {
     VOLPKG_UNITS = 5013,         /* a program reads more textures than there are units */
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
-    VOLPKG_STEP = 5019           /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_PACKED = 7062         /* textures of Zstandard frames, which are not used in place: zip them anew */
 } volpkg_code;
 
 /* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
@@ -180,6 +184,7 @@ typedef enum volpkg_level_filter {
     VOLPKG_LEVEL_NONE,
     VOLPKG_LEVEL_NEAREST,
     VOLPKG_LEVEL_BILINEAR,
+    VOLPKG_LEVEL_TWO_STEP_BILINEAR,
     VOLPKG_LEVEL_BOX,
     VOLPKG_LEVEL_BINOMIAL,
     VOLPKG_LEVEL_GAUSSIAN,
@@ -651,6 +656,7 @@ typedef struct volpkg_grid_point {
 typedef struct volpkg_view_thresholds {
     double plus_z_below_theta, minus_z_above_theta, sideways_between_theta[2];
     double plus_x_below_phi, minus_x_above_phi, y_between_phi[2];
+    double finer_above_pixels, coarser_below_pixels;
 } volpkg_view_thresholds;
 
 /* Level 0 in pieces: SPEC.md section 18. Piece number i + nx * (j + ny * k) is piece i along x, j along y, k along z.
@@ -686,6 +692,13 @@ typedef struct volpkg_plan_item {
     int64_t size_bytes;
 } volpkg_plan_item;
 
+/* What drawing one level with one transfer function takes on a device; see SPEC.md, DrawCost. */
+typedef struct volpkg_cost {
+    const char* transfer;
+    int32_t level;
+    int64_t upload_bytes, gpu_bytes;
+} volpkg_cost;
+
 typedef struct volpkg_compressed_form {
     int32_t format; /* place in: EAC_R11, ETC2_RGBA8, ASTC_4X4, ASTC_5X5, ASTC_6X6, ASTC_8X8 */
     const char* channel;
@@ -718,7 +731,8 @@ typedef struct volpkg_package {
     const volpkg_proxy* proxy;
     const char* preview;
     VOLPKG_LIST(int32_t) fidelity; /* only its length is kept */
-    VOLPKG_LIST(int32_t) stages;   /* empty */
+    VOLPKG_LIST(volpkg_cost) costs;
+    VOLPKG_LIST(int32_t) stages; /* empty */
     VOLPKG_LIST(volpkg_file) files;
 } volpkg_package;
 
@@ -776,7 +790,8 @@ typedef struct volpkg_drawing {
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
-    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
+    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
@@ -971,6 +986,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the package cannot draw that";
         case VOLPKG_STEP:
             return "the step is too small for the program, or no positive number";
+        case VOLPKG_PACKED:
+            return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
     }
     return "unknown";
 }
@@ -1965,6 +1982,7 @@ VOLPKG__MAYBE(volpkg__maybe_quantization, volpkg__quantization_type)
 static const volpkg__named volpkg__level_filters[] = {{"none", VOLPKG_LEVEL_NONE},
                                                       {"nearest", VOLPKG_LEVEL_NEAREST},
                                                       {"bilinear", VOLPKG_LEVEL_BILINEAR},
+                                                      {"two-step-bilinear", VOLPKG_LEVEL_TWO_STEP_BILINEAR},
                                                       {"box", VOLPKG_LEVEL_BOX},
                                                       {"binomial", VOLPKG_LEVEL_BINOMIAL},
                                                       {"gaussian", VOLPKG_LEVEL_GAUSSIAN},
@@ -2489,6 +2507,13 @@ static const volpkg__field volpkg__plan_fields[] = {VOLPKG__MUST(volpkg_plan_ite
 VOLPKG__RECORDS(volpkg__plan_type, volpkg_plan_item, volpkg__plan_fields)
 VOLPKG__MANY(volpkg__plan, volpkg__plan_type, 0, VOLPKG__MOST)
 
+static const volpkg__field volpkg__cost_fields[] = {VOLPKG__MUST(volpkg_cost, transfer, volpkg__string),
+                                                    VOLPKG__MUST(volpkg_cost, level, volpkg__index),
+                                                    VOLPKG__MUST(volpkg_cost, upload_bytes, volpkg__bytes),
+                                                    VOLPKG__MUST(volpkg_cost, gpu_bytes, volpkg__bytes), VOLPKG__END};
+VOLPKG__RECORDS(volpkg__cost_type, volpkg_cost, volpkg__cost_fields)
+VOLPKG__MANY(volpkg__costs, volpkg__cost_type, 0, VOLPKG__MOST)
+
 static const volpkg__named volpkg__compressed_formats[] = {
     {"EAC_R11", 0}, {"ETC2_RGBA8", 1}, {"ASTC_4X4", 2}, {"ASTC_5X5", 3}, {"ASTC_6X6", 4}, {"ASTC_8X8", 5}, {NULL, 0}};
 static const volpkg__named volpkg__bases[] = {{"level", 0}, {"sample", 1}, {NULL, 0}};
@@ -2550,6 +2575,7 @@ static const volpkg__field volpkg__package_fields[] = {
     VOLPKG__NULL(volpkg_package, skipping, volpkg__maybe_skipping, 0),
     VOLPKG__MAY(volpkg_package, programs, volpkg__programs, 0),
     VOLPKG__MAY(volpkg_package, fidelity, volpkg__anything, 0),
+    VOLPKG__MAY(volpkg_package, costs, volpkg__costs, 0),
     VOLPKG__NULL(volpkg_package, editing, volpkg__maybe_editing, 0),
     VOLPKG__NULL(volpkg_package, subvolumes, volpkg__maybe_subvolumes, 0),
     VOLPKG__NULL(volpkg_package, proxy, volpkg__maybe_proxy, 0),
@@ -2591,6 +2617,8 @@ static const volpkg__field volpkg__view_fields[] = {
     VOLPKG__MAY(volpkg_view_thresholds, plus_x_below_phi, volpkg__degrees, 67.5),
     VOLPKG__MAY(volpkg_view_thresholds, minus_x_above_phi, volpkg__degrees, 112.5),
     VOLPKG__KEY(volpkg_view_thresholds, "y_between_phi", y_between_phi, volpkg__two_degrees, VOLPKG__SIDEWAYS, 0),
+    VOLPKG__MAY(volpkg_view_thresholds, finer_above_pixels, volpkg__positive, 2),
+    VOLPKG__MAY(volpkg_view_thresholds, coarser_below_pixels, volpkg__positive, 0.75),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__view_type, volpkg_view_thresholds, volpkg__view_fields)
 VOLPKG__EXACTLY(volpkg__three_cuts, volpkg__indices, 3, volpkg__list)
@@ -3150,6 +3178,9 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     if (image->layout == NULL)
         return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "a vkFormat that no package has", vk, NAN);
     for (i = 0; i < 3; ++i) sides[i] = volpkg__u32(data + 20 + 4 * i);
+    if (volpkg__u32(data + 44) == 2)
+        return volpkg__fail(r->error, VOLPKG_PACKED, file->path,
+                            "its texels are Zstandard frames: run volprep zip --texels plain", NAN, NAN);
     if (volpkg__u32(data + 16) != image->layout->type_size || volpkg__u32(data + 32) != 0 ||
         volpkg__u32(data + 36) != 1 || volpkg__u32(data + 44) != 0)
         return volpkg__no_ktx(r, file, "it has array layers, faces, supercompression, or a wrong typeSize");
@@ -4739,6 +4770,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
+    if (program->light != NULL)
+        memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
         return volpkg__fail(error, VOLPKG_UNITS, program->name,
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
@@ -5100,7 +5133,7 @@ int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_
     return 0;
 }
 
-/* The place of the program's light in box space. */
+/* The place of the light in box space. */
 static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) {
     const volpkg_grid* grid = drawing->package->grid;
     double corner[3];
@@ -5108,7 +5141,7 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
     volpkg__corner(grid, corner);
     for (axis = 0; axis < 3; ++axis)
         for (row = 0; row < 3 && drawing->program->light != NULL; ++row)
-            light_mm[axis] += grid->direction[row][axis] * (drawing->program->light->place_mm_xyz[row] - corner[row]);
+            light_mm[axis] += grid->direction[row][axis] * (drawing->light_mm_xyz[row] - corner[row]);
 }
 
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,

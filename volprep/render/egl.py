@@ -15,7 +15,7 @@ from functools import cache
 from types import TracebackType
 from typing import Literal, Self
 
-from volprep.render.bindings import EGL, GLES3, USER_PLATFORM
+from volprep.render.bindings import EGL, GLES1, GLES3, USER_PLATFORM
 from volprep_formats.diagnostics import VolprepError
 
 ContextApi = Literal["es1.1", "es2.0", "es3.0", "es3.1"]
@@ -59,7 +59,11 @@ class Context:
     """
 
     def __init__(self, api: ContextApi) -> None:
-        """Make the context. Raises VP5002 (no display), VP5003 (no such version), VP5004 (after a fork)."""
+        """Make the context.
+
+        Raises VP5001 (no library), VP5002 (no display), VP5003 (no such version), VP5004 (after a fork).
+        """
+        require_library(api)
         self.api: ContextApi = api
         self._display = _display()
         config = _config(self._display, api)
@@ -108,6 +112,12 @@ class Context:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def require_library(api: ContextApi) -> None:
+    """Raise VP5001 if the library of this version is missing: OpenGL ES 1.1 has one of its own."""
+    if api == "es1.1" and not GLES1.glTexEnvf:
+        raise VolprepError("VP5001", error="libGLESv1_CM is missing")
 
 
 @contextmanager

@@ -82,7 +82,7 @@ class PictureTarget:
 
     handle: int
     texture: int
-    """What is drawn, as a texture without a filter."""
+    """What is drawn, as a texture."""
     format: TargetFormat
     shape_hw: tuple[int, int]
 
@@ -98,14 +98,16 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class Corners:
-    """Triangles."""
+    """Triangles, or lines."""
 
     places: Float32Array
-    """[n, 2, 3 or 4], three corners for each, in the order in which they are drawn."""
+    """[n, 2, 3 or 4], three corners or two ends for each, in the order in which they are drawn."""
     blend: Blend | None = None
     """How fragments are blended; if None, they replace what was there."""
     clears: bool = True
     """Whether the picture is emptied first."""
+    lines: bool = False
+    """Whether these are lines, one pixel wide."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,7 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
+            self.uploaded_bytes += sum(each.nbytes for each in levels)
             # The driver has a copy: do not hold the texels as long as the texture.
             del levels, texels, pointer
             yield handle
@@ -237,7 +240,7 @@ class Gl(GlObjects):
         buffer: int,
         corners: Corners,
     ) -> None:
-        """Draw triangles into `target`, in their order, after filling it with nothing if they are to."""
+        """Draw triangles or lines into `target`, in their order, after filling it with nothing if they are to."""
         with self._checked(f"drawing into {target.shape_hw[1]}×{target.shape_hw[0]}"):
             _begin(target)
             if corners.clears:
@@ -255,7 +258,7 @@ class Gl(GlObjects):
             GLES3.glBufferData(GLES3.GL_ARRAY_BUFFER, places.nbytes, pointer, GLES3.GL_STREAM_DRAW)
             GLES3.glEnableVertexAttribArray(0)
             GLES3.glVertexAttribPointer(0, places.shape[1], GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
-            GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, len(places))
+            GLES3.glDrawArrays(GLES3.GL_LINES if corners.lines else GLES3.GL_TRIANGLES, 0, len(places))
 
     def draw(
         self,
@@ -362,6 +365,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindBuffer(target, handle)
                 GLES3.glBufferData(target, data.nbytes, data.ctypes.data_as(ctypes.c_void_p), GLES3.GL_STATIC_DRAW)
+                self.uploaded_bytes += data.nbytes
             yield MeshPart(vertices, indices, triangles.size)
 
     def draw_mesh(

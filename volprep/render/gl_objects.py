@@ -23,6 +23,8 @@ class GlObjects:
         self.driver = context.driver
         self.live: Counter[str] = Counter()
         """Number of objects that exist, by kind."""
+        self.uploaded_bytes = 0
+        """Bytes of textures and meshes that were handed to the driver."""
 
     def close(self) -> None:
         """Check that nothing is left. Raises VP9001 if it is."""

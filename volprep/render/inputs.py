@@ -11,6 +11,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
+from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
 
@@ -65,23 +66,10 @@ def _light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
     """Textures in the order of the program's samplers. Raises VP5018 where one is missing."""
-    found = []
-    for sampler in program.samplers:
-        transfer = sampler.transfer or program.transfer
-        channel = _channel_of(package, transfer)
-        matches = [
-            texture
-            for texture in package.manifest.textures
-            if (texture.role, texture.part) == (sampler.role, sampler.part)
-            and _is_for(texture, transfer, level)
-            and (channel is None or not texture.channels or channel in texture.channels)
-        ]
-        # A level's own table stands for the common one.
-        matches = [texture for texture in matches if texture.level == level] or matches
-        if len(matches) != 1:
-            fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
-            raise VolprepError("VP5018", package=package.path, **fields)
-        found.append(matches[0])
+    found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
+    if len(found) < len(program.samplers):
+        fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
+        raise VolprepError("VP5018", package=package.path, **fields)
     return found
 
 
@@ -105,16 +93,6 @@ def _find_level(package: Package, program: Program, level: int | None) -> Level:
         fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
         raise VolprepError("VP5018", package=package.path, **fields)
     return found
-
-
-def _is_for(texture: Texture, transfer: str, level: int) -> bool:
-    """Return whether what a texture holds is for this level and this transfer function, or for all."""
-    return texture.level in {None, level} and texture.transfer in {None, transfer}
-
-
-def _channel_of(package: Package, transfer: str) -> str | None:
-    """Name of the channel of a transfer function, where the package shows several."""
-    return next((channel.name for channel in package.manifest.channels if transfer in channel.transfers), None)
 
 
 def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:

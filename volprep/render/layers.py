@@ -45,7 +45,7 @@ def layers_of(geometry: Geometry, extent_mm_xyz: Float64Array, box_from_clip: Fl
 
 
 def view_axes(box_from_clip: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return unit vectors in box space: to the right of the picture, and away from the viewer across it."""
+    """Return unit vectors in box space: to the picture's right, and at a right angle to it, away from the viewer."""
     clip = np.array([[0, 0, -1, 1], [1, 0, -1, 1], [0, 1, -1, 1], [0, 0, 1, 1]])
     near, right, above, far = (place[:3] / place[3] for place in clip @ box_from_clip.T)
     across, up = (each / np.linalg.norm(each) for each in (right - near, above - near))

@@ -5,6 +5,7 @@ package, whatever the driver at hand allows.
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.block_inputs import block_inputs
+from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
 from volprep.render.gl import (
@@ -32,7 +34,8 @@ from volprep.render.half_angle import corners_of_layers, half_angle_layers
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
-from volprep.render.timing import DrawTimes, draw_times, median_ms
+from volprep.render.overlay import Overlay, overlay
+from volprep.render.timing import Clock, DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
@@ -82,6 +85,7 @@ class Renderer:
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
+        self._overlay: Overlay | None = None
         self._last: tuple[bytes, tuple[int, int], float | None] | None = None
 
     def __enter__(self) -> Self:
@@ -98,6 +102,7 @@ class Renderer:
             check_uniforms(self._program, self._textures, self._linked)
             self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
             self._targets_before: list[PictureTarget] = []
+            self._overlay = None
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -139,6 +144,11 @@ class Renderer:
         """The program that draws."""
         return self._program
 
+    @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures and meshes that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
     def render(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
     ) -> Float32Array:
@@ -151,22 +161,46 @@ class Renderer:
         target = self._draw(box_from_clip, shape_hw, step_mm)
         return self._gl.read(target)
 
+    def render_with_lines(
+        self,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        small_hw: tuple[int, int],
+        lines: Sequence[BoxLines],
+        step_mm: float | None = None,
+    ) -> Float32Array:
+        """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
+
+        Errors are those of `render`.
+        """
+        small = self._draw(box_from_clip, small_hw, step_mm)
+        if self._overlay is None:
+            self._overlay = self._stack.enter_context(overlay(self._gl))
+        with self._gl.target("rgba8", shape_hw) as target:
+            self._overlay.draw(small, target, box_from_clip, lines)
+            return self._gl.read(target)
+
     def time_ms(
         self,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
+        clock: Clock = time.perf_counter,
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        If the same picture was drawn last, that was the one.
+        If the same picture was drawn last, that was the one. `clock` tells the time in seconds.
 
         Drawing only: no upload, no reading back.
         """
         has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
         return median_ms(
-            lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats, has_drawn=has_drawn
+            lambda: self._draw(box_from_clip, shape_hw, step_mm),
+            self._gl.finish,
+            repeats,
+            has_drawn=has_drawn,
+            clock=clock,
         )
 
     def draw_times(
@@ -380,7 +414,9 @@ class Renderer:
             self._target_stack.close()
             self._target = None
             self._target = self._target_stack.enter_context(
-                self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
+                self._gl.target(
+                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
+                )
             )
             self._map_step_mm = None
             self._targets_before = [

@@ -114,9 +114,9 @@ def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float =
         return _Turns(squared, each + 1.0, 1.0)
     table = skip_table(manifest, program.transfer, level)
     blocks = sum(table.blocks_zyx) if table else 0
-    # A run of samples takes a turn of the outer loop, and one in which the inner loop ends. A jump takes a turn of each
-    # loop; of a block that a ray leaves by rounding it may take two.
-    return _Turns(squared, each + _APART * (SKIP_RUN + 2) / SKIP_RUN, _APART * 4 * blocks + 1.0)
+    # A run of samples takes a turn of the outer loop and of the one that looks, and one in which its own ends. A jump
+    # takes a turn of each loop; of a block that a ray leaves by rounding it may take two.
+    return _Turns(squared, each + _APART * (SKIP_RUN + 3) / SKIP_RUN, _APART * 6 * blocks + 1.0)
 
 
 def _longest_mm(manifest: Manifest) -> float:

@@ -135,9 +135,10 @@ class RenderWishes(Record):
     each level the longest one, from 0.25 to 2, whose error, measured on a sample of rays, is within a quarter of the
     tolerance; where users may edit transfer functions 0.5, or 0.25 with compositing maximum or minimum; with slices
     1."""
-    opacity_cutoff: Fraction = 0.998
-    """A ray stops when its opacity passes this (early ray termination). What lies behind counts as being like what is
-    in front; no pixel is off by more than 1 minus this."""
+    opacity_cutoff: Literal["auto"] | Fraction = "auto"
+    """A ray ends when its opacity passes this (early ray termination). What lies behind counts as being like what is in
+    front; no pixel is off by more than 1 minus this. "auto": 0.998, where enough samples of rays lie behind it to save
+    time. 1: rays run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"

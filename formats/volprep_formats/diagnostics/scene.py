@@ -202,4 +202,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "not be stored",
         "Set bricks.reach to 2.",
     ),
+    "VP3180": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {problems}",
+        "Correct these keys of the walk; docs/GUIDE.md lists them under Scans larger than a device.",
+    ),
+    "VP3181": Diagnostic(
+        ExitStatus.SCENE,
+        "step {number} of the walk cannot be made: {problem}",
+        "Zoom in until the sub-volumes are shown before moving, and cut a box before showing it.",
+    ),
 }

@@ -10,5 +10,3 @@ if (segments > 0.0) {
   //#part restart
   continue;
 }
-float run_start = next;
-next += RUN;
