@@ -790,7 +790,8 @@ typedef struct volpkg_drawing {
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
-    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
+    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
@@ -4771,6 +4772,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
+    if (program->light != NULL)
+        memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
         return volpkg__fail(error, VOLPKG_UNITS, program->name,
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
@@ -5132,7 +5135,7 @@ int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_
     return 0;
 }
 
-/* The place of the program's light in box space. */
+/* The place of the light in box space. */
 static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) {
     const volpkg_grid* grid = drawing->package->grid;
     double corner[3];
@@ -5140,7 +5143,7 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
     volpkg__corner(grid, corner);
     for (axis = 0; axis < 3; ++axis)
         for (row = 0; row < 3 && drawing->program->light != NULL; ++row)
-            light_mm[axis] += grid->direction[row][axis] * (drawing->program->light->place_mm_xyz[row] - corner[row]);
+            light_mm[axis] += grid->direction[row][axis] * (drawing->light_mm_xyz[row] - corner[row]);
 }
 
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,

@@ -16,6 +16,7 @@ from volprep.shading.program import compose_program
 from volprep.truth.camera import standard_views
 from volprep.validation.altered import Altered
 from volprep.validation.subject import render_settings
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -54,6 +55,7 @@ WAYS = (
     Way("blocks of 4³", table="blocks"),
     Way("distance map, blocks of 4³", table="distance"),
     Way("proxy", proxy=True),
+    Way("light where seen, distance map", seen=True, table="distance"),
     Way("light where seen, early exit", seen=True, early=True),
     Way("these and the distance map", seen=True, early=True, table="distance"),
     Way("these and the proxy", seen=True, early=True, table="distance", proxy=True),
@@ -80,10 +82,8 @@ class Savings:
     """Scan and size."""
     found: tuple[Saving, ...]
     """One for each way."""
-    kept: bool
-    """Whether the plan gives this scan a skip table when it decides for itself."""
-    reason: str
-    """Why."""
+    decided: tuple[PlanItem, ...]
+    """What the plan says of this scan where it decides for itself: of skip table and early end."""
 
     def times(self, way: str) -> float:
         """How many times as fast a way is as the one that leaves nothing out."""
@@ -114,12 +114,13 @@ def savings(bench: Bench, volume: Volume, look: str, ways: tuple[Way, ...] = WAY
         )
         difference = max(float(np.abs(a - b).max()) for a, b in zip(plain, pictures, strict=True))
         found.append(Saving(way, whole, difference))
-    planned = bench.package(volume, look, render=_RENDER, more=ALONE).manifest
-    item = next(each for each in planned.plan if each.name.startswith("skip table"))
-    return Savings(volume.name, tuple(found), item.kept, item.reason)
+    planned = bench.package(volume, look, render=_LIT, more=ALONE).manifest
+    return Savings(volume.name, tuple(found), tuple(each for each in planned.plan if each.name.startswith(_DECIDED)))
 
 
-_RENDER = 'lighting = "headlight"\nstep_voxels = 0.5'
+_LIT = 'lighting = "headlight"\nstep_voxels = 0.5\n'
+_RENDER = f"{_LIT}opacity_cutoff = 0.998"
+_DECIDED = ("skip table", "early ray termination")
 
 
 def _package(bench: Bench, volume: Volume, look: str, way: Way) -> Package:

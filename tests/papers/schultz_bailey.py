@@ -60,7 +60,7 @@ def measure(bench: Bench) -> Paper:
         )
     return Paper(
         "schultz-bailey",
-        "Visualizing scientific volumes on mobile devices (BVR)",
+        "BVR: a volume renderer for a tablet, with sub-volumes",
         "Schultz and Bailey",
         tuple(tables),
         _finding(cells),

@@ -114,6 +114,7 @@ class Renderer:
             self._corners = stack.enter_context(self._gl.corners())
             self._target_stack = stack.enter_context(ExitStack())
             self._target: PictureTarget | None = None
+            self._map_step_mm: float | None = None
             self._stack = stack.pop_all()
         return self
 
@@ -227,8 +228,11 @@ class Renderer:
         passes = zip(self._program.before, self._linked_before, self._targets_before, strict=False)
         for each, linked, drawn in passes:
             bindings = self._bindings(each.uniforms, values)
-            if each.geometry == "triangle":
-                self._gl.draw(linked, bindings, drawn, self._triangle)
+            if each.size is not None:
+                # A shadow map is the same for every view.
+                if self._map_step_mm != step:
+                    self._gl.draw(linked, bindings, drawn, self._triangle)
+                    self._map_step_mm = step
                 continue
             self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
         if self._program.light_pass is not None:
@@ -414,6 +418,7 @@ class Renderer:
                     self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
                 )
             )
+            self._map_step_mm = None
             self._targets_before = [
                 self._target_stack.enter_context(
                     self._gl.target(each.target, _shape_of(each, shape_hw), linear=isinstance(each, LightPass))

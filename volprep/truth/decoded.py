@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.transfer.preintegrated import colour_of_entries
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -151,7 +152,8 @@ def table_function(
         values, colours, extinctions = _from_roots(entries, texture)
     else:
         values = np.linspace(0.0, 1.0, len(entries))
-        colours, extinctions = entries[:, :3].astype(np.float64), entries[:, 3].astype(np.float64)
+        media = entries.astype(np.float64)
+        colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(

@@ -178,6 +178,7 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         program.classification,
         compositing=program.compositing,
         technique=program.technique,
+        lighting=program.lighting,
         labels=subject.scan.nearest,
     )
     for level in coarser:

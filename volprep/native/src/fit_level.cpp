@@ -280,29 +280,34 @@ class Fit {
         }
     }
 
-    void iterate(float step, int threads) noexcept {
+    // Moves the voxels of some slices of the level.
+    void iterate(SliceRange wanted, float step, int threads) noexcept {
         pulls_.clear();
+        // What lies between the slice before them and the first of them pulls at that, too.
+        const int64_t from = std::max<int64_t>(wanted.begin - 1, 0);
         const int64_t first_cell = task_.first / task_.factors.z;
         for (int64_t parity = 0; parity < 2; ++parity) {
             // Even as the whole volume counts, so that a slab adds in the same order.
-            const int64_t begin = (first_cell + parity) % 2;
+            const int64_t begin = from + (first_cell + from + parity) % 2;
 #pragma omp parallel num_threads(threads)
             {
                 Scratch scratch(reduced_.slice(), reduced_.x, task_.shape.x, task_.functions);
 #pragma omp for schedule(dynamic)
-                for (int64_t cell = begin; cell < reduced_.z; cell += 2) {
+                for (int64_t cell = begin; cell < wanted.end; cell += 2) {
                     add_cell(cell, scratch);
                 }
             }
         }
         const auto largest = static_cast<float>(task_.bins - 1);
 #pragma omp parallel for num_threads(threads) schedule(static)
-        for (int64_t i = 0; i < reduced_.voxels(); ++i) {
+        for (int64_t i = wanted.begin * reduced_.slice(); i < wanted.end * reduced_.slice(); ++i) {
             if (pulls_.stiffness[i] > 0.0f) {
                 level_[i] = std::clamp(level_[i] + step * pulls_.force[i] / pulls_.stiffness[i], 0.0f, largest);
             }
         }
     }
+
+    int64_t slices() const noexcept { return reduced_.z; }
 
   private:
     void add_cell(int64_t cell, Scratch& scratch) noexcept {
@@ -403,8 +408,10 @@ template <typename Samples>
 void improve(const Samples& samples, const FitTask& task, int iterations, float step, float* level,
              int threads) noexcept {
     Fit<Samples> fit(samples, task, level);
-    for (int i = 0; i < iterations; ++i) {
-        fit.iterate(step, resolve_threads(threads));
+    for (int64_t left = iterations - 1; left >= 0; --left) {
+        // What is further away than steps are left has no influence any more.
+        fit.iterate({std::max<int64_t>(task.wanted.begin - left, 0), std::min(task.wanted.end + left, fit.slices())},
+                    step, resolve_threads(threads));
     }
 }
 

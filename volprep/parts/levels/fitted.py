@@ -58,6 +58,8 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
         first, stop = max(z0 - reach, 0), min(z1 + reach, depth)
         slab: NDArray[Any] = volume.read_slab(first, stop)
         cells = _Cells.of(slab, factors_zyx, bins_per_code)
+        begin = (z0 - first) // factors_zyx[0]
+        end = begin - (-(z1 - z0) // factors_zyx[0])
         if look.is_plain:
             _native.fit_values(slab, cells.level, factors_zyx, largest_code(volume.dtype), _ITERATIONS, _STEP)
         else:
@@ -66,6 +68,7 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
                 cells.level,
                 factors_zyx,
                 first,
+                (begin, end),
                 bins_per_code,
                 look.linear,
                 look.table,
@@ -74,8 +77,7 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
                 _ITERATIONS,
                 _STEP,
             )
-        begin = (z0 - first) // factors_zyx[0]
-        yield cells.codes(bins_per_code)[begin : begin - (-(z1 - z0) // factors_zyx[0])], z1 - z0
+        yield cells[begin:end].codes(bins_per_code), z1 - z0
 
 
 def _to_means(
@@ -99,6 +101,7 @@ def _to_means(
                 level,
                 (z, y, x),
                 (first - wanted.start) * z,
+                (wanted.start, wanted.stop),
                 look.linear,
                 look.table,
                 look.weights,

@@ -14,6 +14,7 @@ from volprep.validation.ablation.gauge import PackageGauge
 from volprep.validation.ablation.items import ITEMS, Item
 from volprep.validation.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Outcome
+from volprep.validation.altered import with_common_tables
 from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.exact.manifests import manifest_differences
 from volprep.validation.scan import Judge
@@ -220,16 +221,7 @@ class VariantBench:
     def _own_tables(self) -> Iterator[AblationRow]:
         """Draw levels that have a lookup table of their own with the common one."""
         manifest = self.planned.manifest
-        common = manifest.model_copy(
-            update={
-                "textures": tuple(
-                    each
-                    for each in manifest.textures
-                    if each.role not in {"transfer", "preintegrated"} or each.level is None
-                )
-            }
-        )
-        without = Package(self.planned.path, common, self.planned.channel)
+        without = with_common_tables(self.planned)
         gauge = self._gauge_for_levels()
         for transfer in self.gauge.transfers:
             for level in (each.index for each in manifest.levels):
