@@ -4509,11 +4509,13 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
     return VOLPKG_OK;
 }
 
-/* Other steps are those of coarser levels that there are, finest first. */
+/* Other steps are those of coarser levels that there are, finest first; and of a level 0 that there is in pieces only. */
 static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
     int32_t i, k, last = -1;
     for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
-        int32_t level = p->render->level_steps.at[i].level, found = 0;
+        int32_t level = p->render->level_steps.at[i].level;
+        int32_t found = level == 0 && p->subvolumes != NULL && p->subvolumes->programs.count > 0 &&
+                        volpkg__level_of(channel, 0) == NULL;
         for (k = 1; k < channel->levels.count; ++k) found |= channel->levels.at[k].index == level;
         VOLPKG__RULE(found && level > last, "render", "its level_steps are not of coarser levels, finest first");
         last = level;
