@@ -359,6 +359,7 @@ typedef enum volpkg_technique {
     VOLPKG_TWO_PASS,
     VOLPKG_TWO_PASS_AS_PUBLISHED,
     VOLPKG_SLABS,
+    VOLPKG_TILES,
     VOLPKG_AXIS_SLICES,
     VOLPKG_VIEW_SLICES,
     VOLPKG_VIEW_SLICES_AS_PUBLISHED
@@ -417,7 +418,9 @@ typedef enum volpkg_uniform_source {
     VOLPKG_FIRST_SAMPLE,
     VOLPKG_LIGHT_MM,
     VOLPKG_BOX_FROM_LIGHT,
-    VOLPKG_LIGHT_FROM_BOX
+    VOLPKG_LIGHT_FROM_BOX,
+    VOLPKG_PICTURE_WIDTH,
+    VOLPKG_PICTURE_HEIGHT
 } volpkg_uniform_source;
 
 typedef struct volpkg_uniform_record {
@@ -469,6 +472,14 @@ typedef struct volpkg_pass {
     const volpkg_blend* behind; /* that of the picture, if the light comes from behind; of a light_pass, else NULL */
 } volpkg_pass;
 
+/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost: SPEC.md section 9.5. */
+typedef struct volpkg_tiles {
+    int32_t size, groups;
+    volpkg_text cost, offsets, place;
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that `cost` has, too */
+} volpkg_tiles;
+
 /*
  * A program. Attribute 0 is `a_ndc` (vec2): one triangle (-1, -1), (3, -1), (-1, 3). If rays begin at a mesh, it is
  * `a_position` (vec3). The fragments are premultiplied linear RGB and opacity: see volpkg_srgb.
@@ -492,6 +503,7 @@ typedef struct volpkg_program {
     volpkg_geometry geometry;             /* what the vertex shader draws, unless rays begin at a mesh */
     VOLPKG_LIST(volpkg_pass) before;
     const volpkg_pass* light_pass; /* what is drawn after each layer, from the light; NULL if nothing is */
+    const volpkg_tiles* tiles;     /* NULL if the picture is not drawn tile by tile */
     const volpkg_blend* blend;     /* NULL if there is one fragment for each pixel */
     int32_t slab_samples;          /* samples of a ray in each draw; 0 if one draw makes the picture */
 } volpkg_program;
@@ -778,7 +790,8 @@ typedef struct volpkg_drawing {
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
-    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
+    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
@@ -2189,6 +2202,8 @@ static const volpkg__named volpkg__sources[] = {{"box_from_clip", VOLPKG_BOX_FRO
                                                 {"light_mm", VOLPKG_LIGHT_MM},
                                                 {"box_from_light", VOLPKG_BOX_FROM_LIGHT},
                                                 {"light_from_box", VOLPKG_LIGHT_FROM_BOX},
+                                                {"picture_width", VOLPKG_PICTURE_WIDTH},
+                                                {"picture_height", VOLPKG_PICTURE_HEIGHT},
                                                 {NULL, 0}};
 VOLPKG__WORDS(volpkg__uniform_type_type, VOLPKG__NAMED, volpkg__uniform_types)
 VOLPKG__WORDS(volpkg__source_word_type, VOLPKG__NAMED, volpkg__sources)
@@ -2221,6 +2236,7 @@ static const volpkg__named volpkg__techniques[] = {{"ray-casting", VOLPKG_RAY_CA
                                                    {"two-pass", VOLPKG_TWO_PASS},
                                                    {"two-pass-as-published", VOLPKG_TWO_PASS_AS_PUBLISHED},
                                                    {"slabs", VOLPKG_SLABS},
+                                                   {"tiles", VOLPKG_TILES},
                                                    {"axis-slices", VOLPKG_AXIS_SLICES},
                                                    {"view-slices", VOLPKG_VIEW_SLICES},
                                                    {"view-slices-as-published", VOLPKG_VIEW_SLICES_AS_PUBLISHED},
@@ -2312,6 +2328,17 @@ static const volpkg__field volpkg__light_pass_fields[] = {
     VOLPKG__KEY(volpkg_pass, "behind", behind, volpkg__maybe_blend, VOLPKG__NEEDED, 0), VOLPKG__END};
 VOLPKG__RECORDS(volpkg__light_pass_type, volpkg_pass, volpkg__light_pass_fields)
 VOLPKG__MAYBE(volpkg__maybe_light_pass, volpkg__light_pass_type)
+static const volpkg__field volpkg__tiles_fields[] = {
+    VOLPKG__MUST(volpkg_tiles, size, volpkg__from1),
+    VOLPKG__MUST(volpkg_tiles, groups, volpkg__from1),
+    VOLPKG__KEY(volpkg_tiles, "cost", cost.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_tiles, "offsets", offsets.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_tiles, "place", place.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__MUST(volpkg_tiles, uniforms, volpkg__uniforms),
+    VOLPKG__MUST(volpkg_tiles, reads, volpkg__few_strings),
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__tiles_type, volpkg_tiles, volpkg__tiles_fields)
+VOLPKG__MAYBE(volpkg__maybe_tiles, volpkg__tiles_type)
 static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__MUST(volpkg_program, name, volpkg__string),
     VOLPKG__MUST(volpkg_program, sampling, volpkg__sampling_type),
@@ -2332,6 +2359,7 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__MAY(volpkg_program, geometry, volpkg__geometry_type, 0),
     VOLPKG__MAY(volpkg_program, before, volpkg__passes, 0),
     VOLPKG__NULL(volpkg_program, light_pass, volpkg__maybe_light_pass, 0),
+    VOLPKG__NULL(volpkg_program, tiles, volpkg__maybe_tiles, 0),
     VOLPKG__NULL(volpkg_program, blend, volpkg__maybe_blend, 0),
     VOLPKG__NULL(volpkg_program, slab_samples, volpkg__from1, 0),
     VOLPKG__END};
@@ -3853,8 +3881,9 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
         given |= (source == (int)VOLPKG_BOX_FROM_SLICES || source == (int)VOLPKG_SLICE_COUNT) && slices;
         given |= source == (int)VOLPKG_FIRST_SAMPLE && program->slab_samples > 0;
         given |= source == (int)VOLPKG_LIGHT_MM && program->light != NULL;
-        given |= source >= (int)VOLPKG_BOX_FROM_LIGHT && program->light != NULL &&
-                 program->light->shadows >= VOLPKG_SHADOW_MAP;
+        given |= source >= (int)VOLPKG_PICTURE_WIDTH && program->tiles != NULL;
+        given |= (source == (int)VOLPKG_BOX_FROM_LIGHT || source == (int)VOLPKG_LIGHT_FROM_BOX) &&
+                 program->light != NULL && program->light->shadows >= VOLPKG_SHADOW_MAP;
         VOLPKG__RULE(given, program->name, "it has a uniform that nothing gives it");
     }
     return VOLPKG_OK;
@@ -3879,12 +3908,12 @@ static volpkg_code volpkg__compositing_rules(volpkg__reader* r, const volpkg_cha
 }
 
 /* A pass reads textures of its program. */
-static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* program, const volpkg_pass* pass) {
+static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* program, const char* const* reads,
+                                       int32_t count) {
     int32_t i, k;
-    for (i = 0; i < pass->reads.count; ++i) {
+    for (i = 0; i < count; ++i) {
         int known = 0;
-        for (k = 0; k < program->samplers.count; ++k)
-            known |= volpkg__is(program->samplers.at[k].name, pass->reads.at[i]);
+        for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k].name, reads[i]);
         VOLPKG__RULE(known, program->name, "it has a pass that reads what it does not");
     }
     return VOLPKG_OK;
@@ -3914,7 +3943,11 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     for (k = 0; k < volpkg__passes_of(program); ++k) {
         const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
         VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
-        VOLPKG__TRY(volpkg__reads_rules(r, program, pass));
+        VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
+    }
+    if (program->tiles != NULL) {
+        VOLPKG__TRY(volpkg__source_rules(r, program, program->tiles->uniforms.at, program->tiles->uniforms.count));
+        VOLPKG__TRY(volpkg__reads_rules(r, program, program->tiles->reads.at, program->tiles->reads.count));
     }
     VOLPKG__RULE(
         (program->geometry >= VOLPKG_DRAW_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
@@ -4737,6 +4770,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
+    if (program->light != NULL)
+        memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
         return volpkg__fail(error, VOLPKG_UNITS, program->name,
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
@@ -5098,7 +5133,7 @@ int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_
     return 0;
 }
 
-/* The place of the program's light in box space. */
+/* The place of the light in box space. */
 static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) {
     const volpkg_grid* grid = drawing->package->grid;
     double corner[3];
@@ -5106,7 +5141,7 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
     volpkg__corner(grid, corner);
     for (axis = 0; axis < 3; ++axis)
         for (row = 0; row < 3 && drawing->program->light != NULL; ++row)
-            light_mm[axis] += grid->direction[row][axis] * (drawing->program->light->place_mm_xyz[row] - corner[row]);
+            light_mm[axis] += grid->direction[row][axis] * (drawing->light_mm_xyz[row] - corner[row]);
 }
 
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
@@ -5142,6 +5177,8 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
         case VOLPKG_FIRST_SAMPLE:
         case VOLPKG_BOX_FROM_LIGHT:
         case VOLPKG_LIGHT_FROM_BOX:
+        case VOLPKG_PICTURE_WIDTH:
+        case VOLPKG_PICTURE_HEIGHT:
             return 0;
         case VOLPKG_BOX_FROM_MESH:
             if (drawing->mesh) memcpy(found, drawing->mesh->box_from_mesh_mm_xyz, 3 * sizeof found[0]);

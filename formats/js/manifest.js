@@ -36,7 +36,7 @@ export const counts = tuple(3, count);
 const GRID = { shape_zyx: counts, spacing_mm_zyx: tuple(3, positive), origin_mm_xyz: three, direction: tuple(3, three), extent_mm_zyx: tuple(3, positive) };
 const FUNCTION = { name: text, points: [{ value: number, colour: three, extinction_per_mm: number }], "reference_mm?": positive, "isovalue?": number };
 const GL = { target: among("TEXTURE_2D TEXTURE_3D"), internal_format: text, "format?": text, "type?": text };
-const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm box_from_light light_from_box";
+const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm box_from_light light_from_box picture_width picture_height";
 const UNIFORMS = [{ name: text, type: among("float vec3 mat4"), source: among(SOURCES) }];
 export const PROGRAM = {
   name: text,

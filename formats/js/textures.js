@@ -106,6 +106,7 @@ export class Textures {
       const rest = Math.max(head.length - at, 0);
       if (rest < piece.length) target.take(piece.subarray(rest), at + rest);
       at += piece.length;
+      await target.sent(signal);
     }
   }
 }
@@ -120,6 +121,8 @@ class Target {
   #source;
   /** @type {Level[]} */
   #levels = [];
+  /** Of each slab that was sent. @type {WebGLSync[]} */
+  #fences = [];
 
   /** @param {Gl} gl @param {Texture[]} entries @param {Form} form @param {(work: () => void) => void} use */
   constructor(gl, entries, form, use) {
@@ -177,6 +180,16 @@ class Target {
     }
   }
 
+  /** Waits until the GPU has what was sent: drivers keep what comes faster, as much as the texture once more. @param {AbortSignal} signal */
+  async sent(signal) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.#gl);
+    while (this.#fences.length) {
+      signal.throwIfAborted();
+      if (gl.isContextLost() || gl.getSyncParameter(this.#fences[0], gl.SYNC_STATUS) === gl.SIGNALED) gl.deleteSync(/** @type {WebGLSync} */ (this.#fences.shift()));
+      else await new Promise((resolve) => setTimeout(resolve, 1));
+    }
+  }
+
   /** Throws if the driver could not do it. */
   finish() {
     for (const { frames } of this.#levels) frames?.finish();
@@ -214,11 +227,12 @@ class Target {
   #reserve(level, [z, y, x], levels) {
     const gl = this.#gl;
     const [internal, format, type] = this.#names();
-    if (format === undefined) {
-      if (isWebGl2(gl) && level === 0) gl.texStorage2D(gl.TEXTURE_2D, levels, internal, x, y);
-    } else if (this.#volume) {
-      /** @type {WebGL2RenderingContext} */ (gl).texImage3D(this.made.target, level, internal, x, y, z, 0, format, type, null);
-    } else gl.texImage2D(this.made.target, level, internal, x, y, 0, format, type, null);
+    // Of sizes that may still change, drivers keep all texels twice until they are first drawn.
+    if (isWebGl2(gl) && internal !== format) {
+      if (level) return;
+      if (this.#volume) gl.texStorage3D(this.made.target, levels, internal, x, y, z);
+      else gl.texStorage2D(this.made.target, levels, internal, x, y);
+    } else if (format !== undefined) gl.texImage2D(this.made.target, level, internal, x, y, 0, format, /** @type {number} */ (type), null);
   }
 
   /** @param {number} levels */
@@ -261,6 +275,9 @@ class Target {
     }
     level.at += level.filled;
     level.filled = 0;
+    const fence = isWebGl2(gl) && gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (fence) this.#fences.push(fence);
+    gl.flush();
   }
 
   /** Numbers of internal format, pixel format and type. @returns {[number, number | undefined, number]} */

@@ -27,6 +27,7 @@ _BEFORE_A_VALUE = {
     *("new", "of", "return", "throw", "typeof", "void", "yield"),
 }
 """Words behind which a slash begins a regular expression; behind any other word it divides."""
+_HEADS = {"if", "for", "while", "await"}
 _JOINS = {",", ";", ":", "?", "&&", "||", "??", "."}
 _NEVER_LAST = {"{", "(", "[", "=", "=>", "&", "|", "^", "<", ">", "*", "%", "!", "~", *_JOINS}
 """Marks behind which no statement ends."""
@@ -39,16 +40,26 @@ class ScriptError(ValueError):
 
 
 def stripped(text: str) -> str:
-    """Return a script without comments and needless spaces. Raises ScriptError for what is not understood."""
+    """Return a script without comments and needless signs. Raises ScriptError for what is not understood."""
     made: list[str] = []
     gap = ""
-    for token in _private(_tokens(text)):
-        if token.isspace():
-            gap = "\n" if "\n" in gap + token else " "
+    parentheses: list[str] = []
+    head = ""
+    for each in _private(_tokens(text)):
+        if each.isspace():
+            gap = "\n" if "\n" in gap + each else " "
             continue
-        if made and gap and (between := _between(made[-1], token, gap)):
+        if made and made[-1] == ";" and each[0] == "}" and not (made[-2] == ")" and head in _HEADS):
+            # Where a block ends, so does its last statement. Behind the head of a loop a semicolon is all of its body.
+            made.pop()
+        if each == "(":
+            parentheses.append(made[-1] if made else "")
+        elif each == ")" and parentheses:
+            head = parentheses.pop()
+        if made and gap and (between := _between(made[-1], each, gap)):
             made.append(between)
-        made.append(token)
+        # What is assigned only once may as well be assigned again: one word for both packs better.
+        made.append("let" if each == "const" and made[-1:] != ["."] else each)
         gap = ""
     return "".join(made) + "\n"
 

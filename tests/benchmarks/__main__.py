@@ -26,6 +26,7 @@ from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
+from .bench_page import measure_page, page_table
 from .bench_proxy import contests as proxy_contests
 from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
@@ -91,6 +92,8 @@ def main() -> None:
     console.print(vtk_table(others))
     transports = measure_transport(console)
     console.print(transport_table(transports))
+    pages = measure_page(console)
+    console.print(page_table(pages))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -112,6 +115,7 @@ def main() -> None:
         "normals": asdict(normals),
         "vtk": [asdict(row) for row in others],
         "transport": [asdict(row) for row in transports],
+        "page": [asdict(row) for row in pages],
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")

@@ -1,7 +1,7 @@
 """What leaving out saves on real scans: the package as planned against the package with everything, unlit, `gles3`.
 
 Everything: the border that nobody sees, 16 bits, skip tables and meshes whether they pay or not, ranges of blocks,
-normals with the length of the gradient, sub-volumes. Steps, levels and pictures are the same.
+normals with the length of the gradient, sub-volumes, early ray termination. Steps, levels and pictures are the same.
 """
 
 import os
@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import plan_build
 from volprep.scene.request import Request, load_request, request_for_source
 from volprep.scene.scene import Scene
@@ -29,7 +30,7 @@ _FIRST_LOOKS = {
     "MR head": "mr_t1_studyforrest/dicoms",
     "MR sagittal": "decubitus_hfp_sag",
     "ch2 head": "nifti_ch2/ch2.nii.gz",
-    "FLAIR head": "flair_pair",
+    "FLAIR head": "flair_pair/FLAIR.nrrd",
     "shell": "qim_microct/shell_225x128x128.tif",
     "fly": "qim_microct/fly_150x256x256.tif",
     "engine": "engine_pair/png_stack",
@@ -65,6 +66,10 @@ class LeftOutRow:
     """First quartile of the pairs."""
     time_high: float
     """Third quartile."""
+    step_voxels: float
+    """Step that the plan has chosen, which both are drawn with, in voxels."""
+    usual_step_ratio: float
+    """Time of the package with everything, drawn with the step that is usual where none is chosen, half a voxel."""
     planned_rmse: float
     """Worst view of the planned package against the scan."""
     everything_rmse: float
@@ -105,10 +110,14 @@ def _row(console: Console, name: str, request: Request, folder: Path) -> list[Le
         request = replace(request, scene=_looked(request).with_source(spec), first_look=False)
         bench = VariantBench(request, Path(place), PIXELS)
         added = bench.left_out()
-        everything = bench.everything(added)
+        made = bench.everything(added)
+        if made is None or made[1].ratio is None:
+            return []
+        package, everything = made
+        voxel_mm = min(package.manifest.levels[0].grid.spacing_mm_zyx)
+        usual_mm = COMPOSITINGS[request.scene.render.compositing].step_voxels * voxel_mm
+        usual = bench.gauge.timed(package, bench.gauge.transfers, other_step_mm=usual_mm).ratio
     planned = bench.measured_as_planned
-    if everything is None or everything.ratio is None:
-        return []
     return [
         LeftOutRow(
             name,
@@ -119,6 +128,8 @@ def _row(console: Console, name: str, request: Request, folder: Path) -> list[Le
             everything.ratio.median,
             everything.ratio.low,
             everything.ratio.high,
+            bench.gauge.subject.render.step_mm / voxel_mm,
+            usual.median,
             planned.rmse,
             everything.rmse,
             tuple(item.name for item in added),
@@ -141,7 +152,10 @@ def _looked(request: Request) -> Scene:
 
 def leaving_out_table(rows: list[LeftOutRow]) -> Table:
     """Lay the rows out for people."""
-    heads = ("scan", "planned MB", "package", "upload", "ms", "time", "quartiles", "RMSE", "everything's", "reached")
+    heads = (
+        *("scan", "planned MB", "package", "upload", "ms", "time", "quartiles", "step", "with 0.5 voxels", "RMSE"),
+        *("everything's", "reached"),
+    )
     table = Table(*heads)
     for column in table.columns[1:]:
         column.justify = "right"
@@ -155,6 +169,8 @@ def leaving_out_table(rows: list[LeftOutRow]) -> Table:
             f"{row.planned_ms:.1f}",
             f"{row.time_ratio:.2f} ×",
             f"{row.time_low:.2f}–{row.time_high:.2f}",
+            f"{row.step_voxels:.2g}",
+            f"{row.usual_step_ratio:.2f} ×",
             f"{row.planned_rmse:.4f}",
             f"{row.everything_rmse:.4f}",
             {(True, True): "both", (True, False): "bytes", (False, True): "time", (False, False): "none"}[reached],

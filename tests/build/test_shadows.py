@@ -290,3 +290,53 @@ def test_the_view_of_a_light_just_holds_the_volume(place):
 def test_a_light_that_moves_into_the_volume_has_no_shadow_map(place):
     with pytest.raises(VolprepError, match="VP5040"):
         light_from_box(np.array(place), np.array([19.2, 16.8, 20.0]))
+
+
+def eye_at(eye_mm, towards_mm, near_mm=0.05, far_mm=90.0):
+    """Box space from clip coordinates, for an eye anywhere."""
+    forward = np.subtract(towards_mm, eye_mm) / np.linalg.norm(np.subtract(towards_mm, eye_mm))
+    right = np.cross(forward, [0.3, 0.2, 0.9])
+    right /= np.linalg.norm(right)
+    box_from_eye = np.eye(4)
+    box_from_eye[:3, :3] = np.column_stack([right, np.cross(right, forward), -forward])
+    box_from_eye[:3, 3] = eye_mm
+    depth = far_mm - near_mm
+    clip_from_eye = np.diag([1.25, 1.25, -(near_mm + far_mm) / depth, 0.0])
+    clip_from_eye[2:, 2:] += [[0.0, -2 * near_mm * far_mm / depth], [-1.0, 0.0]]
+    return box_from_eye @ np.linalg.inv(clip_from_eye)
+
+
+KINDS = {
+    "rays": 'technique = "slabs"',
+    "half-angle": 'technique = "view-slices"',
+    "map": SURFACE,
+}
+
+
+@pytest.mark.parametrize("shadows", KINDS)
+def test_a_camera_may_stand_anywhere_and_pictures_have_any_size(tmp_path, shadows):
+    package = built(tmp_path, ABOVE + RAYS.replace("rays", shadows), render=f"{KINDS[shadows]}\nopacity_cutoff = 1.0")
+    middle = (9.6, 8.4, 10.0)
+    cameras = {
+        "inside": eye_at((8.0, 2.5, 9.0), (10.0, 9.0, 11.0)),
+        "on-a-face": eye_at((0.0, 7.0, 12.0), middle),
+        "near": eye_at((-1.0, -2.0, -1.5), middle, near_mm=6.0),
+    }
+    with Renderer(package, target="rgba32f") as renderer:
+        for name, matrix in cameras.items():
+            truth = truth_of(package, matrix).rgba
+            assert truth[..., 3].max() > 0.5, name
+            wrong = np.abs(renderer.render(matrix, HW, 0.3) - truth).max(axis=-1) > 0.04
+            assert wrong.sum() <= (8 if shadows == "map" else 2), (name, wrong.sum())
+        assert not renderer.render(eye_at((-3.0, -4.0, -5.0), (-9.0, -12.0, -15.0)), HW).any()
+        far = renderer.render(eye_at((-3e3, -4e3, -5e3), middle, near_mm=1e3, far_mm=1e4), (41, 41))
+        assert np.isfinite(far).all()
+        assert renderer.render(cameras["near"], (1, 1)).shape == (1, 1, 4)
+        assert renderer.render(cameras["near"], (1, 8192), 2.0)[..., 3].max() > 0.5
+        with pytest.raises(VolprepError, match="VP5009"):
+            renderer.render(cameras["near"], (0, 5))
+        renderer.render(cameras["near"], (2, 3), 2.0)
+        first = +renderer._gl.live
+        for number in range(20):
+            renderer.render(cameras["near"], (2 + number % 3, 3), 2.0)
+        assert +renderer._gl.live == first

@@ -14,8 +14,10 @@ from volprep.parts.subvolumes.cut_files import write_cut
 from volprep.parts.subvolumes.cuts import boxes_zyx
 from volprep.parts.subvolumes.decision import propose
 from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request, request_for_source
+from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
@@ -76,6 +78,26 @@ def test_a_level_0_that_is_no_texture_gets_a_file_to_seek_in(tmp_path) -> None:
     assert package.manifest.levels[0].index == 1
     assert package.manifest.subvolumes.pieces == ()
     assert texels(package, "subvolumes/whole.ktx2").shape == (21, 34, 45)
+
+
+def test_pieces_have_a_table_where_each_coarser_level_has_its_own(tmp_path) -> None:
+    profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles3.toml").read_text().replace("1024", "32")
+    (tmp_path / "small.toml").write_text(profile)
+    package = built(tmp_path, "\n[grid]\nsize = 12\n", "small.toml")
+    assert check(package.path) == []
+    grid, textures = package.manifest.grid, package.manifest.textures
+    own = {(each.transfer, each.level) for each in textures if each.role == "transfer"}
+    coarser = [level.index for level in package.manifest.levels]
+    names = [each.name for each in package.manifest.transfer_functions]
+    assert 0 not in coarser
+    assert any(all((name, level) in own for level in coarser) for name in names)
+    middle = len(grid_of(package).points) // 2
+    view = standard_views(grid)["left"].box_from_clip(grid, 1.0)
+    pictures = []
+    for name in names:
+        with Renderer(package, point=middle, transfer=name) as renderer:
+            pictures.append(renderer.render(view, (16, 16)))
+    assert np.any(pictures)
 
 
 def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:

@@ -200,7 +200,7 @@ def test_a_fitted_level_moves_as_the_formula_says(shape_zyx, factors) -> None:
     table = RNG.random((256, 4)).astype(np.float32)
     blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    _native.fit_level(volume, level, factors, 0, 1.0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    _native.fit_level(volume, level, factors, 0, (0, reduced[0]), 1.0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
     expected = moved(start, (volume, table[volume]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
 
@@ -233,7 +233,9 @@ def test_a_level_is_fitted_to_means_by_the_same_formula(shape_zyx, factors) -> N
     table = RNG.random((256, 4)).astype(np.float32)
     blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    _native.fit_level_to_means(values, looks, level, factors, 0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    _native.fit_level_to_means(
+        values, looks, level, factors, 0, (0, reduced[0]), 0.3, table[None], blocks, (2, 2, 2), 1, 1.5
+    )
     expected = moved(start, (values, looks[:, 0]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
 
@@ -268,6 +270,19 @@ def test_a_level_fitted_to_values_does_not_depend_on_threads(shape_zyx) -> None:
     assert len(set(found)) == 1
 
 
+@pytest.mark.parametrize("wanted", [(0, 2), (3, 5), (7, 10), (9, 10)])
+def test_wanted_slices_of_a_fitted_level_are_those_of_all(wanted) -> None:
+    volume = RNG.integers(0, 256, (20, 9, 11)).astype(np.uint8)
+    table = RNG.random((1, 256, 4)).astype(np.float32)
+    blocks, _ = weighted(volume.shape)
+    found = []
+    for slices in ((0, 10), wanted):
+        level = np.full((10, 5, 6), 99, np.float32)
+        _native.fit_level(volume, level, (2, 2, 2), 0, slices, 1.0, 0.3, table, blocks, (2, 2, 2), 3, 1.2)
+        found.append(level[slice(*wanted)].tobytes())
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])
 def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
     volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
@@ -278,6 +293,8 @@ def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
     found = []
     for threads in (1, 2, 5):
         level = start.copy()
-        _native.fit_level(volume, level, (2, 2, 2), 0, 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads)
+        _native.fit_level(
+            volume, level, (2, 2, 2), 0, (0, reduced[0]), 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads
+        )
         found.append(level.tobytes())
     assert len(set(found)) == 1

@@ -7,9 +7,9 @@ import pytest
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import standard_views, view_from
-from volprep.truth.maximum import greatest_values
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.part import picture_of_part
+from volprep.truth.projection import projected_values
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -82,7 +82,7 @@ def test_the_greatest_value_of_all_parts_is_that_of_the_whole():
     matrix = CAMERAS["anterior-left-orthographic"].box_from_clip(GRID, HW[1] / HW[0])
 
     def values(stored, grid, camera, shape_hw):
-        value, error = greatest_values(stored, grid, 1.0, 0.0, camera, shape_hw)
+        value, error = projected_values("maximum", stored, grid, 1.0, 0.0, camera, shape_hw)
         rgba = np.zeros((*shape_hw, 4))
         rgba[..., 0] = np.nan_to_num(value)
         return OraclePicture(rgba, np.nan_to_num(error))

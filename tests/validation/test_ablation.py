@@ -1,10 +1,13 @@
 """Leaving out: items are taken out and put in, measured against the planned package, and judged."""
 
+import json
+
 import pytest
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
 from volprep.report.ablation_page import ablation_page
+from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.ablation import gauge, measure
@@ -17,10 +20,11 @@ from volprep.validation.ablation.judge import (
     table_outcome,
 )
 from volprep.validation.ablation.measure import measure_ablation
-from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Ratio, name_of
-from volprep.validation.records import PackageFacts, Report
+from volprep.validation.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
+from volprep.validation.records import Driver, PackageFacts, Report, Verdict
 from volprep.validation.scan import find_scan
-from volprep_formats.diagnostics import VolprepError
+from volprep_cli.main import command_line
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -232,4 +236,54 @@ def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
         assert item.gain(scene) in {"time", "memory", "truth", "wish"}
         assert item.chosen_by(scene) in {"plan", "scene"}
         assert item.without
-        assert item.added(scene) is not None or item.name == "early ray termination"
+        assert item.added(scene) is not None
+
+
+def reported(ablation: Ablation | None, monkeypatch) -> None:
+    """Let the command line get a report with this ablation, and nothing else."""
+    verdict = Verdict.model_construct(passed=True)
+    driver = Driver(vendor="v", renderer="r", version="3")
+    report = Report.model_construct(
+        verdict=verdict,
+        ablation=ablation,
+        programs=(),
+        witness=None,
+        derivation=None,
+        tolerance=TOLERANCE,
+        driver=driver,
+    )
+    monkeypatch.setattr("volprep.report.validate.validate", lambda *_, **wishes: report if wishes["ablate"] else None)
+
+
+def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys) -> None:
+    wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out"})
+    right = [row for row in found.rows if row.outcome not in FAULTS]
+    reported(found.model_copy(update={"rows": (*right, wrong)}), monkeypatch)
+    with pytest.raises(VolprepError, match=r"VP6081 .*wrong about 1 items: bricks") as caught:
+        command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+    assert caught.value.status is ExitStatus.TOLERANCE
+    said = capsys.readouterr().out
+    assert "with everything" in said
+    assert "without skip table of core" in said
+
+
+def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys) -> None:
+    right = [row for row in found.rows if row.outcome not in FAULTS]
+    reported(found.model_copy(update={"rows": tuple(right)}), monkeypatch)
+    command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+    assert "rightly left out" in capsys.readouterr().out
+
+
+def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, package, tmp_path, monkeypatch) -> None:
+    facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
+    stub = Report.model_construct(package=facts, generator="volprep", ablation=None)
+    monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub)
+    monkeypatch.setattr("volprep.report.validate.measure_ablation", lambda *_: found)
+    monkeypatch.setattr("volprep.report.validate.page", lambda report, **_: str(report.ablation == found))
+    for _ in range(2):
+        validate(package, tmp_path / "phantom.report", Silent(), picture_size=32, ablate=True)
+    names = sorted(path.name for path in (tmp_path / "phantom.report").iterdir())
+    assert names == ["ablation.html", "index.html", "pictures", "report.json"]
+    assert (tmp_path / "phantom.report" / "index.html").read_text() == "True"
+    data = json.loads((tmp_path / "phantom.report" / "report.json").read_text())
+    assert len(data["ablation"]["rows"]) == len(found.rows)

@@ -224,7 +224,7 @@ def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.N
         If an array has another type or order.
     """
 
-def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, bins_per_code: float, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, wanted: Sequence[int], bins_per_code: float, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
     """
     Improve a coarse level until its trilinear field misses level 0 least, in values or looks.
 
@@ -242,6 +242,8 @@ def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDAr
         Samples that make one voxel of the level.
     first
         Number of the first slice of samples in the whole volume, a multiple of the factor.
+    wanted
+        First slice of the level that is wanted, and the one after the last. Others are as they happen to be.
     bins_per_code
         A code v lies at v · bins_per_code, with the look of the nearest bin.
     linear
@@ -267,7 +269,7 @@ def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDAr
         If an array has another type or order.
     """
 
-def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, wanted: Sequence[int], linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
     """
     Improve a coarse level until its trilinear field misses means of level 0 least.
 
@@ -285,6 +287,8 @@ def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy
         Samples that make one voxel of the level.
     first
         Number of the first slice of samples in the whole volume, a multiple of the factor.
+    wanted
+        First slice of the level that is wanted, and the one after the last. Others are as they happen to be.
     linear
         See above.
     table

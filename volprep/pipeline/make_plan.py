@@ -107,7 +107,7 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
     require_shadows(scene, profile)
     if profile.has_shaders:
         refuse_slices(scene, profile)
-        require_technique(scene)
+        require_technique(scene, profile)
         require_classification(scene)
         require_bricks(scene, profile)
 

@@ -18,7 +18,17 @@ from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
-from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
+from volprep.render.gl import (
+    TRIANGLE,
+    Bindings,
+    Corners,
+    Gl,
+    LinkedProgram,
+    PicturePart,
+    PictureTarget,
+    ShaderText,
+    TargetFormat,
+)
 from volprep.render.gpu_clock import gpu_clock
 from volprep.render.half_angle import corners_of_layers, half_angle_layers
 from volprep.render.inputs import Edit, level_inputs
@@ -39,6 +49,8 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
 _STEP_CODES = ("VP5019", "VP5024")
+_INVOCATIONS = 64
+"""Of a group of a compute shader."""
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 
@@ -102,6 +114,7 @@ class Renderer:
             self._corners = stack.enter_context(self._gl.corners())
             self._target_stack = stack.enter_context(ExitStack())
             self._target: PictureTarget | None = None
+            self._map_step_mm: float | None = None
             self._stack = stack.pop_all()
         return self
 
@@ -215,8 +228,11 @@ class Renderer:
         passes = zip(self._program.before, self._linked_before, self._targets_before, strict=False)
         for each, linked, drawn in passes:
             bindings = self._bindings(each.uniforms, values)
-            if each.geometry == "triangle":
-                self._gl.draw(linked, bindings, drawn, self._triangle)
+            if each.size is not None:
+                # A shadow map is the same for every view.
+                if self._map_step_mm != step:
+                    self._gl.draw(linked, bindings, drawn, self._triangle)
+                    self._map_step_mm = step
                 continue
             self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
         if self._program.light_pass is not None:
@@ -265,6 +281,65 @@ class Renderer:
             self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
             towards = Corners(lit[number], light_pass.blend, clears=False)
             self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
+
+    def draw_part(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None, part: PicturePart
+    ) -> None:
+        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for what is no single draw."""
+        program = self._program
+        if program.geometry != "triangle" or program.slab_samples is not None or program.before:
+            raise VolprepError("VP5041", technique=program.technique)
+        self._last = None
+        step = self._step(step_mm)
+        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
+        bindings = self._bindings(program.uniforms, values)
+        self._gl.draw(self._linked, bindings, self._target_of(shape_hw), self._triangle, part)
+
+    def drawn(self, shape_hw: tuple[int, int]) -> Float32Array:
+        """Return the picture of this size as it is so far."""
+        return self._gl.read(self._target_of(shape_hw))
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn."""
+        self._gl.finish()
+
+    @contextmanager
+    def in_order(self, share: Float32Array) -> Iterator[None]:
+        """Let parts of a picture be those pixels of which `share` [H, W] has one number, from 0 to 1."""
+        height, width = share.shape
+        with self._gl.orders(self._target_of((height, width)), share):
+            yield
+
+    def sorted_tiles(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> list[int]:
+        """Return the numbers of the tiles of a picture, those that cost least first; in rows from the lower left.
+
+        As they come, without what sorts them or without OpenGL ES 3.1.
+        """
+        tiles = self._program.tiles
+        if tiles is None:
+            raise VolprepError("VP5041", technique=self._program.technique)
+        count = math.prod(-(-size // tiles.size) for size in shape_hw)
+        if self.driver.version_number < (3, 1):
+            return [*range(count)]
+        height, width = shape_hw
+        values = {
+            "box_from_clip": box_from_clip,
+            "step_mm": self._step(step_mm),
+            "picture_width": width,
+            "picture_height": height,
+            **self._inputs.values,
+        }
+        paths = (tiles.cost, tiles.offsets, tiles.place)
+        bindings = self._bindings(tiles.uniforms, values)
+        runs = -(-count // _INVOCATIONS)
+        with ExitStack() as stack:
+            buffers = [stack.enter_context(self._gl.numbers(size)) for size in (count, tiles.groups, count)]
+            for path, groups in zip(paths, (runs, 1, runs), strict=True):
+                text = ShaderText(path, self._package.read_text(path))
+                linked = stack.enter_context(self._gl.compute(path, text))
+                self._gl.dispatch(linked, bindings, buffers, groups)
+            found: list[int] = self._gl.read_numbers(buffers[2], count).tolist()
+        return found
 
     def progress(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
@@ -343,6 +418,7 @@ class Renderer:
                     self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
                 )
             )
+            self._map_step_mm = None
             self._targets_before = [
                 self._target_stack.enter_context(
                     self._gl.target(each.target, _shape_of(each, shape_hw), linear=isinstance(each, LightPass))

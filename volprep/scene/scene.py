@@ -118,6 +118,7 @@ class RenderWishes(Record):
     first pass over the faces of the box says where rays enter. "two-pass-as-published": the same with positions of 8
     bits, as Congote et al. (2011) have them, to compare with: they are off by up to 1/510 of the box. "slabs": ray
     casting in several draws, each of the next 40 samples of all rays, so that an app may show what is there already.
+    "tiles": ray casting in tiles of 8×8 pixels, which compute shaders of OpenGL ES 3.1 sort by their cost.
     "view-slices": layers across the view are blended, which some devices draw faster; each is rounded to the 8 bits of
     the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
     "view-slices", with the opacity and the blending of Noguera and Jiménez (2012), to compare with: it does not
@@ -313,13 +314,18 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
+    @property
+    def _reads_normals(self) -> bool:
+        """Whether lit samples read a volume of normals."""
+        return self.render.lighting != "none" and self.lighting.normals == "volume"
+
     @model_validator(mode="after")
     def _mipmaps_are_alone(self) -> Self:
         if self.textures.mipmaps and self.textures.compression != "none":
             msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
             raise ValueError(msg)
-        if self.textures.mipmaps and self.render.lighting != "none":
-            msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
+        if self.textures.mipmaps and self._reads_normals:
+            msg = "render.lighting reads normals, which have no mipmaps: set lighting.normals to central or forward"
             raise ValueError(msg)
         return self
 
@@ -328,7 +334,7 @@ class Scene(Record):
         others = {
             "textures.mipmaps": self.textures.mipmaps,
             "textures.compression": self.textures.compression != "none",
-            "render.lighting": self.render.lighting != "none",
+            "render.lighting with lighting.normals volume": self._reads_normals,
             "render.classification preclassified": self.render.classification == "preclassified",
         }
         if self.bricks is not None and any(others.values()):

@@ -17,6 +17,7 @@ from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
 from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, layer_feature, map_feature
 from volprep.shading.skipping import skipping_of
+from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
 from volprep.shading.together import drawn_together
 from volprep.shading.walk import PassText, Walk, Wanted
 from volprep.shading.walks import WALKS
@@ -64,6 +65,8 @@ class Shaders:
     """Passes that come first, with the vertex shader of the program."""
     light_pass: PassText | None
     """What is drawn after each layer, from the light."""
+    tiles: TileTexts | None
+    """What sorts the tiles of the picture."""
     blend: Blend | None
     """How fragments are blended."""
     slab_samples: int | None
@@ -99,6 +102,7 @@ def compose_program(
         step_mm_min=walk.step_mm_min,
         geometry=walk.geometry,
         before=(*walk.before, *shadow_map),
+        tiles=_tiles(own, program, grid, render, skips=skips) if program.technique == "tiles" else None,
         light_pass=_light_layers(own, program, grid, walk) if shadows == "half-angle" else None,
         blend=walk.blend,
         slab_samples=walk.slab_samples,
@@ -111,6 +115,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     words: dict[str, str] = {}
     offered = {
         "LAST": "count",
+        "NEAR": "stored_value(",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),
@@ -160,6 +165,20 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
     )
 
 
+def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
+    """Return what sorts the tiles of a picture: rays that count their samples. What lights them does not count."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    walk = WALKS[program.technique](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
+    features = [
+        walk.feature,
+        *_features(package, unlit, grid, skips=skips),
+        taken,
+        cost_feature(grid, taken.slots["sample"]),
+    ]
+    return tile_texts(_composed(features, "es310", grid), features)
+
+
 def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
     """Return the uniforms of features, with the light's view in place of the viewer's."""
     views: dict[UniformSource, UniformSource] = {"box_from_clip": "box_from_light", "clip_from_box": "light_from_box"}
@@ -193,9 +212,9 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))
     volume = next(volumes)
     if volume.bricks is not None:
-        return raycast_bricks.sampling(volume.bricks, level.grid)
+        return raycast_bricks.sampling(volume.bricks, level.grid, gradients=program.normals_from != "volume")
     component = component_letter(volume.gl.format, package.component_of(volume))
     read = None if program.classification == "preclassified" else component
     if volume.mosaic is not None:
         return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, read, volume.filter)
-    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None)
+    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None, extent_mm_zyx=grid.extent_mm_zyx)

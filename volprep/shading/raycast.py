@@ -8,7 +8,7 @@ from volprep.shading.rays import ray_feature, vertex_shader
 from volprep.shading.walk import Walk, Wanted
 from volprep_formats.package.program import CompositingName, Uniform
 
-_BACKWARDS: frozenset[CompositingName] = frozenset(("back-to-front",))
+BACKWARDS: frozenset[CompositingName] = frozenset(("back-to-front",))
 """Rays run from their far end to the near one."""
 _FINER = 8
 """A loop with a constant bound is long enough for steps this many times finer than the nominal one."""
@@ -18,7 +18,7 @@ MOST_STEPS = 2**23
 
 def ray_casting(wanted: Wanted) -> Walk:
     """Return rays that begin at the box, or at proxy geometry."""
-    rays = ray_feature(wanted.program.rays, wanted.grid, backwards=wanted.program.compositing in _BACKWARDS)
+    rays = ray_feature(wanted.program.rays, wanted.grid, backwards=wanted.program.compositing in BACKWARDS)
     samples, step_mm_min = samples_along(wanted)
     feature = Feature(
         slots={**samples.slots, **rays.slots},

@@ -10,7 +10,7 @@ bits; the second draws back faces, which every ray leaves through, also one that
 
 from volprep.shading.compose import Slot, compose, literal
 from volprep.shading.feature import Feature
-from volprep.shading.raycast import samples_along
+from volprep.shading.raycast import BACKWARDS, samples_along
 from volprep.shading.walk import PassText, Walk, Wanted
 from volprep_formats.package.program import Uniform
 
@@ -53,10 +53,17 @@ def published_two_pass(wanted: Wanted) -> Walk:
 def _walk(wanted: Wanted, own: Feature, first: PassText, place: str) -> Walk:
     samples, step_mm_min = samples_along(wanted)
     box_mm = literal(*wanted.grid.extent_mm_zyx[::-1])
+    backwards = wanted.program.compositing in BACKWARDS
     feature = Feature(
-        slots={**samples.slots, **own.slots, "rays_start": None, "box": None},
+        slots={
+            **samples.slots,
+            **own.slots,
+            "rays_start": None,
+            "box": None,
+            "cut": "ray/backwards" if backwards else None,
+        },
         words={**samples.words, "NEAR_END": "near_end", "FAR_END": "far_end", "BOX_MM": box_mm},
-        offers={"FIRST": "0.5", "FIRST_FRONT": "start"},
+        offers={"FIRST": "0.5", "FIRST_FRONT": "start"} | ({"FROM_VIEWER": "-ray"} if backwards else {}),
         uniforms=(_CLIP_FROM_BOX, *own.uniforms, *samples.uniforms),
     )
     return Walk(

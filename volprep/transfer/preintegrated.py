@@ -21,6 +21,9 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
+_FAINTEST_PER_MM = 1e-9
+"""Below what half floats hold: no division by zero where there is nothing to see."""
+
 
 def segment_light(
     table: Table, front: Float64Array, back: Float64Array, step_mm: float
@@ -78,8 +81,20 @@ def fitted_function(function: TransferFunction, entries: Float64Array, window: t
 
 
 def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_per_mm: float) -> MediumTexels:
-    """Turn a table [back, front, 4] into texels, with extinctions up to `largest_per_mm`."""
-    return medium_texels(segments[None, ..., :3], segments[None, ..., 3], texel_format, largest_per_mm)
+    """Turn a table [back, front, 4] into texels, with extinctions up to `largest_per_mm`.
+
+    Half floats hold colour times extinction, because a filter may mix these: between an entry of haze and one of a wall
+    there is as much of the wall's colour as of its extinction. Colours by themselves would make opaque dots of haze.
+    Bytes hold colours by themselves: times a faint extinction there would be nothing left of them.
+    """
+    colour, extinction = segments[None, ..., :3], np.minimum(segments[None, ..., 3], largest_per_mm)
+    shown = colour * extinction[..., None] if texel_format == "RGBA16F" else colour
+    return medium_texels(shown, extinction, texel_format, largest_per_mm)
+
+
+def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
+    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
+    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]
 
 
 @dataclass(frozen=True)
@@ -89,13 +104,16 @@ class PreintegratedTable:
     window: tuple[float, float]
     """Physical values of the first and the last entry."""
     entries: Float64Array
-    """[back, front, 4]: colour and mean extinction per millimetre."""
+    """[back, front, 4]: colour, or colour times extinction, and mean extinction per millimetre."""
+    emits: bool
+    """Whether entries hold colour times extinction."""
 
     @classmethod
     def of_texels(cls, medium: MediumTexels, window: tuple[float, float]) -> "PreintegratedTable":
         """Decode the texels that a package holds."""
         colour, extinction = decoded_texels(medium)
-        return cls(window, np.concatenate([colour, extinction[..., None]], axis=-1)[0])
+        entries = np.concatenate([colour, extinction[..., None]], axis=-1)[0]
+        return cls(window, entries, medium.max_extinction_per_mm is None)
 
     def at(self, front: Float64Array, back: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Colour [..., 3] and mean extinction [...] of segments between physical values."""
@@ -107,7 +125,7 @@ class PreintegratedTable:
         lower = self.entries[j, i] * (1 - fx) + self.entries[j, i + 1] * fx
         upper = self.entries[j + 1, i] * (1 - fx) + self.entries[j + 1, i + 1] * fx
         found = lower * (1 - fy) + upper * fy
-        return found[..., :3], found[..., 3]
+        return colour_of_entries(found, emits=self.emits), found[..., 3]
 
 
 def _bled(colour: Float64Array, extinction: Float64Array) -> Float64Array:

@@ -114,7 +114,8 @@ def _turned_matrix(box_from_clip: Float64Array, grid: Grid, backwards: tuple[boo
     turn = np.eye(4)
     for axis in np.flatnonzero(backwards):
         turn[axis, axis], turn[axis, 3] = -1.0, _extent(grid)[axis]
-    return turn @ box_from_clip
+    turned: Float64Array = turn @ box_from_clip
+    return turned
 
 
 def _turned_volume(

@@ -26,7 +26,8 @@ def counting(package: Package, program: Program) -> Package:
     rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
     # The picture stays in the sum, so that no uniform of the program becomes idle.
     rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)
-    return Altered(package, program.fragment, f"{head}{main}  float taken = 0.0;\n  float looked = 0.0;\n{rest}")
+    text = f"{head}{main}  float taken = 0.0;\n  float looked = 0.0;\n{rest}"
+    return Altered(package, {program.fragment: text})
 
 
 def samples_per_pixel(

@@ -9,18 +9,36 @@ from volprep.compositing import COMPOSITINGS
 from volprep.techniques import TECHNIQUES
 from volprep.truth.convergence import fit_order
 from volprep.validation.records import Convergence, Target
-from volprep_formats.package.program import ClassificationName, CompositingName, TechniqueName
+from volprep_formats.package.program import ClassificationName, CompositingName, Lighting, TechniqueName
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
 """Root mean square errors below this are the target's rounding; in float32, that of some hundred samples."""
 
-_OF_LABELS = 1.0
-"""The same where the field jumps at every face between two labels."""
+_OF_STEPS = 1.0
+"""Order where what is seen jumps: at every face between two labels, at every step of a palette."""
+_TURNING: frozenset[Lighting] = frozenset(("phong", "blinn-phong"))
+"""Lighting by which colours jump: a light with a place lights the side of a surface that faces the viewer."""
 _AGREEMENT = 0.25
 """Slopes of one view of a scan scatter by 0.2 even where they are settled."""
 _LEAST_ORDER = 0.5
 """A slope below this is no order but a floor."""
+
+
+def expected_order(
+    technique: TechniqueName,
+    compositing: CompositingName,
+    classification: ClassificationName,
+    *,
+    lighting: Lighting = "none",
+    labels: bool = False,
+) -> float:
+    """Return the order with which the error falls as steps get finer, by all that it depends on."""
+    of_technique = TECHNIQUES[technique].order
+    if of_technique is not None:
+        return of_technique
+    has_steps = labels or classification == "palette" or lighting in _TURNING
+    return min(_OF_STEPS, COMPOSITINGS[compositing].order) if has_steps else COMPOSITINGS[compositing].order
 
 
 def convergence(
@@ -32,13 +50,13 @@ def convergence(
     *,
     compositing: CompositingName = "emission-absorption",
     technique: TechniqueName = "ray-casting",
+    lighting: Lighting = "none",
     labels: bool = False,
 ) -> Convergence:
     """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
     record = COMPOSITINGS[compositing]
     walk = TECHNIQUES[technique]
-    expected = _OF_LABELS if labels else record.order
-    expected = expected if walk.order is None else walk.order
+    expected = expected_order(technique, compositing, classification, lighting=lighting, labels=labels)
     jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
     limits = [each.order_limit for each in (record, walk) if each.order_limit is not None]
     if classification == "preintegrated":
@@ -54,6 +72,11 @@ def convergence(
         limits.append(
             "The transfer function has a jump, in the lookup table a steep ramp: steps that do not resolve it see it "
             "late or early, with order 1."
+        )
+    if lighting in _TURNING:
+        limits.append(
+            "A light with a place lights the side of a surface that faces the viewer: where a surface turns away its "
+            "colour jumps, and steps see it late or early, with order 1."
         )
     if target is None:
         limits.append("The quadrature error was not measured: it needs a float target.")

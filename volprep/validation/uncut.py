@@ -23,7 +23,7 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
         return package
     if whole.fragment != package.read_text(program.fragment):
         return None
-    return Altered(package, program.fragment, without.fragment)
+    return Altered(package, {program.fragment: without.fragment})
 
 
 def unskipped(package: Package, program: Program, render: RenderSettings) -> Package | None:
@@ -34,4 +34,4 @@ def unskipped(package: Package, program: Program, render: RenderSettings) -> Pac
         return None
     without = compose_program(package, program, render, skips=False)
     changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": without.samplers})
-    return Altered(package, program.fragment, without.fragment, changed)
+    return Altered(package, {program.fragment: without.fragment}, changed)

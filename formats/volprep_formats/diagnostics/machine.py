@@ -160,4 +160,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: its texels are Zstandard frames, which formats/c/volpkg.h does not unpack",
         "Run volprep zip --texels plain: it makes a package that is used in place.",
     ),
+    "VP7063": Diagnostic(
+        ExitStatus.RENDER,
+        "the light cannot be moved: {problem}",
+        "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
+    ),
 }

@@ -191,4 +191,25 @@ ENTRIES: dict[str, Diagnostic] = {
         "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
         "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
     ),
+    "VP3164": Diagnostic(
+        ExitStatus.SCENE,
+        "render.technique {technique} needs 3D textures and OpenGL ES 3.1, but profile {profile} has {problem}",
+        "Choose a profile with 3D textures, or another technique.",
+    ),
+    "VP3165": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
+        "not be stored",
+        "Set bricks.reach to 2.",
+    ),
+    "VP3180": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {problems}",
+        "Correct these keys of the walk; docs/GUIDE.md lists them under Scans larger than a device.",
+    ),
+    "VP3181": Diagnostic(
+        ExitStatus.SCENE,
+        "step {number} of the walk cannot be made: {problem}",
+        "Zoom in until the sub-volumes are shown before moving, and cut a box before showing it.",
+    ),
 }

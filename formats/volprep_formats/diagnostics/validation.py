@@ -147,4 +147,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: by its own measure the plan is wrong about {count} items: {listed}",
         "See {report}. The package is right; it could be smaller or faster. Say in the scene what the plan shall do.",
     ),
+    "VP6082": Diagnostic(
+        ExitStatus.RENDER,
+        "program {program} draws {wrong} of {pixels} pixels that are no number, or infinite, into a target of {target}",
+        "This driver, or volprep, is wrong where arithmetic is hard: volprep stress tells where. Report it, with "
+        "the scene and the driver.",
+    ),
 }

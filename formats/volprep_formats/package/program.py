@@ -25,15 +25,17 @@ TechniqueName = Literal[
     "two-pass",
     "two-pass-as-published",
     "slabs",
+    "tiles",
     "axis-slices",
     "view-slices",
     "view-slices-as-published",
 ]
 """How a program goes through the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a
 first pass over the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as
-Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. axis-slices,
-view-slices: layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with
-the opacity and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
+Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray
+casting in several draws, each of some tiles of the picture, those that cost least first. axis-slices, view-slices:
+layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with the opacity
+and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
 Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices", "half-angle-slices"]
 """What the vertex shader draws. triangle: one that covers the picture. front-faces, back-faces: those of the volume's
 box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view.
@@ -73,6 +75,8 @@ UniformSource = Literal[
     "light_mm",
     "box_from_light",
     "light_from_box",
+    "picture_width",
+    "picture_height",
 ]
 
 
@@ -155,6 +159,25 @@ Shadows = Literal["none", "rays", "map", "half-angle"]
 """Whether what lies between a light and a sample takes light away; Light says how."""
 
 
+class Tiles(Record):
+    """Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost."""
+
+    size: Annotated[int, Field(ge=1)]
+    """Pixels of an edge of a tile."""
+    groups: Annotated[int, Field(ge=1)]
+    """Groups of costs."""
+    cost: PackagePath
+    """Compute shader that finds the group of each tile, and counts the tiles of each group."""
+    offsets: PackagePath
+    """Compute shader that makes places of these counts."""
+    place: PackagePath
+    """Compute shader that puts each tile in its place."""
+    uniforms: tuple[Uniform, ...]
+    """Every active uniform of the first of them that is not a sampler."""
+    reads: tuple[str, ...]
+    """Samplers of the program that the first of them has, too, with the same textures."""
+
+
 class Light(Record):
     """A light with a place. Both sides of a surface are lit."""
 
@@ -225,6 +248,8 @@ class Program(ProgramDesign):
     """Passes that are drawn first, in order."""
     light_pass: LightPass | None = None
     """What is drawn after each layer of the picture, from the light."""
+    tiles: Tiles | None = None
+    """How its picture is drawn tile by tile."""
     blend: Blend | None = None
     """How fragments are blended; if absent, there is one for each pixel, which replaces what was there."""
     slab_samples: Annotated[int, Field(ge=1)] | None = None
@@ -239,5 +264,11 @@ class Program(ProgramDesign):
 
     @property
     def shaders(self) -> tuple[PackagePath, ...]:
-        """Files of all of its shaders, and of those of its passes."""
-        return (self.vertex, self.fragment, *(path for each in self.passes for path in (each.vertex, each.fragment)))
+        """Files of all of its shaders, and of those of its passes and tiles."""
+        sorting = () if self.tiles is None else (self.tiles.cost, self.tiles.offsets, self.tiles.place)
+        return (
+            self.vertex,
+            self.fragment,
+            *(path for each in self.passes for path in (each.vertex, each.fragment)),
+            *sorting,
+        )

@@ -25,7 +25,7 @@ from volprep_formats.package.parts.proxy.rules import proxy_contradictions
 from volprep_formats.package.parts.skip.rules import skip_contradictions
 from volprep_formats.package.parts.slices.rules import slices_contradictions
 from volprep_formats.package.parts.together.rules import together_contradictions
-from volprep_formats.package.program import SLICES, TABLES, Program, UniformSource
+from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Tiles, UniformSource
 from volprep_formats.package.texture import COMPONENTS, MosaicLayout, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
@@ -375,16 +375,23 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("light_mm")
     if program.light is not None and program.light.shadows in {"map", "half-angle"}:
         given |= {"box_from_light", "light_from_box"}
-    uniforms = (*program.uniforms, *(uniform for each in program.passes for uniform in each.uniforms))
-    for uniform in uniforms:
+    if program.tiles is not None:
+        given |= {"picture_width", "picture_height"}
+    parts: list[Program | Pass | Tiles] = [program, *_drawn_with(program)]
+    for uniform in (uniform for part in parts for uniform in part.uniforms):
         if uniform.source not in given:
             yield f"has a uniform {uniform.name} for {uniform.source}, which nothing gives it"
+
+
+def _drawn_with(program: Program) -> list[Pass | Tiles]:
+    """Return what else of a program has shaders."""
+    return [*program.passes, *(() if program.tiles is None else (program.tiles,))]
 
 
 def _reads(program: Program) -> Iterator[str]:
     """A pass reads textures of its program."""
     known = {sampler.name for sampler in program.samplers}
-    for each in program.passes:
+    for each in _drawn_with(program):
         yield from (f"has a pass that reads {name}, which it does not" for name in each.reads if name not in known)
 
 

@@ -26,7 +26,7 @@ class FrameError(ValueError):
     """These are no frames as packages have them."""
 
 
-class Frame(NamedTuple):
+class ZstdFrame(NamedTuple):
     """One frame."""
 
     start: int
@@ -67,7 +67,7 @@ def decompress(data: memoryview, size: int) -> NDArray[np.uint8]:
     return unpacked
 
 
-def frames(data: memoryview) -> list[Frame]:
+def frames(data: memoryview) -> list[ZstdFrame]:
     """Return the frames that follow each other in `data`, without unpacking them. Raises FrameError."""
     found = []
     at = 0
@@ -77,7 +77,7 @@ def frames(data: memoryview) -> list[Frame]:
     return found
 
 
-def _frame(data: memoryview, start: int) -> Frame:
+def _frame(data: memoryview, start: int) -> ZstdFrame:
     """Walk over the blocks of a frame."""
     at, content_bytes = _head(data, start)
     while True:
@@ -92,7 +92,7 @@ def _frame(data: memoryview, start: int) -> Frame:
             break
     if at > len(data):
         raise FrameError(f"the frame at {start} is cut off")
-    return Frame(start, at, content_bytes)
+    return ZstdFrame(start, at, content_bytes)
 
 
 def _head(data: memoryview, start: int) -> tuple[int, int]:

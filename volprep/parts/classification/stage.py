@@ -42,7 +42,8 @@ class _Step(Record):
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
     step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
-    return (*common, *present(step, plan.editing), *(plan.render.level_steps if plan.preintegrated else ()))
+    pieces = () if plan.subvolumes is None else plan.subvolumes.programs
+    return (*common, *present(step, plan.editing), *pieces, *(plan.render.level_steps if plan.preintegrated else ()))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -67,11 +68,17 @@ def _textures(
         progress.advance()
 
 
+def _drawn_levels(plan: ChannelPlan) -> set[int]:
+    """Return the levels that programs draw: pieces are level 0, also where that is too large for a texture."""
+    pieces = {0} if plan.subvolumes is not None and plan.subvolumes.programs else set()
+    return pieces | {level.index for level in plan.levels}
+
+
 def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
     """Return the tables of levels that have one of their own, and the common one where a level has none."""
     own = own_tables(draft, plan, lookup.transfer)
     tables: dict[int | None, Float64Array] = dict(own.items())
-    if own.keys() != {level.index for level in plan.levels}:
+    if _drawn_levels(plan) - own.keys():
         tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.
     headroom_per_mm = plan.editing.headroom_per_mm if plan.editing else 0.0
@@ -96,7 +103,7 @@ def _preintegrated(
     }
     named = {level: table_of_level(planned, level) for level in tables}
     texels: dict[int | None, Float64Array] = dict(tables.items())
-    if tables.keys() != {level.index for level in plan.levels}:
+    if _drawn_levels(plan) - tables.keys():
         texels[None] = segment_table(Table.exact(function), window, planned.entries, planned.segment_mm)
     # As lookup tables: one shader reads all of them, and holds one scale.
     largest_per_mm = max(float(table[..., 3].max()) for table in texels.values())
@@ -162,7 +169,7 @@ def _shapes(draft: Draft, plan: ChannelPlan) -> Shapes:
     for table in tables:
         shape = (1, 1 if isinstance(table, LookupPlan) else table.entries, table.entries)
         own = own_tables(draft, plan, table.transfer)
-        if own.keys() != {level.index for level in plan.levels}:
+        if _drawn_levels(plan) - own.keys():
             shapes[table.file] = shape
         shapes |= {file_of_level(table.name, level): shape for level in own}
     return shapes

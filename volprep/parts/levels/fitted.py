@@ -6,8 +6,9 @@
   (volprep.parts.levels.look). A level for these transfer functions: what they show alike may be mixed up.
 
 Both are volprep's own. They begin with the mean of each cell, and improve it by Gauss-Newton steps that take the sums
-of rows for the matrix; of values alone, these steps need level 0 only once. At last each voxel is brought into the range of its cell: what nothing there has would be
-invented, and where noise is strong it shows (a head at half resolution: 47 % nearer than box with it, 44 % without).
+of rows for the matrix; of values alone, these steps need level 0 only once. At last each voxel is brought into the
+range of its cell: what nothing there has would be invented, and where noise is strong it shows (a head at half
+resolution: 47 % nearer than box with it, 44 % without).
 """
 
 from collections.abc import Iterator
@@ -25,7 +26,9 @@ from volprep_formats.arrays import Float32Array
 Factors = tuple[int, int, int]
 
 _ITERATIONS = 4
-"""A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer."""
+"""A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer. With three of any
+size light along rays is up to 2.5 % further away; from a level fitted to values, which overshoots where a transfer
+function is steep, two or three end 5 to 10 % further away."""
 _STEP = 1.2
 """Between plain steps and those that begin to overshoot where a transfer function is steep."""
 _SAMPLES = 4
@@ -55,6 +58,8 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
         first, stop = max(z0 - reach, 0), min(z1 + reach, depth)
         slab: NDArray[Any] = volume.read_slab(first, stop)
         cells = _Cells.of(slab, factors_zyx, bins_per_code)
+        begin = (z0 - first) // factors_zyx[0]
+        end = begin - (-(z1 - z0) // factors_zyx[0])
         if look.is_plain:
             _native.fit_values(slab, cells.level, factors_zyx, largest_code(volume.dtype), _ITERATIONS, _STEP)
         else:
@@ -63,6 +68,7 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
                 cells.level,
                 factors_zyx,
                 first,
+                (begin, end),
                 bins_per_code,
                 look.linear,
                 look.table,
@@ -71,8 +77,7 @@ def _to_voxels(volume: RawVolume, factors_zyx: Factors, look: Look) -> Iterator[
                 _ITERATIONS,
                 _STEP,
             )
-        begin = (z0 - first) // factors_zyx[0]
-        yield cells.codes(bins_per_code)[begin : begin - (-(z1 - z0) // factors_zyx[0])], z1 - z0
+        yield cells[begin:end].codes(bins_per_code), z1 - z0
 
 
 def _to_means(
@@ -96,6 +101,7 @@ def _to_means(
                 level,
                 (z, y, x),
                 (first - wanted.start) * z,
+                (wanted.start, wanted.stop),
                 look.linear,
                 look.table,
                 look.weights,

@@ -15,13 +15,13 @@ from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shad
 
 _TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
 """The technique that shadows need, where it is only one."""
-_PREFIX = {"ray-casting": "raycast"}
+_PREFIX = {"ray-casting": "raycast", "tiles": "tiles"}
 VERTEX = "shaders/raycast.vert"
 """Vertex shader of programs that cast rays in one pass."""
 
 
-def require_technique(scene: Scene) -> None:
-    """Raise VP3130 for what the technique of the scene does not go with."""
+def require_technique(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3130 for what the technique of the scene does not go with, VP3164 where the profile cannot do it."""
     render = scene.render
     technique = TECHNIQUES[render.technique]
     possible = {
@@ -30,10 +30,15 @@ def require_technique(scene: Scene) -> None:
         "[grid]": scene.grid is None or "subvolumes" in technique.samplings,
         "[proxy]": scene.proxy is None or technique.name == "ray-casting",
         f"skip.kind {scene.skip.kind}": scene.skip.kind in {"auto", "none"} or technique.loops,
+        # Compressed levels are mosaics.
+        f"textures.compression {scene.textures.compression}": scene.textures.compression == "none"
+        or "mosaic" in technique.samplings,
     }
     for what, goes in possible.items():
         if not goes:
             raise VolprepError("VP3130", technique=technique.name, what=what)
+    if not profile.max_3d_texture_size and "mosaic" not in technique.samplings:
+        raise VolprepError("VP3164", technique=technique.name, profile=profile.name, problem="no 3D textures")
 
 
 def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
@@ -95,12 +100,19 @@ def shader_files(program: ProgramDesign) -> tuple[str, ...]:
     """Return the files of the shaders of a program, those of its passes too."""
     shadows = "none" if program.light is None else program.light.shadows
     passes = range(passes_before(program.technique, shadows))
-    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes))
+    sorting = tile_files(program) if program.technique == "tiles" else ()
+    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes), *sorting)
 
 
 def pass_file(program: ProgramDesign, number: int) -> str:
     """Return the file of the fragment shader of a pass that comes first."""
     return f"{program.fragment.removesuffix('.frag')}-pass-{number}.frag"
+
+
+def tile_files(program: ProgramDesign) -> tuple[str, str, str]:
+    """Return the files of the compute shaders that sort tiles: cost, offsets, place."""
+    cost = f"{program.fragment.removesuffix('.frag')}-cost.comp"
+    return cost, "shaders/tiles-offsets.comp", "shaders/tiles-place.comp"
 
 
 def sampling_of(volume: VolumePlan) -> Sampling:
@@ -136,7 +148,7 @@ def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], scene: Sce
         normals_from=scene.lighting.normals if render.lighting != "none" else "volume",
         light=light_of(scene),
         technique=render.technique,
-        vertex=VERTEX if render.technique == "ray-casting" else f"shaders/{render.technique}.vert",
+        vertex=VERTEX if render.technique in _PREFIX else f"shaders/{render.technique}.vert",
         fragment=f"shaders/{name}.frag",
         levels=tuple(volume.level for volume in volumes),
         transfer=transfer,

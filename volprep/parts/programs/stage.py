@@ -2,17 +2,14 @@
 
 from collections.abc import Sequence
 
-from volprep.parts.programs.decision import VERTEX, pass_file
+from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import SkipTablePlan
 from volprep.plan.records import ChannelPlan, Plan
-from volprep.shading.program import compose_program
 from volprep.shading.rays import depth_shader
-from volprep.shading.slices import OVER, TOWARDS
-from volprep.shading.walk import PassText
 from volprep_formats.package.manifest import Contribution, RenderSettings, SubvolumeFiles
 from volprep_formats.package.parts.proxy.record import Proxy
-from volprep_formats.package.program import LightPass, Pass, Program, ProgramDesign
+from volprep_formats.package.program import Program, ProgramDesign
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -80,44 +77,13 @@ class _Writer:
 
     def _program(self, design: ProgramDesign) -> Program:
         skips = design.transfer in self._skipping
-        shaders = compose_program(self._package, design, self._render, skips=skips)
-        before = tuple(_pass(design, each, number) for number, each in enumerate(shaders.before))
-        passes = [(each.fragment, made.fragment) for each, made in zip(before, shaders.before, strict=True)]
-        light_pass = None
-        if shaders.light_pass is not None:
-            made = _pass(design, shaders.light_pass, len(before))
-            light_pass = LightPass(**dict(made), blend=TOWARDS, behind=OVER)
-            passes.append((made.fragment, shaders.light_pass.fragment))
-        for path, text in ((design.vertex, shaders.vertex), (design.fragment, shaders.fragment), *passes):
+        program, texts = composed(self._package, design, self._render, skips=skips)
+        for path, text in texts.items():
             if path not in self._written:
                 self._draft.write(path, "shader", text.encode("ascii"))
                 self._written.add(path)
         self._progress.advance()
-        return Program(
-            **dict(design),
-            uniforms=shaders.uniforms,
-            samplers=shaders.samplers,
-            geometry=shaders.geometry,
-            before=before,
-            light_pass=light_pass,
-            blend=shaders.blend,
-            slab_samples=shaders.slab_samples,
-            step_mm_min=shaders.step_mm_min,
-        )
-
-
-def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:
-    """Return the record of a pass."""
-    return Pass(
-        vertex=design.vertex if text.vertex is None else VERTEX,
-        fragment=pass_file(design, number),
-        geometry=text.geometry,
-        sampler=text.sampler,
-        target=text.target,
-        uniforms=text.uniforms,
-        reads=text.reads,
-        size=text.size,
-    )
+        return program
 
 
 STAGE = Stage(

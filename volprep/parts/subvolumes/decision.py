@@ -147,6 +147,8 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
     pieces_zyx, size_bytes = _pieces(plan.grid, subvolumes.size, subvolumes.format)
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
     asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
+    # A gradient at the face of a block would need a layer more, and normals a volume of their own for each piece.
+    unlit = "" if scene.render.lighting == "none" else "; they are drawn without light, because they hold no normals"
     files = [GRID, *(program.fragment for program in subvolumes.programs)]
     if subvolumes.whole is not None and all(subvolumes.whole not in volume.files for volume in plan.volumes):
         files.append(subvolumes.whole)
@@ -154,7 +156,7 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         name=ITEM,
         kept=True,
         reason=f"{asked}{fits}: {by(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
-        "neighbours share a layer of voxels",
+        f"neighbours share a layer of voxels{unlit}",
         files=tuple(files),
         size_bytes=size_bytes,
     )

@@ -16,7 +16,7 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import Volume, light_of_scan
 from volprep.validation.ablation.records import Measurement, Ratio
 from volprep.validation.pixels import pixels_of
-from volprep.validation.precise import most_precise
+from volprep.validation.precise import finite, most_precise
 from volprep.validation.records import Target
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
@@ -46,7 +46,7 @@ class Timed:
     """Time of the other one over that of the planned one, turn by turn."""
 
 
-class Gauge:
+class PackageGauge:
     """Measures packages against one that is as planned."""
 
     def __init__(self, planned: Package, scan: Volume, picture_size: int) -> None:
@@ -81,15 +81,24 @@ class Gauge:
             maximum=max(maximum for _, maximum in found),
         )
 
-    def timed(self, other: Package, transfers: Sequence[str], levels: tuple[int, int] | None = None) -> Timed:
-        """Draw the planned package and another one in turns; `levels` are theirs, the finest of each if absent."""
+    def timed(
+        self,
+        other: Package,
+        transfers: Sequence[str],
+        levels: tuple[int, int] | None = None,
+        other_step_mm: float | None = None,
+    ) -> Timed:
+        """Draw the planned package and another one in turns, each with its nominal step unless the other has its own.
+
+        `levels` are theirs, the finest of each if absent.
+        """
         planned_level, other_level = levels or (_finest(self.planned), _finest(other))
         with ExitStack() as stack:
             ones = [self._open(stack, self.planned, transfer, planned_level) for transfer in transfers]
             others = [self._open(stack, other, transfer, other_level) for transfer in transfers]
             one_ms, other_ms = paired_ms(
                 lambda: self._time(ones, self.planned),
-                lambda: self._time(others, other),
+                lambda: self._time(others, other, other_step_mm),
                 least=_LEAST_TURNS,
                 seconds=_SECONDS,
             )
@@ -145,7 +154,10 @@ class Gauge:
                 if not renderer.draws_step(step_mm):
                     return None
                 views = self._views(package).items()
-                return {name: renderer.render(view, self.subject.shape_hw, step_mm) for name, view in views}
+                shape_hw, drawn_by = self.subject.shape_hw, renderer.program.name
+                return {
+                    name: finite(renderer.render(view, shape_hw, step_mm), drawn_by, target) for name, view in views
+                }
 
         return most_precise(draw)
 
@@ -174,10 +186,12 @@ class Gauge:
         kind = ray_caster_of(package, level, transfer)
         return stack.enter_context(kind(package, level=level, transfer=transfer))
 
-    def _time(self, renderers: Sequence[Renderer], package: Package) -> float:
+    def _time(self, renderers: Sequence[Renderer], package: Package, step_mm: float | None = None) -> float:
         view = self._views(package)[SWEEP_VIEW]
         clock = time.process_time if self.clock == "processor" else time.perf_counter
-        return sum(renderer.time_ms(view, self.subject.shape_hw, repeats=1, clock=clock) for renderer in renderers)
+        return sum(
+            renderer.time_ms(view, self.subject.shape_hw, step_mm, repeats=1, clock=clock) for renderer in renderers
+        )
 
 
 def worst_difference(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> tuple[float, float]:

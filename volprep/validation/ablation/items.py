@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from volprep.parts.programs.early_end import AUTO_CUTOFF
 from volprep.scene.scene import Scene
 from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
@@ -146,7 +147,10 @@ ITEMS: tuple[Item, ...] = (
         lambda _: "time",
         _has_early_end,
         without={"render": {"opacity_cutoff": 1.0}},
-        added=lambda _: None,
+        added=lambda _: {"render": {"opacity_cutoff": AUTO_CUTOFF}},
+        chosen_by=lambda scene: "plan" if scene.render.opacity_cutoff == "auto" else "scene",
+        lossy=True,
+        with_everything=True,
     ),
     Item(
         "normals",

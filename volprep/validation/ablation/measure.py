@@ -1,5 +1,6 @@
 """Take each item out of a package, put each into it that was left out, and tell what that changes."""
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -9,10 +10,11 @@ from volprep.render.choose import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table
-from volprep.validation.ablation.gauge import Gauge
+from volprep.validation.ablation.gauge import PackageGauge
 from volprep.validation.ablation.items import ITEMS, Item
 from volprep.validation.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Outcome
+from volprep.validation.altered import with_common_tables
 from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.exact.manifests import manifest_differences
 from volprep.validation.scan import Judge
@@ -26,6 +28,8 @@ from volprep_formats.progress import Progress
 MOST_VOXELS = 2**24
 """Of a larger scan means are measured: some fifteen packages are built."""
 
+_MOST_PIXELS = 512
+"""Width and height of pictures of levels."""
 _OWN_TABLE = " of level "
 """In the name of the item of the plan for a level's own table."""
 
@@ -65,7 +69,7 @@ def measure_ablation(
         seconds=time.perf_counter() - began,
         planned=bench.measured_as_planned,
         noise=bench.noise,
-        everything=everything,
+        everything=None if everything is None else everything[1],
         everything_has=() if everything is None else tuple(item.name for item in added),
         rows=rows,
         not_measured=(
@@ -86,7 +90,7 @@ class VariantBench:
         self.scene = request.scene
         self.planned = self._workshop.make({}).package
         scan = read_scan(request.scene.source, light_of_scan(self.planned.manifest))
-        self.gauge = Gauge(self.planned, scan, picture_size)
+        self.gauge = PackageGauge(self.planned, scan, picture_size)
         alone = self.gauge.timed(self.planned, self.gauge.transfers)
         self.noise = alone.ratio
         self.measured_as_planned = self.gauge.measured(self.planned, self.gauge.transfers, alone.planned_ms)
@@ -168,8 +172,8 @@ class VariantBench:
             return self.measured_as_planned
         return self.gauge.measured(self.planned, transfers, self.measured_as_planned.milliseconds)
 
-    def everything(self, added: Sequence[Item]) -> Measurement | None:
-        """Measure the package with these items put in at once; None where there is none, or nothing to put in."""
+    def everything(self, added: Sequence[Item]) -> tuple[Package, Measurement] | None:
+        """Make the package with these items put in at once; None where there is none, or nothing to put in."""
         changes: Changes = self._same
         for item in added:
             changes = merged(changes, item.added(self.scene) or {})
@@ -180,7 +184,7 @@ class VariantBench:
         except VolprepError:
             return None
         timed = self.gauge.timed(package, self.gauge.transfers)
-        return self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
+        return package, self.gauge.measured(package, self.gauge.transfers, timed.other_ms, timed.ratio)
 
     def _levels(self) -> Iterator[AblationRow]:
         """Compare each coarse level with the next finer one, which an app would draw without it."""
@@ -217,16 +221,8 @@ class VariantBench:
     def _own_tables(self) -> Iterator[AblationRow]:
         """Draw levels that have a lookup table of their own with the common one."""
         manifest = self.planned.manifest
-        common = manifest.model_copy(
-            update={
-                "textures": tuple(
-                    each
-                    for each in manifest.textures
-                    if each.role not in {"transfer", "preintegrated"} or each.level is None
-                )
-            }
-        )
-        without = Package(self.planned.path, common, self.planned.channel)
+        without = with_common_tables(self.planned)
+        gauge = self._gauge_for_levels()
         for transfer in self.gauge.transfers:
             for level in (each.index for each in manifest.levels):
                 if not own_table(self.planned, transfer, level):
@@ -241,8 +237,18 @@ class VariantBench:
                     outcome="not told apart",
                     finding="",
                 )
-                own = self.gauge.level_error(self.planned, transfer, level)
-                yield table_outcome(row, own, self.gauge.level_error(without, transfer, level))
+                own = gauge.level_error(self.planned, transfer, level)
+                yield table_outcome(row, own, gauge.level_error(without, transfer, level))
+
+    def _gauge_for_levels(self) -> PackageGauge:
+        """Return a gauge whose pictures have two rays along each voxel of level 1: fewer would tell of chance alone."""
+        coarser = self.planned.manifest.levels[1:]
+        if not coarser:
+            return self.gauge
+        voxels = math.hypot(*coarser[0].grid.extent_mm_zyx) / min(coarser[0].grid.spacing_mm_zyx)
+        pixels = min(_MOST_PIXELS, 2 * round(voxels))
+        subject = self.gauge.subject
+        return self.gauge if pixels <= subject.shape_hw[0] else PackageGauge(self.planned, subject.scan, pixels)
 
     def _undrawable(self) -> Iterator[AblationRow]:
         """Take away what no other item is about: textures and shaders without which a program draws nothing."""

@@ -131,7 +131,7 @@ class _Bench:
     def points(self, choice: Choice, variant: Variant, chosen: str) -> Iterator[CurvePoint]:
         """Build a variant, and draw it with each of its steps."""
         made = self._workshop.make(merged(variant.changes, self._wide) if choice.whatever_it_costs else variant.changes)
-        package = made.package
+        package = made.package if variant.altered is None else variant.altered(made.package)
         name = choice.named(package.manifest)
         level = f"level {variant.level}" if variant.level or not name else ""
         series = ", ".join(filter(None, (name, level)))
@@ -158,7 +158,7 @@ class _Bench:
                     upload_bytes=_upload_bytes(package.manifest, variant.level),
                     package_bytes=sum(record.size_bytes for record in package.manifest.files),
                     build_seconds=made.seconds,
-                    chosen=name == chosen and ratio == 1.0 and variant.level == _drawn_level(choice),
+                    chosen=name == chosen and ratio == 1.0 and variant.level == choice.compared_at,
                     on_front=False,
                 )
 
@@ -169,11 +169,6 @@ class _Bench:
             subject = Subject(package, replace(self.subject.scan, normals=light), self.subject.shape_hw[0])
             self._truths[repr(light)] = subject.truth(self.transfer, SWEEP_VIEW).rgba
         return self._truths[repr(light)]
-
-
-def _drawn_level(choice: Choice) -> int:
-    """Return the level at which a choice is compared with the package on trial."""
-    return 1 if choice.cost == "seconds" else 0
 
 
 def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:

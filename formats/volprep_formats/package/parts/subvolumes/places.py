@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Vector
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid
 
@@ -57,6 +58,22 @@ def sides_of(grid: SubvolumeGrid, point: int) -> tuple[Side, Side, Side]:
     """Return the pieces around a point along x, y and z."""
     z, y, x = (side_of(at, cuts) for at, cuts in zip(place_of(grid, point), grid.cuts_zyx, strict=True))
     return x, y, z
+
+
+def voxels_of(sides_xyz: tuple[Side, Side, Side]) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+    """Return the first voxel of a block along z, y and x, and the voxel after the last one."""
+    x, y, z = ((side.low[0], sum(side.high)) for side in sides_xyz)
+    return (z[0], y[0], x[0]), (z[1], y[1], x[1])
+
+
+def ends_mm(
+    sides_xyz: tuple[Side, Side, Side], spacing_mm_zyx: tuple[float, float, float]
+) -> tuple[Float64Array, Float64Array]:
+    """Return where a block begins and ends, x, y and z, from the corner of the box of its voxels."""
+    spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
+    starts = np.array([side.low[0] for side in sides_xyz])
+    begins, ends = (np.array(each) for each in zip(*((side.begins, side.ends) for side in sides_xyz), strict=True))
+    return (begins - starts) * spacing_mm_xyz, (ends - starts) * spacing_mm_xyz
 
 
 def inner_point(grid: SubvolumeGrid, voxel_xyz: Vector) -> int:

@@ -1,0 +1,147 @@
+"""Orders of what is no way of its own: what is lit, labels, several channels in one picture, stacks of slices."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from channel_scene import write_channel_scene
+from order_bench import BYTES_STEPS_MM, PIXELS, STEPS_MM, Falling, rmse
+from order_scans import TRANSFER, built, camera, field, grid_of
+from slice_packages import slice_package
+
+from volprep.compositing import COMPOSITINGS
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.scene.request import load_request
+from volprep.scene.scene import QuantizeSettings, Scene
+from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume, table_function
+from volprep.truth.oracle import Medium
+from volprep.truth.phantoms import sampled
+from volprep.truth.stacks import stack_picture
+from volprep.validation.ways import Way
+from volprep_formats.package.channel_packages import package_of_transfer
+from volprep_formats.package.parts.slices.texels import slice_texels
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+NOMINAL_VOXELS = 0.0625
+EMISSION_ABSORPTION = COMPOSITINGS["emission-absorption"]
+
+
+@dataclass(frozen=True)
+class Other:
+    """Something that has an order."""
+
+    name: str
+    finer: str
+    expected: float
+    falling: Callable[[Path], Falling]
+    scatter: float = 0.3
+
+
+def _by_step(package: Package, transfers: Sequence[str], shown: str, steps_mm: Sequence[float] = STEPS_MM) -> Falling:
+    """Errors of ever finer steps, with whatever lights what the package holds."""
+    media, normals, nearest, grid = [], None, False, None
+    for name in transfers:
+        part = package_of_transfer(package, name)
+        volume = level_volume(part, 0)
+        media.append(Medium(volume.stored, volume.slope, volume.intercept, table_function(part, name)))
+        normals, nearest, grid = volume.normals, volume.nearest, volume.grid
+    assert grid is not None
+    box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
+    truth = EMISSION_ABSORPTION.oracle(media, grid, box_from_clip, shape_hw, nearest=nearest, normals=normals).rgba
+    with Renderer(package, level=0, transfer=shown, target="rgba32f") as renderer:
+        return Falling(steps_mm, [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm])
+
+
+def _lit(lighting: str, sampling: str, normals: str = "volume") -> Callable[[Path], Falling]:
+    def change(scene: Scene) -> Scene:
+        light = scene.lighting.model_copy(update={"normals": normals})
+        return scene.model_copy(update={"lighting": light})
+
+    def falling(folder: Path) -> Falling:
+        package = built(folder, Way(sampling=sampling), NOMINAL_VOXELS, lighting=lighting, change=change)
+        steps_mm = BYTES_STEPS_MM if sampling == "mosaic" else STEPS_MM
+        return _by_step(package, [TRANSFER], TRANSFER, steps_mm)
+
+    return falling
+
+
+def _labels(sampling: str) -> Callable[[Path], Falling]:
+    def change(scene: Scene) -> Scene:
+        source = scene.source.model_copy(update={"labels": True})
+        return scene.model_copy(update={"source": source, "quantize": QuantizeSettings()})
+
+    def falling(folder: Path) -> Falling:
+        def named(box_mm: np.ndarray) -> np.ndarray:
+            return np.rint(field(box_mm) / 50.0) * 50.0
+
+        package = built(folder, Way(sampling=sampling), NOMINAL_VOXELS, values=named, change=change)
+        return _by_step(package, [TRANSFER], TRANSFER)
+
+    return falling
+
+
+def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
+    def falling(folder: Path) -> Falling:
+        folder.mkdir(parents=True, exist_ok=True)
+        path = write_channel_scene(folder, profile)
+        text = path.read_text().replace(
+            "[render]", f'[textures]\nchannels = "{channels}"\n[render]\nstep_voxels = 0.1\nopacity_cutoff = 1.0'
+        )
+        path.write_text(text + '\n[skip]\nkind = "none"\n[together]\nname = "body"\ntransfers = ["white", "red"]\n')
+        build(load_request(path), folder / "tissues.volpkg", Silent())
+        package = Package.open(folder / "tissues.volpkg")
+        # A table of bytes has a kink at each entry, and two have two: coarse steps see none of them.
+        steps_mm = STEPS_MM[:3] if profile.startswith("gles2") else STEPS_MM
+        return _by_step(package, ["white", "red"], "body", steps_mm)
+
+    return falling
+
+
+def _stacks(view: str) -> Callable[[Path], Falling]:
+    """Stacks of slices have the distance of the voxels: they get finer as the grid does.
+
+    In double precision, from the texels that OpenGL ES 1.1 is given; test_slices.py says that it draws the same.
+    """
+
+    def falling(folder: Path) -> Falling:
+        shapes = [(2, 5, 6), (4, 10, 12), (6, 15, 18)]
+        fine = grid_of((96, 112, 128))
+        box_from_clip = standard_views(fine)[view].box_from_clip(fine, 1.0)
+        shape_hw = (PIXELS, PIXELS)
+        errors = []
+        for shape_zyx in shapes:
+            grid = grid_of(shape_zyx)
+            package = slice_package(
+                folder / str(shape_zyx[0]),
+                np.rint(sampled(field, grid)),
+                grid.spacing_mm_zyx,
+                extra="[pyramid]\ncoarsest_longest_axis = 1024\n",
+            )
+            (function,) = package.manifest.transfer_functions
+            media = [Medium(sampled(field, fine), 1.0, 0.0, function)]
+            truth = EMISSION_ABSORPTION.oracle(media, fine, box_from_clip, shape_hw, nearest=False, normals=None).rgba
+            texels = slice_texels(package, "ramp", "z")
+            drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact")
+            errors.append(rmse(drawn, truth))
+        return Falling([1 / shape[0] for shape in shapes], errors)
+
+    return falling
+
+
+OTHERS = (
+    Other("headlight, texture3d", "steps", 2.0, _lit("headlight", "texture3d")),
+    Other("headlight, mosaic", "steps", 2.0, _lit("headlight", "mosaic"), 0.5),
+    Other("headlight, gradients in the shader", "steps", 2.0, _lit("headlight", "texture3d", "central")),
+    Other("blinn-phong, texture3d", "steps", 1.0, _lit("blinn-phong", "texture3d")),
+    Other("labels, texture3d", "steps", 1.0, _labels("texture3d")),
+    Other("labels, mosaic", "steps", 1.0, _labels("mosaic")),
+    Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),
+    Other("two channels, apart, texture3d", "steps", 2.0, _together("gles3", "apart")),
+    Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),
+    Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
+    Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
+)

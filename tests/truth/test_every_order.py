@@ -1,0 +1,89 @@
+"""Orders of everything that can be drawn, by step, grid and pixel; and faults that are planted, and must be found.
+
+Ways to draw come from the registries: a technique, a compositing, a classification or a layout that is registered is
+here. What is measured stands in docs/ORDERS.md, which `python tools/make_orders.py` writes.
+"""
+
+import pytest
+from order_bench import Bench, expected_by_step, expected_elsewhere, scatter
+from order_document import DOCUMENT, by_grid, by_pixel, by_step, rows
+from order_faults import FAULTS, WORDS, finders
+from order_others import OTHERS
+
+from volprep.compositing import COMPOSITINGS
+from volprep.techniques import TECHNIQUES
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory) -> Bench:
+    return Bench(tmp_path_factory.mktemp("orders"))
+
+
+@pytest.fixture(scope="module")
+def document() -> str:
+    return DOCUMENT.read_text(encoding="utf-8")
+
+
+def test_all_that_is_registered_is_drawn():
+    ways = by_step()
+    assert {way.technique for way in ways} == set(TECHNIQUES)
+    assert {way.compositing for way in ways} == set(COMPOSITINGS)
+    for place in range(4):
+        assert len({way.choices[place] for way in ways}) > 3
+
+
+@pytest.mark.parametrize("way", by_step(), ids=lambda way: way.name)
+def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
+    falling = bench.by_step(way)
+    expected = expected_by_step(way)
+    assert falling.order == pytest.approx(expected, abs=scatter(way)), falling
+    if expected:
+        assert falling.errors[-1] < 0.02
+    else:
+        assert falling.errors[-1] > 1e-4
+
+
+@pytest.mark.parametrize("way", by_grid(), ids=lambda way: way.name)
+def test_the_error_falls_with_its_order_as_grids_get_finer(bench, way):
+    falling = bench.by_grid(way)
+    assert falling.order > (expected_elsewhere(way) or 0.0) - scatter(way), falling
+
+
+@pytest.mark.parametrize("way", by_pixel(), ids=lambda way: way.name)
+def test_the_error_falls_with_its_order_as_pixels_get_smaller(bench, way):
+    falling = bench.by_pixel(way)
+    assert falling.order > (expected_elsewhere(way) or 0.0) - 0.3, falling
+
+
+@pytest.mark.parametrize("other", OTHERS, ids=lambda other: other.name)
+def test_what_is_lit_labels_channels_and_stacks_have_their_orders(tmp_path, other):
+    falling = other.falling(tmp_path)
+    assert falling.order == pytest.approx(other.expected, abs=other.scatter), falling
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_fault_is_found(bench, fault):
+    assert fault.found_by
+    assert not list(finders(bench, fault, planted=False))
+    assert set(fault.found_by) <= set(finders(bench, fault))
+
+
+def test_the_document_lists_everything(document):
+    kinds = dict.fromkeys(way.choices[:3] for way in by_step())
+    expected = {way.choices[:3]: f"{expected_by_step(way):g}" for way in by_step()}
+    assert [tuple(row[:4]) for row in rows(document, "steps")] == [(*kind, expected[kind]) for kind in kinds]
+    assert [row[0] for row in rows(document, "places")] == [way.name.replace("+", ", ") for way in by_grid()]
+    assert [tuple(row[:3]) for row in rows(document, "others")] == [
+        (o.name, o.finer, f"{o.expected:g}") for o in OTHERS
+    ]
+    found_by = [", ".join(WORDS[each] for each in fault.found_by) for fault in FAULTS]
+    assert [(row[0], row[2]) for row in rows(document, "faults")] == [
+        (fault.name, words) for fault, words in zip(FAULTS, found_by, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("way", [way for way in by_step() if way.unusual == 0], ids=lambda way: way.name)
+def test_the_document_says_what_is_measured(bench, document, way):
+    (row,) = (row for row in rows(document, "steps") if tuple(row[:3]) == way.choices[:3])
+    column = ("texture3d", "mosaic", "bricks", "subvolumes").index(way.sampling)
+    assert float(row[4 + column]) == pytest.approx(bench.by_step(way).order, abs=0.15)
