@@ -179,8 +179,8 @@ def _finding(cells: _Rows) -> str:
     smaller = (
         "the fastest view of the paper, and here"
         if own < ms(full, "spin")
-        else "the fastest view of the paper, but not here: in a frame of its own it fills as many pixels, and steps that "
-        "are shares of the box are as many"
+        else "the fastest view of the paper, but not here: in a frame of its own it fills as many "
+        "pixels, and steps that are shares of the box are as many"
     )
     return (
         "The paper's front view is up to five times as fast as its side view, and it suspects how the driver "
