@@ -7,6 +7,8 @@ reported, and so is what shaders would draw in 16-bit floats: those that ship ar
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from volprep.render.renderer import Renderer
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.techniques import TECHNIQUES
@@ -73,7 +75,8 @@ def _technique(
     floats = most_precise(lambda target: (target, _drawn(package, subject, target, step_mm)))
     if floats is not None and limit is not None:
         target, pictures = floats
-        precise = worst(pictures, truths, limit) if blends else None
+        # Rounding may leave a colour a little above 1, which no target of bytes shows.
+        precise = worst(np.clip(pictures, 0.0, 1.0), truths, limit) if blends else None
         laws = tuple(broken_laws(pictures, ROUNDING[target]))
     return StressDrawing(
         classification=way.classification,
@@ -89,7 +92,7 @@ def _technique(
 
 def _level(case: StressCase, classification: ClassificationName, subject: Subject, level: int) -> StressDrawing:
     truths = {view: subject.on_data(TRANSFER, view, level).rgba for view in VIEWS}
-    limit = case.limits[classification]
+    limit = case.limits[classification] if case.levels_judged else None
     with _renderer(subject.package, subject, level, "rgba8") as renderer:
         pictures = views_of(renderer, subject)
     return StressDrawing(
