@@ -3,7 +3,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench fuzz fuzz-c fuzz-native sanitize wheel system
+.PHONY: help demo test lint bench papers fuzz fuzz-c fuzz-native sanitize wheel system
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -26,6 +26,7 @@ help:
 	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
 	@echo "make lint    ruff, mypy, clang-format"
 	@echo "make bench   kernels and import against their peers; writes bench.json"
+	@echo "make papers  tables and curves of the papers, measured on this driver (out/papers); ARGS='thesis --quick' passes arguments"
 	@echo "make fuzz    reads damaged files of every kind for five minutes; ARGS='--seconds 60 --seed 1' passes arguments"
 	@echo "make fuzz-native  the native readers alone, with sanitizers and libFuzzer; ARGS='--seconds 1800' passes arguments"
 	@echo "make fuzz-c       damaged packages for formats/c/volpkg.h, with sanitizers; ARGS='--count 1000 --seed 1' passes arguments"
@@ -46,6 +47,9 @@ lint: $(NATIVE) $(TEST) $(LINT)
 
 bench: $(NATIVE) $(BENCH)
 	.venv/bin/python -m tests.benchmarks
+
+papers: $(NATIVE) $(TEST)
+	.venv/bin/python -m tests.papers $(ARGS)
 
 fuzz: $(NATIVE) $(TEST)
 	.venv/bin/python -m tests.robustness.fuzz $(ARGS)

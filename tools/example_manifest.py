@@ -34,6 +34,7 @@ kind = "none"
 _WIDTH = 116
 _COMMENTS = {
     "compression": "compressed forms that were considered",
+    "costs": "what an app uploads for each level and transfer function, and the memory that it takes",
     "direction": "row by row; the columns are the directions of x, y and z in the patient",
     "files": "every file but this one, in order of path; in a real manifest sizes and digests are not 0",
     "generator": "what wrote the package",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from volprep.pipeline.walk import WalkReport
 from volprep.plan.device_records import DeviceRecord
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import CurvesReport
@@ -29,6 +30,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "stress.schema.json": StressReport,
     "subvolumes.schema.json": SubvolumeGrid,
     "truth.schema.json": TruthIndex,
+    "walk.schema.json": WalkReport,
 }
 
 

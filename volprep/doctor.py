@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from volprep.render.probe_results import ProfileProbes
-from volprep.scene.profiles import load_profile, profile_names
+from volprep.scene.profiles import ProfileSheet, class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record
 
-Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "drawing", "DICOM", "files"]
+Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "device", "drawing", "DICOM", "files"]
 _NEEDED_APIS = ("es2.0", "es3.0")
 _NEEDED_PROFILES = ("gles2-2048", "gles3")
 # Building the package of a 384-slice head MR peaks below this.
@@ -45,14 +45,21 @@ class Examination(Record):
     facts: tuple[Fact, ...]
     """One for each thing that was looked for, always in the same order; one more for each thing that is drawn wrong."""
     probes: tuple[ProfileProbes, ...]
-    """What was drawn for each profile that comes with volprep, where there is a context of its OpenGL ES."""
+    """What was drawn for each class of devices, where there is a context of its OpenGL ES."""
+    profiles: tuple[ProfileSheet, ...]
+    """The profiles that come with volprep, and where each of their numbers comes from."""
 
 
 def examine() -> Examination:
     """Look at everything. Raises nothing for what is missing."""
     probes: list[ProfileProbes] = []
-    facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_dicom(), *_files())
-    return Examination(ready=all(fact.found for fact in facts if fact.needed), facts=facts, probes=tuple(probes))
+    facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_devices(), *_dicom(), *_files())
+    return Examination(
+        ready=all(fact.found for fact in facts if fact.needed),
+        facts=facts,
+        probes=tuple(probes),
+        profiles=tuple(load_sheet(name, Path()) for name in profile_names()),
+    )
 
 
 def _machine() -> Iterator[Fact]:
@@ -139,7 +146,7 @@ def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
     except VolprepError:
         # The fact about EGL says so.
         return
-    for name in profile_names():
+    for name in class_names():
         try:
             probed = probe_profile(load_profile(name, Path()))
         except VolprepError as error:
@@ -155,6 +162,21 @@ def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
         known = {f"{each.api} {each.capability}" for other in probes for each in other.wrong}
         probes.append(probed)
         yield from _drawn(probed, known)
+
+
+def _devices() -> Iterator[Fact]:
+    """State the limits of each device that a package can be made for; --json also says where they come from."""
+    for name in device_names():
+        device = load_profile(name, Path())
+        volumes = f"3D {device.max_3d_texture_size}" if device.max_3d_texture_size else "no 3D"
+        yield Fact(
+            topic="device",
+            name=name,
+            found=True,
+            needed=False,
+            detail=f"OpenGL ES {device.api[2:]}, textures 2D {device.max_texture_size}, {volumes}, "
+            f"{device.texture_units} units, {device.max_texture_bytes / 1e6:.0f} MB",
+        )
 
 
 def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:

@@ -21,8 +21,8 @@ Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package 
 Profile = Annotated[
     str | None,
     typer.Option(
-        help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, or a TOML file. "
-        "Replaces the scene's.",
+        help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, or a device that "
+        "volprep doctor lists, or a TOML file. Replaces the scene's.",
         metavar="PROFILE",
     ),
 ]

@@ -16,8 +16,9 @@ def doctor(
 ) -> None:
     """Print which of the things that volprep needs this machine has.
 
-    There is one line for each thing, with how to get what is missing. For each profile, all formats, filters and sizes
-    of textures that its packages may need are drawn on this driver and read back: offered is not yet drawn right.
+    There is one line for each thing, with how to get what is missing. For each class of devices, all formats, filters
+    and sizes of textures that its packages may need are drawn on this driver and read back: offered is not yet drawn
+    right. Devices have a profile of their own; --json says where each of its numbers comes from.
 
     OK: it is here. missing: without it no scan becomes a validated package. no: you lose only what the line says.
 

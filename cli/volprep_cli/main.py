@@ -41,6 +41,7 @@ _VERBS = {
     "presets": "presets",
     "batch": "batch",
     "cut": "cut",
+    "walk": "walk",
     "quantize": "quantize",
     "pyramid": "pyramid",
     "transfer": "transfer",

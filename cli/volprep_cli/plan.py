@@ -10,7 +10,10 @@ from volprep_cli.choices import Choices, takes_choices
 from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, progress
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from volprep.plan.device_choice import DeviceChoice, Frame
+    from volprep_formats.package.parts.costs.record import DrawCost
 
 Device = Annotated[
     Path | None,
@@ -72,8 +75,18 @@ def plan(
     print_table(("item", "channel", "", "cost", "reason", "files"), rows)
     total = bytes_text(sum(item.size_bytes for item in decided.items if item.kept))
     print_line(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")
+    _print_costs(decided.costs)
     if frame is not None:
         _print_frame(frame)
+
+
+def _print_costs(costs: "Sequence[DrawCost]") -> None:
+    print_line("")
+    print_line("what drawing takes on a device, without pictures and meshes")
+    rows = [
+        (each.transfer, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
+    ]
+    print_table(("transfer function", "level", "upload", "GPU memory"), rows)
 
 
 def _print_frame(frame: "Frame") -> None:

@@ -24,7 +24,8 @@ def pyramid(
             help="Filter that makes each level from level 0. Replaces the scene's pyramid.filter. Smooth: box, "
             "binomial, gaussian, lanczos3, bilinear. To keep thin features: feature-preserving, maximum, minimum. "
             "Against outliers: median. For labels: mode, mode-foreground (label 0 does not count), nearest. "
-            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). auto tries several.",
+            "Fitted to level 0: least-squares, appearance (for the scene's transfer functions). To compare with: "
+            "two-step-bilinear. auto tries several.",
             metavar="NAME",
         ),
     ] = None,

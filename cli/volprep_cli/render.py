@@ -49,6 +49,21 @@ Edit = Annotated[
         metavar="FILE",
     ),
 ]
+Lines = Annotated[bool, typer.Option("--lines", help="Draw the box of the volume and its middle axes, too.")]
+Small = Annotated[
+    str | None,
+    typer.Option(
+        help="Draw the volume with so many pixels only, and enlarge it to the whole picture. Lines keep all pixels.",
+        metavar="WxH",
+    ),
+]
+Opacity = Annotated[
+    Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"],
+    typer.Option(
+        help="For OpenGL ES 1.1, with --lines or --small: where the opacity of the volume comes from, for buffers "
+        "without alpha."
+    ),
+]
 
 
 def render(
@@ -64,13 +79,22 @@ def render(
     background: Background = "black",
     step: Step = None,
     edit: Edit = None,
+    lines: Lines = False,
+    small: Small = None,
+    opacity: Opacity = "alpha",
     as_json: Json = False,
 ) -> None:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships, within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)
+    small_wh = None if small is None else _size(small, "--small")
     from volprep.pipeline.shot import Shot, take
+    from volprep.render.hybrid import Hybrid
+
+    hybrid = None
+    if lines or small_wh is not None or opacity != "alpha":
+        hybrid = Hybrid(None if small_wh is None else small_wh[::-1], lines, opacity)
 
     shot = Shot(
         view=view,
@@ -82,6 +106,7 @@ def render(
         transfer=transfer,
         step_mm=step,
         edit=edit,
+        hybrid=hybrid,
     )
     taken = take(package, shot, output)
     if as_json:
@@ -99,9 +124,9 @@ def _eye(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _size(text: str) -> tuple[int, int]:
+def _size(text: str, option: str = "--size") -> tuple[int, int]:
     try:
         width, height = (int(number) for number in (text if "x" in text else f"{text}x{text}").split("x"))
     except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480 or 512", param_hint="--size") from None
+        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480 or 512", param_hint=option) from None
     return width, height

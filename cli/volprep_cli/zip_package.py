@@ -1,7 +1,9 @@
 """volprep zip: the single-file form of a package."""
 
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from tempfile import TemporaryDirectory
+from typing import Annotated, Literal
 
 import typer
 
@@ -12,18 +14,35 @@ Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where the file goes; if not given, PACKAGE.zip.", metavar="FILE")
 ]
+Texels = Annotated[
+    Literal["as-is", "zstd", "plain"],
+    typer.Option(
+        "--texels",
+        help="zstd: textures as Zstandard frames, where that makes them a tenth smaller or more. plain: without. "
+        "as-is: as they are in PACKAGE.",
+    ),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
 
-def zip_package(package: Package, output: Output = None, *, force: Force = False, as_json: Json = False) -> None:
+def zip_package(
+    package: Package,
+    output: Output = None,
+    *,
+    texels: Texels = "as-is",
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
     """Write a package as one file: a zip that holds its files as they are, for apps that map it into memory.
 
-    Verbs that read packages read this file, too. Unzipping it gives the folder back. Textures are stored as they are.
+    Verbs that read packages read this file, too. Unzipping it gives the folder back. With --texels zstd it is smaller
+    on the way to web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
     """
     from volprep.validation.whole import open_whole
     from volprep_formats.output import new_file, output_errors, require_place
     from volprep_formats.package.storage.files import MANIFEST
     from volprep_formats.package.storage.single_file import write_single_file
+    from volprep_formats.package.transport import write_converted
 
     target = output or package.resolve().with_name(f"{package.resolve().name}.zip")
     with output_errors(target):
@@ -31,11 +50,15 @@ def zip_package(package: Package, output: Output = None, *, force: Force = False
             raise VolprepError("VP1251", path=target)
     require_place(target)
     whole = open_whole(package)
-    if not package.is_dir():
+    if not package.is_dir() and texels == "as-is":
         raise VolprepError("VP4044", path=package)
-    names = [MANIFEST, *(record.path for record in whole.manifest.files)]
-    with progress() as watcher, new_file(target) as file:
-        write_single_file(package, names, file, watcher)
+    with progress() as watcher, ExitStack() as stack:
+        folder, names = package, [MANIFEST, *(record.path for record in whole.manifest.files)]
+        if texels != "as-is":
+            beside = TemporaryDirectory(prefix=f".{target.name}.", dir=target.resolve().parent)
+            folder = Path(stack.enter_context(beside))
+            names = write_converted(whole, texels, folder, watcher)
+        write_single_file(folder, names, stack.enter_context(new_file(target)), watcher)
     size = target.stat().st_size
     if as_json:
         print_json({"file": str(target), "files": len(names), "size_bytes": size})

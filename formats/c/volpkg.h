@@ -25,6 +25,9 @@
  * Nothing is to be closed: when you are done, free the arena and unmap the file. No function keeps state of its own, so
  * several packages may be open in several threads; one open package may be read from several threads.
  *
+ * Transport. Textures that were made smaller for the way (volprep zip --texels zstd) cannot be used in place and are
+ * refused with VP7062; volprep zip --texels plain gives the package that apps ship, which their stores compress anyway.
+ *
  * Trust. Every file counts as hostile until it is checked. volpkg_open checks the structure of the zip, the manifest
  * against its schema, every rule of SPEC.md section 20 that a reader can see, and the headers and sizes of all
  * textures, meshes and tables; it reads texels only of the indices of bricks. volpkg_check_file adds CRC-32 and
@@ -80,7 +83,8 @@ typedef enum volpkg_code {
     VOLPKG_UNITS = 5013,         /* a program reads more textures than there are units */
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
-    VOLPKG_STEP = 5019           /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
+    VOLPKG_PACKED = 7062         /* textures of Zstandard frames, which are not used in place: zip them anew */
 } volpkg_code;
 
 /* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
@@ -180,6 +184,7 @@ typedef enum volpkg_level_filter {
     VOLPKG_LEVEL_NONE,
     VOLPKG_LEVEL_NEAREST,
     VOLPKG_LEVEL_BILINEAR,
+    VOLPKG_LEVEL_TWO_STEP_BILINEAR,
     VOLPKG_LEVEL_BOX,
     VOLPKG_LEVEL_BINOMIAL,
     VOLPKG_LEVEL_GAUSSIAN,
@@ -354,6 +359,7 @@ typedef enum volpkg_technique {
     VOLPKG_TWO_PASS,
     VOLPKG_TWO_PASS_AS_PUBLISHED,
     VOLPKG_SLABS,
+    VOLPKG_TILES,
     VOLPKG_AXIS_SLICES,
     VOLPKG_VIEW_SLICES,
     VOLPKG_VIEW_SLICES_AS_PUBLISHED
@@ -363,7 +369,8 @@ typedef enum volpkg_geometry {
     VOLPKG_DRAW_FRONT_FACES,
     VOLPKG_DRAW_BACK_FACES,
     VOLPKG_DRAW_AXIS_SLICES,
-    VOLPKG_DRAW_VIEW_SLICES
+    VOLPKG_DRAW_VIEW_SLICES,
+    VOLPKG_DRAW_HALF_ANGLE_SLICES
 } volpkg_geometry;
 typedef enum volpkg_classification {
     VOLPKG_BY_LOOKUP,
@@ -409,7 +416,11 @@ typedef enum volpkg_uniform_source {
     VOLPKG_BOX_FROM_SLICES,
     VOLPKG_SLICE_COUNT,
     VOLPKG_FIRST_SAMPLE,
-    VOLPKG_LIGHT_MM
+    VOLPKG_LIGHT_MM,
+    VOLPKG_BOX_FROM_LIGHT,
+    VOLPKG_LIGHT_FROM_BOX,
+    VOLPKG_PICTURE_WIDTH,
+    VOLPKG_PICTURE_HEIGHT
 } volpkg_uniform_source;
 
 typedef struct volpkg_uniform_record {
@@ -431,20 +442,43 @@ typedef struct volpkg_blend {
     uint32_t colour[2], alpha[2];
 } volpkg_blend;
 
+/* Whether what lies between the light and a sample takes light away. */
+typedef enum volpkg_shadows {
+    VOLPKG_NO_SHADOWS,
+    VOLPKG_SHADOW_RAYS,
+    VOLPKG_SHADOW_MAP,
+    VOLPKG_HALF_ANGLE
+} volpkg_shadows;
+
 /* A light with a place in the patient's space, millimetres. Both sides of a surface are lit. */
 typedef struct volpkg_light {
     double place_mm_xyz[3];
     double ambient, diffuse, specular, shininess;
+    volpkg_shadows shadows;
 } volpkg_light;
 
-/* A pass before the picture, into a texture of its size that is cleared to zero: SPEC.md section 9. */
+typedef enum volpkg_pass_target { VOLPKG_INTO_RGBA8, VOLPKG_INTO_RGBA16F, VOLPKG_INTO_RGBA32F } volpkg_pass_target;
+
+/* A pass before the picture, into a texture that is cleared to zero: SPEC.md section 9. */
 typedef struct volpkg_pass {
     volpkg_text vertex, fragment;
     volpkg_geometry geometry;
     const char* sampler; /* which the program reads it with; its unit follows those of the program's samplers */
-    int32_t is_float;    /* RGBA32F, else RGBA8 */
+    volpkg_pass_target target;
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that it has, too */
+    int32_t size;                   /* width and height of the texture; 0 if they are those of the picture */
+    const volpkg_blend* blend;      /* of a light_pass, else NULL */
+    const volpkg_blend* behind; /* that of the picture, if the light comes from behind; of a light_pass, else NULL */
 } volpkg_pass;
+
+/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost: SPEC.md section 9.5. */
+typedef struct volpkg_tiles {
+    int32_t size, groups;
+    volpkg_text cost, offsets, place;
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    VOLPKG_LIST(char* const) reads; /* samplers of the program that `cost` has, too */
+} volpkg_tiles;
 
 /*
  * A program. Attribute 0 is `a_ndc` (vec2): one triangle (-1, -1), (3, -1), (-1, 3). If rays begin at a mesh, it is
@@ -468,8 +502,10 @@ typedef struct volpkg_program {
     double step_mm_min;                   /* 0 if there is no bound */
     volpkg_geometry geometry;             /* what the vertex shader draws, unless rays begin at a mesh */
     VOLPKG_LIST(volpkg_pass) before;
-    const volpkg_blend* blend; /* NULL if there is one fragment for each pixel */
-    int32_t slab_samples;      /* samples of a ray in each draw; 0 if one draw makes the picture */
+    const volpkg_pass* light_pass; /* what is drawn after each layer, from the light; NULL if nothing is */
+    const volpkg_tiles* tiles;     /* NULL if the picture is not drawn tile by tile */
+    const volpkg_blend* blend;     /* NULL if there is one fragment for each pixel */
+    int32_t slab_samples;          /* samples of a ray in each draw; 0 if one draw makes the picture */
 } volpkg_program;
 
 typedef struct volpkg_level_step {
@@ -620,6 +656,7 @@ typedef struct volpkg_grid_point {
 typedef struct volpkg_view_thresholds {
     double plus_z_below_theta, minus_z_above_theta, sideways_between_theta[2];
     double plus_x_below_phi, minus_x_above_phi, y_between_phi[2];
+    double finer_above_pixels, coarser_below_pixels;
 } volpkg_view_thresholds;
 
 /* Level 0 in pieces: SPEC.md section 18. Piece number i + nx * (j + ny * k) is piece i along x, j along y, k along z.
@@ -655,6 +692,13 @@ typedef struct volpkg_plan_item {
     int64_t size_bytes;
 } volpkg_plan_item;
 
+/* What drawing one level with one transfer function takes on a device; see SPEC.md, DrawCost. */
+typedef struct volpkg_cost {
+    const char* transfer;
+    int32_t level;
+    int64_t upload_bytes, gpu_bytes;
+} volpkg_cost;
+
 typedef struct volpkg_compressed_form {
     int32_t format; /* place in: EAC_R11, ETC2_RGBA8, ASTC_4X4, ASTC_5X5, ASTC_6X6, ASTC_8X8 */
     const char* channel;
@@ -687,7 +731,8 @@ typedef struct volpkg_package {
     const volpkg_proxy* proxy;
     const char* preview;
     VOLPKG_LIST(int32_t) fidelity; /* only its length is kept */
-    VOLPKG_LIST(int32_t) stages;   /* empty */
+    VOLPKG_LIST(volpkg_cost) costs;
+    VOLPKG_LIST(int32_t) stages; /* empty */
     VOLPKG_LIST(volpkg_file) files;
 } volpkg_package;
 
@@ -745,7 +790,8 @@ typedef struct volpkg_drawing {
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
-    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
+    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
@@ -940,6 +986,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the package cannot draw that";
         case VOLPKG_STEP:
             return "the step is too small for the program, or no positive number";
+        case VOLPKG_PACKED:
+            return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
     }
     return "unknown";
 }
@@ -1934,6 +1982,7 @@ VOLPKG__MAYBE(volpkg__maybe_quantization, volpkg__quantization_type)
 static const volpkg__named volpkg__level_filters[] = {{"none", VOLPKG_LEVEL_NONE},
                                                       {"nearest", VOLPKG_LEVEL_NEAREST},
                                                       {"bilinear", VOLPKG_LEVEL_BILINEAR},
+                                                      {"two-step-bilinear", VOLPKG_LEVEL_TWO_STEP_BILINEAR},
                                                       {"box", VOLPKG_LEVEL_BOX},
                                                       {"binomial", VOLPKG_LEVEL_BINOMIAL},
                                                       {"gaussian", VOLPKG_LEVEL_GAUSSIAN},
@@ -2151,6 +2200,10 @@ static const volpkg__named volpkg__sources[] = {{"box_from_clip", VOLPKG_BOX_FRO
                                                 {"slices", VOLPKG_SLICE_COUNT},
                                                 {"first_sample", VOLPKG_FIRST_SAMPLE},
                                                 {"light_mm", VOLPKG_LIGHT_MM},
+                                                {"box_from_light", VOLPKG_BOX_FROM_LIGHT},
+                                                {"light_from_box", VOLPKG_LIGHT_FROM_BOX},
+                                                {"picture_width", VOLPKG_PICTURE_WIDTH},
+                                                {"picture_height", VOLPKG_PICTURE_HEIGHT},
                                                 {NULL, 0}};
 VOLPKG__WORDS(volpkg__uniform_type_type, VOLPKG__NAMED, volpkg__uniform_types)
 VOLPKG__WORDS(volpkg__source_word_type, VOLPKG__NAMED, volpkg__sources)
@@ -2183,14 +2236,18 @@ static const volpkg__named volpkg__techniques[] = {{"ray-casting", VOLPKG_RAY_CA
                                                    {"two-pass", VOLPKG_TWO_PASS},
                                                    {"two-pass-as-published", VOLPKG_TWO_PASS_AS_PUBLISHED},
                                                    {"slabs", VOLPKG_SLABS},
+                                                   {"tiles", VOLPKG_TILES},
                                                    {"axis-slices", VOLPKG_AXIS_SLICES},
                                                    {"view-slices", VOLPKG_VIEW_SLICES},
                                                    {"view-slices-as-published", VOLPKG_VIEW_SLICES_AS_PUBLISHED},
                                                    {NULL, 0}};
-static const volpkg__named volpkg__geometries[] = {
-    {"triangle", VOLPKG_DRAW_TRIANGLE},       {"front-faces", VOLPKG_DRAW_FRONT_FACES},
-    {"back-faces", VOLPKG_DRAW_BACK_FACES},   {"axis-slices", VOLPKG_DRAW_AXIS_SLICES},
-    {"view-slices", VOLPKG_DRAW_VIEW_SLICES}, {NULL, 0}};
+static const volpkg__named volpkg__geometries[] = {{"triangle", VOLPKG_DRAW_TRIANGLE},
+                                                   {"front-faces", VOLPKG_DRAW_FRONT_FACES},
+                                                   {"back-faces", VOLPKG_DRAW_BACK_FACES},
+                                                   {"axis-slices", VOLPKG_DRAW_AXIS_SLICES},
+                                                   {"view-slices", VOLPKG_DRAW_VIEW_SLICES},
+                                                   {"half-angle-slices", VOLPKG_DRAW_HALF_ANGLE_SLICES},
+                                                   {NULL, 0}};
 static const volpkg__named volpkg__classifications[] = {{"lookup", VOLPKG_BY_LOOKUP},
                                                         {"preintegrated", VOLPKG_BY_PREINTEGRATED},
                                                         {"palette", VOLPKG_BY_PALETTE},
@@ -2218,7 +2275,8 @@ static const volpkg__named volpkg__compositings[] = {{"emission-absorption", VOL
 static const volpkg__named volpkg__draw_orders[] = {{"front-to-back", 0}, {"back-to-front", 1}, {NULL, 0}};
 static const volpkg__named volpkg__factors[] = {
     {"ZERO", 0}, {"ONE", 1}, {"ONE_MINUS_SRC_ALPHA", 0x0303}, {"ONE_MINUS_DST_ALPHA", 0x0305}, {NULL, 0}};
-static const volpkg__named volpkg__pass_targets[] = {{"rgba8", 0}, {"rgba32f", 1}, {NULL, 0}};
+static const volpkg__named volpkg__pass_targets[] = {
+    {"rgba8", VOLPKG_INTO_RGBA8}, {"rgba16f", VOLPKG_INTO_RGBA16F}, {"rgba32f", VOLPKG_INTO_RGBA32F}, {NULL, 0}};
 static const volpkg__named volpkg__ray_words[] = {
     {"box", VOLPKG_RAYS_FROM_BOX}, {"mesh", VOLPKG_RAYS_FROM_MESH}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__sampling_type, VOLPKG__NAMED, volpkg__samplings)
@@ -2233,11 +2291,18 @@ VOLPKG__WORDS(volpkg__lighting_type, VOLPKG__NAMED, volpkg__lightings)
 VOLPKG__WORDS(volpkg__normals_from_type, VOLPKG__NAMED, volpkg__normals_words)
 VOLPKG__WORDS(volpkg__compositing_type, VOLPKG__NAMED, volpkg__compositings)
 VOLPKG__WORDS(volpkg__rays_type, VOLPKG__NAMED, volpkg__ray_words)
+static const volpkg__named volpkg__shadows_words[] = {{"none", VOLPKG_NO_SHADOWS},
+                                                      {"rays", VOLPKG_SHADOW_RAYS},
+                                                      {"map", VOLPKG_SHADOW_MAP},
+                                                      {"half-angle", VOLPKG_HALF_ANGLE},
+                                                      {NULL, 0}};
+VOLPKG__WORDS(volpkg__shadows_type, VOLPKG__NAMED, volpkg__shadows_words)
 static const volpkg__field volpkg__light_fields[] = {VOLPKG__MUST(volpkg_light, place_mm_xyz, volpkg__three_reals),
                                                      VOLPKG__MAY(volpkg_light, ambient, volpkg__fraction, 0.2),
                                                      VOLPKG__MAY(volpkg_light, diffuse, volpkg__fraction, 0.7),
                                                      VOLPKG__MAY(volpkg_light, specular, volpkg__fraction, 0.3),
                                                      VOLPKG__MAY(volpkg_light, shininess, volpkg__shininess, 20),
+                                                     VOLPKG__MAY(volpkg_light, shadows, volpkg__shadows_type, 0),
                                                      VOLPKG__END};
 VOLPKG__RECORDS(volpkg__light_type, volpkg_light, volpkg__light_fields)
 VOLPKG__MAYBE(volpkg__maybe_light, volpkg__light_type)
@@ -2247,16 +2312,33 @@ static const volpkg__field volpkg__blend_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__blend_type, volpkg_blend, volpkg__blend_fields)
 VOLPKG__MAYBE(volpkg__maybe_blend, volpkg__blend_type)
-static const volpkg__field volpkg__pass_fields[] = {
-    VOLPKG__KEY(volpkg_pass, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_pass, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_pass, geometry, volpkg__geometry_type),
-    VOLPKG__MUST(volpkg_pass, sampler, volpkg__string),
-    VOLPKG__KEY(volpkg_pass, "target", is_float, volpkg__pass_target_type, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_pass, uniforms, volpkg__uniforms),
-    VOLPKG__END};
+#define VOLPKG__PASS_FIELDS                                                                      \
+    VOLPKG__KEY(volpkg_pass, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),            \
+        VOLPKG__KEY(volpkg_pass, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0),    \
+        VOLPKG__MUST(volpkg_pass, geometry, volpkg__geometry_type),                              \
+        VOLPKG__MUST(volpkg_pass, sampler, volpkg__string),                                      \
+        VOLPKG__KEY(volpkg_pass, "target", target, volpkg__pass_target_type, VOLPKG__NEEDED, 0), \
+        VOLPKG__MUST(volpkg_pass, uniforms, volpkg__uniforms),                                   \
+        VOLPKG__MAY(volpkg_pass, reads, volpkg__few_strings, 0), VOLPKG__NULL(volpkg_pass, size, volpkg__from1, 0)
+static const volpkg__field volpkg__pass_fields[] = {VOLPKG__PASS_FIELDS, VOLPKG__END};
 VOLPKG__RECORDS(volpkg__pass_type, volpkg_pass, volpkg__pass_fields)
 VOLPKG__MANY(volpkg__passes, volpkg__pass_type, 0, 16)
+static const volpkg__field volpkg__light_pass_fields[] = {
+    VOLPKG__PASS_FIELDS, VOLPKG__KEY(volpkg_pass, "blend", blend, volpkg__maybe_blend, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_pass, "behind", behind, volpkg__maybe_blend, VOLPKG__NEEDED, 0), VOLPKG__END};
+VOLPKG__RECORDS(volpkg__light_pass_type, volpkg_pass, volpkg__light_pass_fields)
+VOLPKG__MAYBE(volpkg__maybe_light_pass, volpkg__light_pass_type)
+static const volpkg__field volpkg__tiles_fields[] = {
+    VOLPKG__MUST(volpkg_tiles, size, volpkg__from1),
+    VOLPKG__MUST(volpkg_tiles, groups, volpkg__from1),
+    VOLPKG__KEY(volpkg_tiles, "cost", cost.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_tiles, "offsets", offsets.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_tiles, "place", place.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__MUST(volpkg_tiles, uniforms, volpkg__uniforms),
+    VOLPKG__MUST(volpkg_tiles, reads, volpkg__few_strings),
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__tiles_type, volpkg_tiles, volpkg__tiles_fields)
+VOLPKG__MAYBE(volpkg__maybe_tiles, volpkg__tiles_type)
 static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__MUST(volpkg_program, name, volpkg__string),
     VOLPKG__MUST(volpkg_program, sampling, volpkg__sampling_type),
@@ -2276,6 +2358,8 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__NULL(volpkg_program, step_mm_min, volpkg__real, 0),
     VOLPKG__MAY(volpkg_program, geometry, volpkg__geometry_type, 0),
     VOLPKG__MAY(volpkg_program, before, volpkg__passes, 0),
+    VOLPKG__NULL(volpkg_program, light_pass, volpkg__maybe_light_pass, 0),
+    VOLPKG__NULL(volpkg_program, tiles, volpkg__maybe_tiles, 0),
     VOLPKG__NULL(volpkg_program, blend, volpkg__maybe_blend, 0),
     VOLPKG__NULL(volpkg_program, slab_samples, volpkg__from1, 0),
     VOLPKG__END};
@@ -2423,6 +2507,13 @@ static const volpkg__field volpkg__plan_fields[] = {VOLPKG__MUST(volpkg_plan_ite
 VOLPKG__RECORDS(volpkg__plan_type, volpkg_plan_item, volpkg__plan_fields)
 VOLPKG__MANY(volpkg__plan, volpkg__plan_type, 0, VOLPKG__MOST)
 
+static const volpkg__field volpkg__cost_fields[] = {VOLPKG__MUST(volpkg_cost, transfer, volpkg__string),
+                                                    VOLPKG__MUST(volpkg_cost, level, volpkg__index),
+                                                    VOLPKG__MUST(volpkg_cost, upload_bytes, volpkg__bytes),
+                                                    VOLPKG__MUST(volpkg_cost, gpu_bytes, volpkg__bytes), VOLPKG__END};
+VOLPKG__RECORDS(volpkg__cost_type, volpkg_cost, volpkg__cost_fields)
+VOLPKG__MANY(volpkg__costs, volpkg__cost_type, 0, VOLPKG__MOST)
+
 static const volpkg__named volpkg__compressed_formats[] = {
     {"EAC_R11", 0}, {"ETC2_RGBA8", 1}, {"ASTC_4X4", 2}, {"ASTC_5X5", 3}, {"ASTC_6X6", 4}, {"ASTC_8X8", 5}, {NULL, 0}};
 static const volpkg__named volpkg__bases[] = {{"level", 0}, {"sample", 1}, {NULL, 0}};
@@ -2484,6 +2575,7 @@ static const volpkg__field volpkg__package_fields[] = {
     VOLPKG__NULL(volpkg_package, skipping, volpkg__maybe_skipping, 0),
     VOLPKG__MAY(volpkg_package, programs, volpkg__programs, 0),
     VOLPKG__MAY(volpkg_package, fidelity, volpkg__anything, 0),
+    VOLPKG__MAY(volpkg_package, costs, volpkg__costs, 0),
     VOLPKG__NULL(volpkg_package, editing, volpkg__maybe_editing, 0),
     VOLPKG__NULL(volpkg_package, subvolumes, volpkg__maybe_subvolumes, 0),
     VOLPKG__NULL(volpkg_package, proxy, volpkg__maybe_proxy, 0),
@@ -2525,6 +2617,8 @@ static const volpkg__field volpkg__view_fields[] = {
     VOLPKG__MAY(volpkg_view_thresholds, plus_x_below_phi, volpkg__degrees, 67.5),
     VOLPKG__MAY(volpkg_view_thresholds, minus_x_above_phi, volpkg__degrees, 112.5),
     VOLPKG__KEY(volpkg_view_thresholds, "y_between_phi", y_between_phi, volpkg__two_degrees, VOLPKG__SIDEWAYS, 0),
+    VOLPKG__MAY(volpkg_view_thresholds, finer_above_pixels, volpkg__positive, 2),
+    VOLPKG__MAY(volpkg_view_thresholds, coarser_below_pixels, volpkg__positive, 0.75),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__view_type, volpkg_view_thresholds, volpkg__view_fields)
 VOLPKG__EXACTLY(volpkg__three_cuts, volpkg__indices, 3, volpkg__list)
@@ -3084,6 +3178,9 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     if (image->layout == NULL)
         return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "a vkFormat that no package has", vk, NAN);
     for (i = 0; i < 3; ++i) sides[i] = volpkg__u32(data + 20 + 4 * i);
+    if (volpkg__u32(data + 44) == 2)
+        return volpkg__fail(r->error, VOLPKG_PACKED, file->path,
+                            "its texels are Zstandard frames: run volprep zip --texels plain", NAN, NAN);
     if (volpkg__u32(data + 16) != image->layout->type_size || volpkg__u32(data + 32) != 0 ||
         volpkg__u32(data + 36) != 1 || volpkg__u32(data + 44) != 0)
         return volpkg__no_ktx(r, file, "it has array layers, faces, supercompression, or a wrong typeSize");
@@ -3752,15 +3849,20 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
     return VOLPKG_OK;
 }
 
+static int32_t volpkg__passes_of(const volpkg_program* program) {
+    return program->before.count + (program->light_pass != NULL);
+}
+
 static const char* volpkg__input(const volpkg_program* program, int32_t number) {
     int32_t uniforms = program->uniforms.count, samplers = program->samplers.count;
     if (number < uniforms) return program->uniforms.at[number].name;
     if (number < uniforms + samplers) return program->samplers.at[number - uniforms].name;
-    return program->before.at[number - uniforms - samplers].sampler;
+    number -= uniforms + samplers;
+    return number < program->before.count ? program->before.at[number].sampler : program->light_pass->sampler;
 }
 
 static volpkg_code volpkg__unique_inputs(volpkg__reader* r, const volpkg_program* program) {
-    int32_t total = program->uniforms.count + program->samplers.count + program->before.count, i, k;
+    int32_t total = program->uniforms.count + program->samplers.count + volpkg__passes_of(program), i, k;
     for (i = 0; i < total; ++i)
         for (k = 0; k < i; ++k)
             VOLPKG__RULE(!volpkg__is(volpkg__input(program, i), volpkg__input(program, k)), program->name,
@@ -3779,6 +3881,9 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
         given |= (source == (int)VOLPKG_BOX_FROM_SLICES || source == (int)VOLPKG_SLICE_COUNT) && slices;
         given |= source == (int)VOLPKG_FIRST_SAMPLE && program->slab_samples > 0;
         given |= source == (int)VOLPKG_LIGHT_MM && program->light != NULL;
+        given |= source >= (int)VOLPKG_PICTURE_WIDTH && program->tiles != NULL;
+        given |= (source == (int)VOLPKG_BOX_FROM_LIGHT || source == (int)VOLPKG_LIGHT_FROM_BOX) &&
+                 program->light != NULL && program->light->shadows >= VOLPKG_SHADOW_MAP;
         VOLPKG__RULE(given, program->name, "it has a uniform that nothing gives it");
     }
     return VOLPKG_OK;
@@ -3798,6 +3903,18 @@ static volpkg_code volpkg__compositing_rules(volpkg__reader* r, const volpkg_cha
                          (f->intensities ? f->intensities[0] < f->intensities[1]
                                          : f->points.at[0].value < f->points.at[f->points.count - 1].value),
                      programs[i].name, "it needs intensities that ascend");
+    }
+    return VOLPKG_OK;
+}
+
+/* A pass reads textures of its program. */
+static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* program, const char* const* reads,
+                                       int32_t count) {
+    int32_t i, k;
+    for (i = 0; i < count; ++i) {
+        int known = 0;
+        for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k].name, reads[i]);
+        VOLPKG__RULE(known, program->name, "it has a pass that reads what it does not");
     }
     return VOLPKG_OK;
 }
@@ -3823,16 +3940,22 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__RULE(held, program->name, "it does not sample one volume");
     VOLPKG__TRY(volpkg__classification_rules(r, p, program));
     VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
-    for (k = 0; k < program->before.count; ++k)
-        VOLPKG__TRY(
-            volpkg__source_rules(r, program, program->before.at[k].uniforms.at, program->before.at[k].uniforms.count));
+    for (k = 0; k < volpkg__passes_of(program); ++k) {
+        const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
+        VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
+        VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
+    }
+    if (program->tiles != NULL) {
+        VOLPKG__TRY(volpkg__source_rules(r, program, program->tiles->uniforms.at, program->tiles->uniforms.count));
+        VOLPKG__TRY(volpkg__reads_rules(r, program, program->tiles->reads.at, program->tiles->reads.count));
+    }
     VOLPKG__RULE(
         (program->geometry >= VOLPKG_DRAW_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
         program->name, "it must be blended if and only if several parts make its picture");
-    if (program->samplers.count + program->before.count > p->profile.texture_units)
+    if (program->samplers.count + volpkg__passes_of(program) > p->profile.texture_units)
         return volpkg__fail(r->error, VOLPKG_CONTRADICTION, program->name,
                             "the number of its textures, where the profile has fewer units: that",
-                            program->samplers.count + program->before.count, p->profile.texture_units);
+                            program->samplers.count + volpkg__passes_of(program), p->profile.texture_units);
     return volpkg__unique_inputs(r, program);
 }
 
@@ -4647,6 +4770,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
+    if (program->light != NULL)
+        memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
         return volpkg__fail(error, VOLPKG_UNITS, program->name,
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
@@ -5008,7 +5133,7 @@ int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_
     return 0;
 }
 
-/* The place of the program's light in box space. */
+/* The place of the light in box space. */
 static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) {
     const volpkg_grid* grid = drawing->package->grid;
     double corner[3];
@@ -5016,7 +5141,7 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
     volpkg__corner(grid, corner);
     for (axis = 0; axis < 3; ++axis)
         for (row = 0; row < 3 && drawing->program->light != NULL; ++row)
-            light_mm[axis] += grid->direction[row][axis] * (drawing->program->light->place_mm_xyz[row] - corner[row]);
+            light_mm[axis] += grid->direction[row][axis] * (drawing->light_mm_xyz[row] - corner[row]);
 }
 
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
@@ -5050,6 +5175,10 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
         case VOLPKG_BOX_FROM_SLICES:
         case VOLPKG_SLICE_COUNT:
         case VOLPKG_FIRST_SAMPLE:
+        case VOLPKG_BOX_FROM_LIGHT:
+        case VOLPKG_LIGHT_FROM_BOX:
+        case VOLPKG_PICTURE_WIDTH:
+        case VOLPKG_PICTURE_HEIGHT:
             return 0;
         case VOLPKG_BOX_FROM_MESH:
             if (drawing->mesh) memcpy(found, drawing->mesh->box_from_mesh_mm_xyz, 3 * sizeof found[0]);

@@ -42,16 +42,10 @@ export function choose(pack, picture, index) {
     values: {
       texture_from_box: level.texture_from_box_per_mm_xyz,
       blocks_from_box: table?.blocks_from_box_per_mm_xyz ?? [0, 0, 0],
-      light_mm: lightOf(manifest.grid, program),
       mipmap: textures.find((each) => each.mipmap !== undefined)?.mipmap ?? 0,
     },
     texels: {},
   };
-}
-
-/** Place of the program's light in box millimetres; only a program with one asks for it. @param {import("./types.js").Grid} grid @param {Program} program */
-function lightOf({ direction, origin_mm_xyz: origin, spacing_mm_zyx: spacing }, { light }) {
-  return [0, 1, 2].map((axis) => spacing[2 - axis] / 2 + (light?.place_mm_xyz ?? origin).reduce((sum, at, row) => sum + direction[row][axis] * (at - origin[row]), 0));
 }
 
 /** Distance of samples that a package asks for at a level. @param {Manifest} manifest @param {number} level */

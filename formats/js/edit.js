@@ -1,6 +1,7 @@
 /** What an app does after its user has edited a transfer function: new tables from what the package holds. SPEC section 19. */
 import { VolpkgError } from "./rarer.js";
-import { fromHalf, toHalf } from "./formats.js";
+import { fromHalf } from "./formats.js";
+import { toHalf } from "./halves.js";
 import { readHead } from "./ktx2.js";
 import { entriesOf, skipEntries } from "./skip.js";
 
@@ -87,8 +88,9 @@ export async function edited(pack, choice, edits, signal) {
 /** @param {Package} pack @param {Texture} texture @param {AbortSignal} signal the texels of a small texture */
 async function texelsOf(pack, texture, signal) {
   const bytes = await file(pack, texture.file, signal);
-  const [{ offset, size }] = readHead(bytes, bytes.length, [texture]);
-  return bytes.slice(offset, offset + size);
+  const [{ offset, stored, size, packed }] = readHead(bytes, bytes.length, [texture]);
+  const texels = bytes.slice(offset, offset + stored);
+  return packed ? (await import("./zstd.js")).unpacked(texels, size, texture.file) : texels;
 }
 
 /**

@@ -1,5 +1,6 @@
 /** Formats in place of those that a device draws wrongly, and how texels get there. */
-import { finerSize, fromHalf, toHalf } from "./formats.js";
+import { finerSize, fromHalf } from "./formats.js";
+import { toHalf } from "./halves.js";
 
 /** @typedef {import("./textures.js").Form} Form */
 /** @typedef {import("./types.js").Texture} Texture */

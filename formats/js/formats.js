@@ -10,6 +10,7 @@
  * @property {string} [type] pixel type for the upload
  * @property {number} components
  * @property {string} [extension] without which WebGL 2 does not have it
+ * @property {{texels: number[], red: number}} [sample] a block, and the red that it holds
  */
 
 /** @param {number} vk @param {string} format @param {number} components @param {string} [type] @param {string} [extension] @returns {Format} */
@@ -18,13 +19,7 @@ function plain(vk, format, components, type = "UNSIGNED_BYTE", extension) {
   return { vk, typeSize, bytes: typeSize * components, block: 1, format, type, components, extension };
 }
 
-/** @param {number} vk @param {number} block @param {number} bytes @param {number} components @param {string} extension @returns {Format} */
-const packed = (vk, block, bytes, components, extension) => ({ vk, typeSize: 1, bytes, block, components, extension });
-
-const ETC = "WEBGL_compressed_texture_etc";
-const ASTC = "WEBGL_compressed_texture_astc";
-
-/** By the name of the internal format. @type {Record<string, Format>} */
+/** By the name of the internal format; blocks.js adds those of compressed blocks. @type {Record<string, Format>} */
 export const FORMATS = {
   LUMINANCE: plain(9, "LUMINANCE", 1),
   LUMINANCE_ALPHA: plain(16, "LUMINANCE_ALPHA", 2),
@@ -40,12 +35,6 @@ export const FORMATS = {
   R16F: plain(76, "RED", 1, "HALF_FLOAT"),
   RGBA16F: plain(97, "RGBA", 4, "HALF_FLOAT"),
   RGBA32F: plain(109, "RGBA", 4, "FLOAT"),
-  COMPRESSED_R11_EAC: packed(153, 4, 8, 1, ETC),
-  COMPRESSED_RGBA8_ETC2_EAC: packed(151, 4, 16, 4, ETC),
-  COMPRESSED_RGBA_ASTC_4x4_KHR: packed(157, 4, 16, 1, ASTC),
-  COMPRESSED_RGBA_ASTC_5x5_KHR: packed(161, 5, 16, 1, ASTC),
-  COMPRESSED_RGBA_ASTC_6x6_KHR: packed(165, 6, 16, 1, ASTC),
-  COMPRESSED_RGBA_ASTC_8x8_KHR: packed(171, 8, 16, 1, ASTC),
 };
 
 /** @typedef {WebGLRenderingContext | WebGL2RenderingContext} Gl */
@@ -68,24 +57,6 @@ export function fromHalf(half) {
   const fraction = half & 1023;
   const size = exponent === 31 ? (fraction ? NaN : Infinity) : exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : fraction * 2 ** -24;
   return half & 0x8000 ? -size : size;
-}
-
-/**
- * Bits of the half float that is nearest to a number from 0 to 65504.
- * @param {number} value
- */
-export function toHalf(value) {
-  if (value < 2 ** -14) return even(value * 2 ** 24);
-  const exponent = Math.min(Math.floor(Math.log2(value)), 15);
-  // A fraction that rounds up to 1024 carries into the exponent, as it should.
-  return ((exponent + 15) << 10) + even((value / 2 ** exponent - 1) * 1024);
-}
-
-/** @param {number} value to the nearest whole number, half to even */
-function even(value) {
-  const down = Math.floor(value);
-  const rest = value - down;
-  return rest > 0.5 || (rest === 0.5 && down % 2) ? down + 1 : down;
 }
 
 /** Texels of an axis of a table of which each is several. @param {number} n @param {number} finer */

@@ -3,10 +3,16 @@ import { VolpkgError } from "./error.js";
 import { FORMATS } from "./formats.js";
 
 /** @typedef {import("./types.js").Texture} Texture */
-/** @typedef {{offset: number, size: number, shape: [number, number, number]}} Place texels of a level, and its size z, y, x */
+/**
+ * Where a level lies in its file: first byte, bytes there, bytes of its texels, its size z, y, x; and whether these are
+ * Zstandard frames of the texels.
+ * @typedef {{offset: number, stored: number, size: number, shape: [number, number, number], packed: boolean}} Place
+ */
 
 const IDENTIFIER = [0xab, 0x4b, 0x54, 0x58, 0x20, 0x32, 0x30, 0xbb, 0x0d, 0x0a, 0x1a, 0x0a];
 const HEAD = 80;
+/** Scheme of supercompression. */
+const ZSTANDARD = 2;
 /** Bytes that hold the entries of all levels that a texture can have. */
 export const HEAD_BYTES = HEAD + 24 * 32;
 
@@ -42,7 +48,8 @@ export function readHead(head, fileBytes, entries) {
   const { vk, typeSize, block, bytes } = FORMATS[gl.internal_format];
   const volume = gl.target === "TEXTURE_3D";
   const found = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(word).join(" ");
-  const wanted = [vk, typeSize, shape[2], shape[1], volume ? shape[0] : 0, 0, 1, levels, 0].join(" ");
+  const packed = word(8) === ZSTANDARD;
+  const wanted = [vk, typeSize, shape[2], shape[1], volume ? shape[0] : 0, 0, 1, levels, packed ? ZSTANDARD : 0].join(" ");
   if (found !== wanted) refuse(`its header says ${found} (vkFormat, typeSize, width, height, depth, layers, faces, levels, supercompression) and not ${wanted}`);
   const [descriptorAt, descriptorSize, valuesAt, valuesSize] = [9, 10, 11, 12].map(word);
   let end = descriptorAt + descriptorSize;
@@ -52,18 +59,18 @@ export function readHead(head, fileBytes, entries) {
     if (valuesAt !== end) refuse(`its ${valuesSize} bytes of key/value data at ${valuesAt} are out of place`);
     end += valuesSize;
   }
-  const unit = bytes % 4 ? bytes * (bytes % 2 ? 4 : 2) : bytes;
+  const unit = packed ? 1 : bytes % 4 ? bytes * (bytes % 2 ? 4 : 2) : bytes;
   const places = entries.map((entry, level) => {
     const size = texelBytes(gl.internal_format, entry.shape_zyx);
     const halved = shape.map((n) => Math.max(1, n >> level));
     if (entry.shape_zyx.some((n, i) => n !== halved[i])) refuse(`its level ${level} has ${halved} texels, the manifest says ${entry.shape_zyx}`);
-    const [offset, length, unpacked] = [0, 8, 16].map((at) => long(HEAD + 24 * level + at));
-    if (length !== size || unpacked !== size) refuse(`its level ${level} has ${length} bytes instead of ${size}`);
-    return { offset, size, shape: entry.shape_zyx };
+    const [offset, stored, unpacked] = [0, 8, 16].map((at) => long(HEAD + 24 * level + at));
+    if (unpacked !== size || (packed ? stored < 1 || stored > size : stored !== size)) refuse(`its level ${level} has ${stored} bytes, unpacked ${unpacked}, instead of ${size}`);
+    return { offset, stored, size, shape: entry.shape_zyx, packed };
   });
-  for (const { offset, size } of [...places].reverse()) {
-    if (offset % unit || offset < end) refuse(`the ${size} bytes of texels at ${offset} are not after what comes before, or not aligned`);
-    end = offset + size;
+  for (const { offset, stored } of [...places].reverse()) {
+    if (offset % unit || offset < end) refuse(`the ${stored} bytes of texels at ${offset} are not after what comes before, or not aligned`);
+    end = offset + stored;
   }
   if (end !== fileBytes) refuse(`its texels end at ${end}, the file at ${fileBytes}`);
   if (block > 1 && volume) refuse("it is compressed and 3D");

@@ -34,10 +34,10 @@ import { checkNamed, checkUniforms, setUniform } from "./program.js";
  * @property {Made[]} held gets each texture as soon as it is there
  */
 /** What a program or a pass reads. @typedef {Pick<import("./types.js").Program, "uniforms" | "samplers" | "before">} Inputs */
-/** What draws, all of it on the GPU. @typedef {{choice: Choice, linked: Linked, technique: Technique | null, textures: Made[], mesh: Mesh | null, clip: Clip | null, notes: string[]}} Drawn */
+/** What draws, all of it on the GPU. @typedef {{choice: Choice, linked: Linked, technique: Technique | null, textures: Made[], mesh: Mesh | null, clip: Clip | null, notes: string[], lightOf: typeof import("./light.js").lightOf | null}} Drawn */
 
-/** The technique that draws one triangle. */
-const RAY_CASTING = "ray-casting";
+/** Techniques that draw one triangle. Tiles, too, make the same picture at once. */
+const ONE_TRIANGLE = ["ray-casting", "tiles"];
 
 /** @param {Wanted} wanted @returns {Promise<Drawn>} */
 export async function load(wanted) {
@@ -57,10 +57,12 @@ export async function load(wanted) {
     textures.push(made);
   }
   const linked = await linking;
-  const technique = (choice.program.technique ?? RAY_CASTING) === RAY_CASTING ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
+  const isPlain = ONE_TRIANGLE.includes(choice.program.technique ?? "ray-casting") && !choice.program.before?.length;
+  const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
   const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice) : null;
   const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${choice.textures[i].name}: ${note}`] : [])))];
-  return { choice, linked, technique, textures, mesh, clip, notes };
+  const lightOf = choice.program.uniforms.some(({ source }) => source === "light_mm") ? (await import("./light.js")).lightOf : null;
+  return { choice, linked, technique, textures, mesh, clip, notes, lightOf };
 }
 
 

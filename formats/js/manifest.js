@@ -13,27 +13,32 @@ import { VolpkgError } from "./error.js";
 export const MAX_MANIFEST_BYTES = 4 << 20;
 const SIZE = 2 ** 31 - 1;
 
-/** @type {Test} */ const text = (v) => typeof v === "string";
-/** @type {Test} */ const number = (v) => Number.isFinite(v);
-/** @type {Test} */ const positive = (v) => Number.isFinite(v) && v > 0;
-/** @type {Test} */ const whole = (v) => Number.isSafeInteger(v) && v >= 0;
+/** @type {Test} */
+export const text = (v) => typeof v === "string";
+/** @type {Test} */
+export const number = (v) => Number.isFinite(v);
+/** @type {Test} */
+export const positive = (v) => Number.isFinite(v) && v > 0;
+/** @type {Test} */
+export const whole = (v) => Number.isSafeInteger(v) && v >= 0;
 /** @type {Test} */
 export const count = (v) => Number.isSafeInteger(v) && v > 0 && v <= SIZE;
-/** @type {Test} */ const path = (v) => text(v) && /^[a-z0-9_-]+(\.[a-z0-9_-]+)*(\/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$/.test(v);
+/** @type {Test} */
+export const path = (v) => text(v) && /^[a-z0-9_-]+(\.[a-z0-9_-]+)*(\/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$/.test(v);
 /** @type {Test} */ const digest = (v) => text(v) && /^[0-9a-f]{64}$/.test(v);
 /** @param {string} words @returns {Test} */
 export const among = (words) => (v) => words.split(" ").includes(v);
 /** @param {number} n @param {Test} each @returns {Test} */
 export const tuple = (n, each) => (v) => Array.isArray(v) && v.length === n && v.every(each);
-const three = tuple(3, number);
-const counts = tuple(3, count);
+export const three = tuple(3, number);
+export const counts = tuple(3, count);
 
 const GRID = { shape_zyx: counts, spacing_mm_zyx: tuple(3, positive), origin_mm_xyz: three, direction: tuple(3, three), extent_mm_zyx: tuple(3, positive) };
 const FUNCTION = { name: text, points: [{ value: number, colour: three, extinction_per_mm: number }], "reference_mm?": positive, "isovalue?": number };
 const GL = { target: among("TEXTURE_2D TEXTURE_3D"), internal_format: text, "format?": text, "type?": text };
-const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm";
+const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm box_from_light light_from_box picture_width picture_height";
 const UNIFORMS = [{ name: text, type: among("float vec3 mat4"), source: among(SOURCES) }];
-const PROGRAM = {
+export const PROGRAM = {
   name: text,
   sampling: among("texture3d mosaic subvolumes bricks"),
   "technique?": text,
@@ -52,7 +57,9 @@ const PROGRAM = {
   "before?": [{ vertex: path, fragment: path, sampler: text, uniforms: UNIFORMS }],
 };
 const MOSAIC = { tile_shape_yx: tuple(2, count), slices: count, "gutter?": whole, "padding_yx?": tuple(2, whole), tiles_x: count, tiles_y: count, texture_shape_yx: tuple(2, count) };
-/** @type {Shape} */
+/** Keys of parts of which few packages have any. What they hold: parts.js. */
+const PARTS = ["skipping", "editing", "subvolumes", "proxy"];
+/** @type {ShapeObject} */
 const MANIFEST = {
   name: text,
   profile: { name: text, api: among("es1.1 es2.0 es3.0"), max_texture_bytes: count },
@@ -85,18 +92,7 @@ const MANIFEST = {
     },
   ],
   programs: [PROGRAM],
-  "skipping?": {
-    "epsilon?": number,
-    "tables?": [{ texture: text, level: whole, transfer: text, kind: text, block: count, blocks_zyx: counts, blocks_from_box_per_mm_xyz: three }],
-    "ranges?": [{ texture: text, level: whole, block: count, blocks_zyx: counts }],
-  },
-  "editing?": { "histograms?": [{ level: count, file: path, reference_mm: positive, channel: text }] },
-  "subvolumes?": { grid: path, "pieces?": [path], "programs?": [PROGRAM] },
-  "proxy?": {
-    "meshes?": [{ transfer: text, level: whole, "file?": path, "triangles?": whole, "draco?": (/** @type {unknown} */ v) => v === true || v === false, box_from_mesh_mm_xyz: tuple(3, positive) }],
-    depth: path,
-    "programs?": [PROGRAM],
-  },
+  "costs?": [{ transfer: text, level: whole, upload_bytes: whole, gpu_bytes: whole }],
   "preview?": path,
   files: [{ path, role: text, size_bytes: whole, sha256: digest }],
 };
@@ -104,9 +100,9 @@ const MANIFEST = {
 /**
  * @param {Uint8Array} bytes at most MAX_MANIFEST_BYTES
  * @param {string} name of the package, for messages
- * @returns {Manifest}
+ * @returns {Promise<Manifest>}
  */
-export function decodeManifest(bytes, name) {
+export async function decodeManifest(bytes, name) {
   /** @type {any} */
   let record;
   try {
@@ -121,10 +117,12 @@ export function decodeManifest(bytes, name) {
   if (!text(version) || !/^\d{1,4}\.\d{1,4}$/.test(version)) refuse(name, "manifest.json has no version of the form major.minor");
   if (!version.startsWith("1.")) throw new VolpkgError("VP4003", { path: name, version, known: "1.x" });
   if (record.state === "draft") throw new VolpkgError("VP4005", { path: name });
-  const problem = record.state === "sealed" ? breach(record, MANIFEST, "") : "state is neither draft nor sealed";
+  const parts = PARTS.some((key) => Object.hasOwn(record, key)) ? await import("./parts.js") : null;
+  const problem = record.state === "sealed" ? breach(record, { ...MANIFEST, ...parts?.PARTS }, "") : "state is neither draft nor sealed";
   if (problem) throw new VolpkgError("VP4004", { path: name, problems: problem });
-  const contradiction = contradictions(record).next().value;
+  const contradiction = contradictions(record, parts?.usesOf(record) ?? []).next().value;
   if (contradiction) throw new VolpkgError("VP4011", { path: name, problem: contradiction });
+  if (/** @type {Manifest} */ (record).textures.some(({ gl }) => gl.format === undefined)) await import("./blocks.js");
   return record;
 }
 
@@ -180,9 +178,14 @@ function repeatsKey(json) {
   return false;
 }
 
-/** @param {Manifest} manifest @returns {Generator<string, void>} */
-function* contradictions(manifest) {
-  const { files, textures, channels, programs, skipping, proxy, subvolumes, editing, preview } = manifest;
+/** A file, and the role in which it is used. @typedef {[file: string, role: string]} Use */
+
+/** Files of programs and of the passes before them. @param {import("./types.js").Program[]} programs @returns {Use[]} */
+export const shadersOf = (programs) => programs.flatMap((each) => [each, ...(each.before ?? [])].flatMap(({ vertex, fragment }) => /** @type {Use[]} */ ([[vertex, "shader"], [fragment, "shader"]])));
+
+/** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
+function* contradictions(manifest, more) {
+  const { files, textures, channels, programs, proxy, preview } = manifest;
   const roles = new Map(files.map((each) => [each.path, each.role]));
   for (const [what, names] of Object.entries({
     files: files.map((each) => each.path),
@@ -195,17 +198,7 @@ function* contradictions(manifest) {
   }
   if (!channels.length || !textures.length) yield "it is sealed without channels or textures";
   if (!programs.length && manifest.profile.api !== "es1.1") yield "it is sealed without programs";
-  const all = [...programs, ...(proxy?.programs ?? []), ...(subvolumes?.programs ?? [])];
-  const uses = [
-    ...textures.map((each) => [each.file, "texture"]),
-    ...all.flatMap((each) => [each, ...(each.before ?? [])].flatMap(({ vertex, fragment }) => [vertex, fragment]).map((file) => [file, "shader"])),
-    ...(proxy ? [[proxy.depth, "shader"]] : []),
-    ...(proxy?.meshes ?? []).flatMap(({ file }) => (file ? [[file, "mesh"]] : [])),
-    ...(editing?.histograms ?? []).map(({ file }) => [file, "histogram"]),
-    ...(subvolumes ? [[subvolumes.grid, "grid"]] : []),
-    ...(subvolumes?.pieces ?? []).map((file) => [file, "subvolume"]),
-    ...(preview ? [[preview, "preview"]] : []),
-  ];
+  const uses = [...textures.map((each) => [each.file, "texture"]), ...shadersOf(programs), ...(preview ? [[preview, "preview"]] : []), ...more];
   for (const [file, role] of uses) if (roles.get(file) !== role) yield `${file} is used as ${role}, but is ${roles.get(file) ?? "not among the files"}`;
   for (const each of textures) {
     if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1) yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
@@ -215,9 +208,9 @@ function* contradictions(manifest) {
     if (!levels.length || !transfer_functions.length) yield `channel ${name} has no levels or no transfer functions`;
     if (quantization.window[0] >= quantization.window[1]) yield `channel ${name} has an empty window`;
   }
-  for (const each of all) if (!each.levels.length && each.sampling !== "subvolumes") yield `program ${each.name} draws no level`;
+  for (const each of [...programs, ...(proxy?.programs ?? [])]) if (!each.levels.length) yield `program ${each.name} draws no level`;
   const names = new Set(textures.map((each) => each.name));
-  for (const { texture } of [...(skipping?.tables ?? []), ...(skipping?.ranges ?? [])]) {
+  for (const { texture } of [...(manifest.skipping?.tables ?? []), ...(manifest.skipping?.ranges ?? [])]) {
     if (!names.has(texture)) yield `empty-space skipping names the texture ${texture}, which is not there`;
   }
 }

@@ -137,5 +137,5 @@ export async function openPackage(from, options = {}) {
     }
   }
   const bytes = new Uint8Array(await new Blob(/** @type {BlobPart[]} */ (pieces)).arrayBuffer());
-  return new Package(source, decodeManifest(bytes, source.name), options);
+  return new Package(source, await decodeManifest(bytes, source.name), options);
 }

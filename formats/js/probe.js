@@ -2,7 +2,7 @@
  * What a device really does. A context may offer a format, a filter or a size and then draw black. So each one that is
  * needed is drawn with a few texels before it is used, one pixel for each, and all of these are read back at once.
  */
-import { FORMATS, constant, isWebGl2, toHalf } from "./formats.js";
+import { FORMATS, constant, isWebGl2 } from "./formats.js";
 import { WHOLE, linkNow } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
@@ -43,13 +43,6 @@ void main() {
   found = textureLod(u_texels, u_at.xyz, 0.0) * u_at.w + (1.0 - u_at.w);
 }
 `;
-/** A block of each compressed format, and the red that it holds. @type {Record<string, [block: number[], red: number]>} */
-const BLOCKS = {
-  COMPRESSED_R11_EAC: [[128, 0, 0, 0, 0, 0, 0, 0], 0.5],
-  COMPRESSED_RGBA8_ETC2_EAC: [[128, 0, 0, 0, 0, 0, 0, 0, 128, 128, 128, 2, 0, 0, 0, 0], 134 / 255],
-};
-const VOID_EXTENT = [0xfc, 0xfd, 255, 255, 255, 255, 255, 255, 0, 128, 0, 128, 0, 128, 0, 128];
-
 /** @param {Want} want */
 const keyOf = (want) => `${want.internal} ${want.volume ? "3D" : "2D"} ${want.size ? `${want.size} along ${"xyz"[want.axis ?? 0]}` : want.nearest ? "nearest" : "linear"}`;
 
@@ -141,8 +134,8 @@ export class Probes {
 
 /** @param {Want} want @returns {{red: number, alpha?: number}} */
 function expected({ internal, nearest, size }) {
-  const { block, components, format } = FORMATS[internal];
-  if (block > 1) return { red: BLOCKS[internal]?.[1] ?? 0.5 };
+  const { sample, components, format } = FORMATS[internal];
+  if (sample) return { red: sample.red };
   const red = nearest || size ? HIGH : (LOW + HIGH) / 2;
   return { red, alpha: components === 4 || format === "LUMINANCE_ALPHA" ? red : undefined };
 }
@@ -152,7 +145,7 @@ function expected({ internal, nearest, size }) {
  * @param {Gl} gl @param {Want} want @param {WebGLTexture} texture
  */
 function fill(gl, want, texture) {
-  const { format, type, components, block, extension } = FORMATS[want.internal];
+  const { format, type, components, block, extension, sample } = FORMATS[want.internal];
   const internal = constant(gl, want.internal, extension);
   if (internal === undefined) return false;
   const target = want.volume ? /** @type {WebGL2RenderingContext} */ (gl).TEXTURE_3D : gl.TEXTURE_2D;
@@ -162,8 +155,8 @@ function fill(gl, want, texture) {
   for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, near], [gl.TEXTURE_MAG_FILTER, near], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) {
     gl.texParameteri(target, name, value);
   }
-  if (block > 1) {
-    gl.compressedTexImage2D(target, 0, internal, block, block, 0, new Uint8Array(BLOCKS[want.internal]?.[0] ?? VOID_EXTENT));
+  if (sample) {
+    gl.compressedTexImage2D(target, 0, internal, block, block, 0, new Uint8Array(sample.texels));
     return true;
   }
   const size = [1, 1, 1];
@@ -182,7 +175,8 @@ function numbers(type, count, components) {
     UNSIGNED_BYTE: [Uint8Array, (v) => v * 255],
     BYTE: [Int8Array, (v) => (2 * v - 1) * 127],
     UNSIGNED_SHORT: [Uint16Array, (v) => v * 65535],
-    HALF_FLOAT: [Uint16Array, toHalf],
+    // The half floats of the two.
+    HALF_FLOAT: [Uint16Array, (v) => (v === LOW ? 0x3266 : 0x3a66)],
     FLOAT: [Float32Array, (v) => v],
   })[type];
   const texels = new List(count).fill(Math.round(type === "FLOAT" ? 0 : code(LOW)) || code(LOW));

@@ -14,6 +14,7 @@ Object.assign(WORDS, {
     "program {name} draws {technique}, which is not possible here: {problem}",
     "Use a browser and a device that have it, or build the package with another technique.",
   ],
+  VP7063: ["the light cannot be moved: {problem}", "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong."],
 });
 
 export { VolpkgError };

@@ -46,6 +46,8 @@ export class Renderer {
   /** Once the camera has moved. @type {import("./pace.js").Pace | null} */
   #pace = null;
   #moving = false;
+  /** Where the light is, if an app has moved it. @type {readonly number[] | null} */
+  #light = null;
   /** Distance of samples that was asked for. @type {number | undefined} */
   #step;
 
@@ -208,6 +210,16 @@ export class Renderer {
   }
 
   /**
+   * Moves the light with a place that programs are lit by; null puts it back.
+   * @param {readonly number[] | null} place x, y, z in the patient's space (LPS), millimetres
+   */
+  async setLight(place) {
+    (await import("./light.js")).checkLight(this.#pack, place);
+    this.#light = place;
+    this.onchange();
+  }
+
+  /**
    * Says whether the camera moves: pictures are then drawn coarser, as far as their time demands it.
    * @param {boolean} moving
    */
@@ -250,7 +262,7 @@ export class Renderer {
       gl.viewport(...place);
       device.state(blend);
       const behind = depth ? { ...depth, pixel: size } : null;
-      const values = { ...choice.values, box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, choice.program.step_mm_min ?? 0) };
+      const values = { ...choice.values, light_mm: drawn.lightOf?.(this.grid, choice.program, this.#light) ?? 0, box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, choice.program.step_mm_min ?? 0) };
       if (mesh) mesh.draw((linked, program) => bind(gl, drawn, linked, program, { ...values, ...mesh.values }, behind));
       else if (drawn.technique) {
         drawn.technique.draw(linked, { values, viewport: place, bindTarget, bind: (to, inputs, all) => bind(gl, drawn, to, inputs, all, behind) });

@@ -1,6 +1,6 @@
 /** Level 0 in pieces: those around one point of the grid. SPEC section 18. */
 import { VolpkgError } from "./error.js";
-import { toHalf } from "./formats.js";
+import { toHalf } from "./halves.js";
 import { breach } from "./manifest.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */

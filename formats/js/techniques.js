@@ -24,7 +24,9 @@ import { among, breach, count, tuple } from "./manifest.js";
  * @property {(linked: Linked, inputs: import("./load.js").Inputs, values: Record<string, Value>) => void} bind gives a program what it reads
  */
 
-const KNOWN = ["slabs", "two-pass", "two-pass-as-published", "axis-slices", "view-slices"];
+/** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
+const CLAMPED = "view-slices-as-published";
+const KNOWN = ["slabs", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
 const SQUARE = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
 /** Sine of the angle under which a face counts as seen from its edge. */
 const EDGE = 1e-6;
@@ -46,7 +48,8 @@ const PROGRAM = {
 export async function loadTechnique({ gl, pack, device, use, signal }, program, checkNamed) {
   const { name, technique = "", before = [] } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
-  if (technique === "view-slices-as-published") throw refuse("its opacities pass 1, which needs a picture of 8 bits");
+  if (technique === CLAMPED && !isWebGl2(gl)) throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
+  if (before.some(({ size }) => size) || program.light_pass) throw refuse("it draws shadows by passes from the light");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });
@@ -71,6 +74,7 @@ export class Technique {
   #gl;
   #program;
   #targets;
+  #clamped;
   #extent;
   #array;
   #corners;
@@ -82,6 +86,8 @@ export class Technique {
     this.#program = program;
     /** @type {Target[]} */
     this.#targets = passes.map((each) => ({ ...each, texture: null, frame: null }));
+    /** What is blended in 8 bits first, if it must be. @type {Target | null} */
+    this.#clamped = program.technique === CLAMPED ? /** @type {any} */ ({ pass: { target: "rgba8" }, texture: null, frame: null }) : null;
     this.#extent = [...extent].reverse();
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
     this.#corners = gl.createBuffer();
@@ -96,9 +102,12 @@ export class Technique {
     const step = /** @type {number} */ (values.step_mm);
     const all = geometry === "triangle" ? values : { ...values, clip_from_box: clipFromBox(matrix) };
     this.#passes(picture, all, matrix);
-    bindTarget();
-    gl.viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
-    this.#clear(viewport);
+    const [x, y, width, height] = viewport;
+    const [left, below] = this.#clamped ? [0, 0] : [x, y];
+    if (this.#clamped) gl.bindFramebuffer(gl.FRAMEBUFFER, this.#clamped.frame);
+    else bindTarget();
+    gl.viewport(left, below, width, height);
+    this.#clear([left, below, width, height]);
     if (blend) {
       const [sources, alphas] = [blend.colour, blend.alpha];
       gl.enable(gl.BLEND);
@@ -123,6 +132,11 @@ export class Technique {
       this.#triangles(faces(matrix, this.#extent, geometry === "front-faces"), 3);
     }
     gl.disable(gl.BLEND);
+    if (!this.#clamped || !isWebGl2(gl)) return;
+    bindTarget();
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.#clamped.frame);
+    gl.blitFramebuffer(0, 0, width, height, x, y, x + width, y + height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    bindTarget();
   }
 
   dispose() {
@@ -135,9 +149,9 @@ export class Technique {
   /** Draws the passes that come first. @param {Picture} picture @param {Record<string, Value>} values @param {number[]} matrix */
   #passes({ viewport: [, , width, height], bind }, values, matrix) {
     const gl = this.#gl;
-    if (this.#targets.length && this.#size !== `${width} ${height}`) {
+    if (this.#size !== `${width} ${height}`) {
       this.#free();
-      for (const each of this.#targets) this.#make(each, width, height);
+      for (const each of this.#all()) this.#make(each, width, height);
       this.#size = `${width} ${height}`;
     }
     for (const { pass, linked, frame } of this.#targets) {
@@ -147,6 +161,10 @@ export class Technique {
       bind(linked, { uniforms: pass.uniforms, samplers: [] }, values);
       this.#triangles(faces(matrix, this.#extent, pass.geometry === "front-faces"), 3);
     }
+  }
+
+  #all() {
+    return [...this.#targets, ...(this.#clamped ? [this.#clamped] : [])];
   }
 
   /** Binds what the passes have drawn, behind the textures of the program. @param {Linked} linked @param {number} unit */
@@ -204,7 +222,7 @@ export class Technique {
   #free() {
     const gl = this.#gl;
     this.#size = "";
-    for (const each of this.#targets) {
+    for (const each of this.#all()) {
       gl.deleteTexture(each.texture);
       gl.deleteFramebuffer(each.frame);
       each.texture = each.frame = null;

@@ -28,6 +28,7 @@ import { driverOf } from "./program.js";
  * @property {Uint8Array} slab what was not sent yet
  * @property {number} filled bytes of the slab
  * @property {number} at bytes that were sent
+ * @property {import("./zstd.js").Frames | null} frames what unpacks it, if it is packed
  */
 
 const SLAB = 1 << 20;
@@ -97,13 +98,15 @@ export class Textures {
       if (at < head.length) {
         head.set(piece.subarray(0, head.length - at), at);
         if (at + piece.length >= head.length) {
-          target.begin(readHead(head, size, entries));
+          const places = readHead(head, size, entries);
+          target.begin(places, places[0].packed ? (await import("./zstd.js")).Frames : undefined);
           target.take(head, 0);
         }
       }
       const rest = Math.max(head.length - at, 0);
       if (rest < piece.length) target.take(piece.subarray(rest), at + rest);
       at += piece.length;
+      await target.sent(signal);
     }
   }
 }
@@ -118,6 +121,8 @@ class Target {
   #source;
   /** @type {Level[]} */
   #levels = [];
+  /** Of each slab that was sent. @type {WebGLSync[]} */
+  #fences = [];
 
   /** @param {Gl} gl @param {Texture[]} entries @param {Form} form @param {(work: () => void) => void} use */
   constructor(gl, entries, form, use) {
@@ -136,13 +141,14 @@ class Target {
 
   /** @param {Uint8Array} texels of the only level */
   fill(texels) {
-    this.begin([{ offset: 0, size: texels.length, shape: this.#entries[0].shape_zyx }]);
+    this.begin([{ offset: 0, stored: texels.length, size: texels.length, shape: this.#entries[0].shape_zyx, packed: false }]);
     this.take(texels, 0);
   }
 
-  /** Makes room on the GPU. @param {Place[]} places */
-  begin(places) {
+  /** Makes room on the GPU. @param {Place[]} places @param {typeof import("./zstd.js").Frames} [Frames] what unpacks levels */
+  begin(places, Frames) {
     this.#use(() => this.#room(places));
+    if (Frames) for (const level of this.#levels) level.frames = new Frames(level.place.size, (texels) => this.#fill(level, texels), this.#entries[0].file);
   }
 
   /** @param {Place[]} places */
@@ -158,7 +164,7 @@ class Target {
       const shape = [z, finerSize(y, finer), finerSize(x, finer)];
       this.#reserve(level, shape, places.length);
       this.made.bytes += texelBytes(this.#form.internal, shape);
-      return { level, place, unit, slab, filled: 0, at: 0 };
+      return { level, place, unit, slab, filled: 0, at: 0, frames: null };
     });
     this.#parameters(places.length);
     this.#check("making room for");
@@ -167,24 +173,41 @@ class Target {
   /** Bytes of the file from `start` on. @param {Uint8Array} piece @param {number} start */
   take(piece, start) {
     for (const level of this.#levels) {
-      const { offset, size } = level.place;
-      let from = Math.max(offset - start, 0);
-      const to = Math.min(offset + size - start, piece.length);
-      while (from < to) {
-        const part = piece.subarray(from, Math.min(to, from + level.slab.length - level.filled));
-        level.slab.set(part, level.filled);
-        level.filled += part.length;
-        from += part.length;
-        const done = level.at + level.filled === size;
-        if (done || level.filled === level.slab.length) this.#use(() => this.#send(level));
-        if (done) level.slab = new Uint8Array(0);
-      }
+      const { offset, stored } = level.place;
+      const part = piece.subarray(Math.max(offset - start, 0), Math.max(offset + stored - start, 0));
+      if (level.frames) level.frames.take(part);
+      else this.#fill(level, part);
+    }
+  }
+
+  /** Waits until the GPU has what was sent: drivers keep what comes faster, as much as the texture once more. @param {AbortSignal} signal */
+  async sent(signal) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.#gl);
+    while (this.#fences.length) {
+      signal.throwIfAborted();
+      if (gl.isContextLost() || gl.getSyncParameter(this.#fences[0], gl.SYNC_STATUS) === gl.SIGNALED) gl.deleteSync(/** @type {WebGLSync} */ (this.#fences.shift()));
+      else await new Promise((resolve) => setTimeout(resolve, 1));
     }
   }
 
   /** Throws if the driver could not do it. */
   finish() {
+    for (const { frames } of this.#levels) frames?.finish();
     this.#check("uploading");
+  }
+
+  /** Texels that follow those before. @param {Level} level @param {Uint8Array} texels */
+  #fill(level, texels) {
+    let from = 0;
+    while (from < texels.length) {
+      const part = texels.subarray(from, from + level.slab.length - level.filled);
+      level.slab.set(part, level.filled);
+      level.filled += part.length;
+      from += part.length;
+      const done = level.at + level.filled === level.place.size;
+      if (done || level.filled === level.slab.length) this.#use(() => this.#send(level));
+      if (done) level.slab = new Uint8Array(0);
+    }
   }
 
   #bind() {
@@ -204,11 +227,12 @@ class Target {
   #reserve(level, [z, y, x], levels) {
     const gl = this.#gl;
     const [internal, format, type] = this.#names();
-    if (format === undefined) {
-      if (isWebGl2(gl) && level === 0) gl.texStorage2D(gl.TEXTURE_2D, levels, internal, x, y);
-    } else if (this.#volume) {
-      /** @type {WebGL2RenderingContext} */ (gl).texImage3D(this.made.target, level, internal, x, y, z, 0, format, type, null);
-    } else gl.texImage2D(this.made.target, level, internal, x, y, 0, format, type, null);
+    // Of sizes that may still change, drivers keep all texels twice until they are first drawn.
+    if (isWebGl2(gl) && internal !== format) {
+      if (level) return;
+      if (this.#volume) gl.texStorage3D(this.made.target, levels, internal, x, y, z);
+      else gl.texStorage2D(this.made.target, levels, internal, x, y);
+    } else if (format !== undefined) gl.texImage2D(this.made.target, level, internal, x, y, 0, format, /** @type {number} */ (type), null);
   }
 
   /** @param {number} levels */
@@ -251,6 +275,9 @@ class Target {
     }
     level.at += level.filled;
     level.filled = 0;
+    const fence = isWebGl2(gl) && gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (fence) this.#fences.push(fence);
+    gl.flush();
   }
 
   /** Numbers of internal format, pixel format and type. @returns {[number, number | undefined, number]} */

@@ -17,7 +17,7 @@
  * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
  * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
- * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[]}} Pass
+ * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[], size?: number}} Pass
  * @typedef {object} Program
  * @property {string} name
  * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks"} sampling
@@ -35,6 +35,7 @@
  * @property {number} [step_mm_min]
  * @property {Geometry} [geometry] triangle if absent
  * @property {Pass[]} [before]
+ * @property {object} [light_pass]
  * @property {Blend} [blend]
  * @property {number} [slab_samples]
  * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three, blocks_from_box_per_mm_xyz: Three}} SkipTable

@@ -20,11 +20,13 @@ from .bench_compressed import compressed_table, measure_compressed
 from .bench_decode import DecodeRow, measure_decode
 from .bench_import import ImportRow, measure_import
 from .bench_kernels import contests
+from .bench_leaving_out import leaving_out_table, measure_leaving_out
 from .bench_levels import levels_table, measure_levels
 from .bench_memory import MemoryRow, measure_memory
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
+from .bench_page import measure_page, page_table
 from .bench_proxy import contests as proxy_contests
 from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
@@ -33,10 +35,11 @@ from .bench_skip import measure_skip, skip_rows_table
 from .bench_slices import measure_slices, slices_table
 from .bench_transfer import contests as transfer_contests
 from .bench_transport import measure_transport, transport_table
+from .bench_vtk import measure_vtk, vtk_table
 from .contest import Row, hold
 
 RESULT = Path("bench.json")
-TABLE_WIDTH = 130
+TABLE_WIDTH = 160
 """Columns of the table: a narrower terminal wraps its lines, which is better than half of their words."""
 
 
@@ -79,12 +82,18 @@ def main() -> None:
         console.print(table)
     skipping = measure_skip(console)
     console.print(skip_rows_table(skipping))
+    leaving_out = measure_leaving_out(console)
+    console.print(leaving_out_table(leaving_out))
     meshes = measure_proxy(console)
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
     console.print(slices_table(slices))
+    others = measure_vtk(console)
+    console.print(vtk_table(others))
     transports = measure_transport(console)
     console.print(transport_table(transports))
+    pages = measure_page(console)
+    console.print(page_table(pages))
     memory = measure_memory(console)
     console.print(_memory_table(memory))
     found = {
@@ -93,6 +102,7 @@ def main() -> None:
         "import": [asdict(row) for row in imports],
         "decode": [asdict(row) for row in decodes],
         "skipping": [asdict(row) for row in skipping],
+        "leaving out": [asdict(row) for row in leaving_out],
         "proxy": [asdict(row) for row in meshes],
         "slices": [asdict(row) for row in slices],
         "memory": [asdict(row) for row in memory],
@@ -103,7 +113,9 @@ def main() -> None:
         "levels": [asdict(row) for row in levels],
         "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
+        "vtk": [asdict(row) for row in others],
         "transport": [asdict(row) for row in transports],
+        "page": [asdict(row) for row in pages],
     }
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")

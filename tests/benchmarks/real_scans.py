@@ -36,7 +36,7 @@ SCANS = {
     "CT phantom": 'path = "{}/ct_phantom_tilt-18.5/S2010"\nrepair = ["tilt"]',
 }
 """The source of a scene, below the folder of real scans."""
-_POINT = '{{ value = {}, colour = "#c0a080", extinction_per_mm = {} }}'
+POINT = '{{ value = {}, colour = "#c0a080", extinction_per_mm = {} }}'
 
 Points = tuple[tuple[float, float], ...]
 """Value and extinction of each point of a transfer function."""
@@ -82,7 +82,7 @@ def planned_draft(scan: str, functions: Mapping[str, Points]) -> Iterator[Planne
     """Make the draft of one of SCANS with these transfer functions, in a folder that goes. Nothing is skipped in it."""
     source = SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"])
     tables = [
-        f'[[transfer]]\nname = "{name.replace(" ", "-")}"\npoints = [{", ".join(_POINT.format(*p) for p in points)}]\n'
+        f'[[transfer]]\nname = "{name.replace(" ", "-")}"\npoints = [{", ".join(POINT.format(*p) for p in points)}]\n'
         for name, points in functions.items()
     ]
     with tempfile.TemporaryDirectory() as folder:

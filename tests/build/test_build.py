@@ -74,6 +74,18 @@ def failing(name: str, error: Exception) -> tuple[Stage, ...]:
     return tuple(broken(stage) if stage.name == name else stage for stage in pipeline.STAGES)
 
 
+def test_what_cannot_be_drawn_here_is_refused_before_anything_is_read(tmp_path, monkeypatch) -> None:
+    def missing(_api: str) -> None:
+        raise VolprepError("VP5001", error="libGLESv2 is missing")
+
+    monkeypatch.setattr("volprep.render.egl.require_library", missing)
+    tasks = Tasks()
+    with pytest.raises(VolprepError, match="libGLESv2"):
+        build_here(write_phantom_scene(tmp_path), tasks)
+    assert tasks.names == []
+    assert {path.name for path in tmp_path.iterdir()} == {"phantom.raw", "phantom.toml"}
+
+
 class TestWhatItMakes:
     def test_a_sound_sealed_package(self, built_package) -> None:
         assert check(built_package) == []

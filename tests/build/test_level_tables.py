@@ -1,6 +1,7 @@
 """Packages whose levels have lookup tables of their own: what is written, what is drawn, and what the plan says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +125,39 @@ def test_a_pre_integrated_table_of_a_level_brings_its_picture_nearer_to_that_of_
     common = oracle_picture(volume.stored, volume.grid, volume.slope, volume.intercept, function, view, (64, 64)).rgba
     errors = [float(np.sqrt(np.mean((picture - truth) ** 2))) for picture in (own, common)]
     assert errors[0] < 0.9 * errors[1]
+
+
+def test_every_level_is_drawn_nearer_with_its_own_pre_integrated_table_than_with_the_common_one(preintegrated) -> None:
+    """Adapted and pre-integrated together (Díaz-García et al. 2018, section 3), with and without 3D textures."""
+    manifest = preintegrated.manifest
+    tables = {texture.level: texture for texture in manifest.textures if texture.role == "preintegrated"}
+    scan, grid = thin_things(), manifest.channels[0].source.info.grid
+    cameras = standard_views(manifest.levels[0].grid)
+    views = ("anterior-left", "anterior-right", "posterior-left")
+    truths = [
+        oracle_picture(
+            scan, grid, 1.0, 0.0, manifest.transfer_functions[0], cameras[view].box_from_clip(grid, 1.0), (64, 64)
+        ).rgba
+        for view in views
+    ]
+
+    def with_the_common_one(_package, inputs):
+        textures = [tables[None] if texture.role == "preintegrated" else texture for texture in inputs.textures]
+        return replace(inputs, textures=textures)
+
+    own = [level for level in tables if level is not None]
+    assert own
+    assert None in tables
+    for level in own:
+        errors = []
+        for edit in (None, with_the_common_one):
+            with Renderer(preintegrated, level=level, edit=edit) as renderer:
+                drawn = [
+                    renderer.render(cameras[view].box_from_clip(manifest.levels[0].grid, 1.0), (64, 64))
+                    for view in views
+                ]
+            errors.append(float(np.sqrt(np.mean((np.array(drawn) - np.array(truths)) ** 2))))
+        assert errors[0] < 0.9 * errors[1]
 
 
 def test_the_diagonal_of_a_pre_integrated_table_is_the_function_that_it_was_made_of(preintegrated) -> None:

@@ -9,7 +9,7 @@ from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
-from volprep.truth.decoded import level_volume
+from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
@@ -18,6 +18,7 @@ from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (26, 34, 36)
 SPACING = (1.2, 0.9, 0.8)
+FORWARD = '[lighting]\nnormals = "forward"\n'
 PHONG = '[lighting]\nlight_mm = [-30.0, -40.0, 60.0]\nnormals = "{}"\n'
 
 
@@ -71,6 +72,20 @@ CASES = {
     "phong-central": ("phong", PHONG.format("central"), "gles3", "back-to-front"),
     "blinn-mosaic": ("blinn-phong", PHONG.format("central"), "gles2-2048", "emission-absorption"),
     "phong-surface": ("phong", PHONG.format("central"), "gles3", "isosurface"),
+    "phong-bricks": (
+        "phong",
+        PHONG.format("central") + "[bricks]\nsize = 8\nreach = 2\n",
+        "gles3",
+        "emission-absorption",
+    ),
+    "head-bricks": ("headlight", FORWARD + "[bricks]\nsize = 5\nreach = 2\n", "gles3", "isosurface"),
+    "phong-mipmaps": (
+        "phong",
+        PHONG.format("central") + "[textures]\nmipmaps = true\n",
+        "gles3",
+        "emission-absorption",
+    ),
+    "head-mipmaps": ("headlight", FORWARD + "[textures]\nmipmaps = true\n", "gles3", "isosurface"),
     "blinn-hit": ("blinn-phong", PHONG.format("volume"), "gles2-2048", "first-hit"),
 }
 
@@ -150,3 +165,27 @@ def test_classified_voxels_have_no_differences_of_values(tmp_path) -> None:
     with pytest.raises(VolprepError, match="preclassified") as found:
         package_of(tmp_path, 'headlight"\nclassification = "preclassified', '[lighting]\nnormals = "central"\n')
     assert found.value.code == "VP3120"
+
+
+@pytest.mark.parametrize("table", ["[bricks]\nsize = 8\nreach = 2\n", "[textures]\nmipmaps = true\n"])
+def test_normals_of_a_volume_are_neither_in_bricks_nor_in_mipmaps(tmp_path, table) -> None:
+    with pytest.raises(VolprepError, match=r"VP3003 .*normals"):
+        package_of(tmp_path, "headlight", table)
+
+
+def test_light_on_bricks_without_ghost_voxels_is_refused(tmp_path) -> None:
+    with pytest.raises(VolprepError, match=r"VP3165 .*reach is 1"):
+        package_of(tmp_path, "headlight", FORWARD + "[bricks]\nsize = 8\n")
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_each_mipmap_is_lit_by_differences_of_its_own_voxels(tmp_path, level) -> None:
+    package = package_of(tmp_path, "headlight", '[lighting]\nnormals = "central"\n[textures]\nmipmaps = true\n')
+    volume = level_volume(package, level)
+    medium = Medium(volume.stored, volume.slope, volume.intercept, table_function(package, "tissue", level))
+    matrix = standard_views(volume.grid)["superior"].box_from_clip(volume.grid, 1.0)
+    oracle = COMPOSITINGS["emission-absorption"].oracle
+    truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
+    with Renderer(package, level=level, target="rgba32f") as renderer:
+        picture = renderer.render(matrix, (40, 40), 0.1)
+    assert np.sqrt(np.mean((picture - truth) ** 2)) < 1e-3

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume
+from volprep.truth.oracle import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
@@ -44,9 +47,9 @@ def blobs():
     return np.rint(np.maximum(one, other)).astype("<i2")
 
 
-def package_of(folder, compositing, layout="texture3d", transfer=SKIN):
+def package_of(folder, compositing, layout="texture3d", transfer=SKIN, voxels=None):
     profile, more, render = LAYOUTS[layout]
-    blobs().tofile(folder / "blobs.raw")
+    (blobs() if voxels is None else voxels).astype("<i2").tofile(folder / "blobs.raw")
     (folder / "blobs.toml").write_text(f"""name = "blobs"
 profile = "{profile}"
 crop = "none"
@@ -128,3 +131,18 @@ def test_a_surface_that_cannot_be_is_refused(tmp_path, compositing, transfer, co
     with pytest.raises(VolprepError, match=what) as found:
         package_of(tmp_path, compositing, transfer=transfer)
     assert found.value.code == code
+
+
+@pytest.mark.parametrize("layout", ["texture3d", "texture3d-lit", "mosaic-lit"])
+@pytest.mark.parametrize("compositing", ["isosurface", "first-hit"])
+def test_surfaces_that_a_ray_just_touches_are_found_between_two_samples(tmp_path, compositing, layout) -> None:
+    """Single voxels of noise: samples alone miss the surface in 39 of 107 pixels that see it."""
+    voxels = np.clip(np.rint(np.random.default_rng(3).normal(150, 150, SHAPE_ZYX)), 0, 1000)
+    package = package_of(tmp_path, compositing, layout, voxels=voxels)
+    volume = level_volume(package, 0)
+    medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
+    matrix = standard_views(volume.grid)["posterior-left"].box_from_clip(volume.grid, 1.0)
+    oracle = COMPOSITINGS[compositing].oracle
+    truth = oracle([medium], volume.grid, matrix, (96, 96), nearest=False, normals=volume.normals).rgba
+    wrong = np.abs(drawn(package, "posterior-left") - truth).max(axis=-1) > 0.1
+    assert wrong.sum() <= 6

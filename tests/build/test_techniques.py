@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from volprep.pipeline.build import build, plan_build
+from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES
+from volprep.truth.camera import standard_views
+from volprep.truth.oracle import oracle_picture
 from volprep.validation.folder import ReportFolder
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
@@ -54,6 +57,8 @@ index_bits = 16
 max_texture_bytes = 67108864
 """
 
+EIGHT = PROFILE.replace("units = 8", "units = {}")
+
 EMPTY = """crop = "none"
 
 [source]"""
@@ -81,8 +86,13 @@ def measured(package, folder):
         return measure_package(package.path, ReportFolder(folder / "report"), folder / "scratch", Silent())
 
 
-@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
-@pytest.mark.parametrize("technique", CONVERGENT)
+@pytest.mark.parametrize(
+    ("technique", "profile"),
+    [
+        *((name, "gles3") for name in CONVERGENT),
+        *((name, "gles2-2048") for name in CONVERGENT if "mosaic" in TECHNIQUES[name].samplings),
+    ],
+)
 def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile):
     package = built(tmp_path, f'technique = "{technique}"', profile)
     assert check(package.path) == []
@@ -122,6 +132,39 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
     assert len(packages["control-points"].volumes[0].names) == 8
     assert packages["control-points"].levels[0].index == 0
     assert packages["lookup"].levels[0].index > 0
+
+
+def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_as_with_a_table(tmp_path):
+    """As 512³ voxels in eight textures of 2048² texels of four channels (thesis, 6.7): no texel is left."""
+    z, y, x = np.meshgrid(*(np.linspace(-1.6, 1.6, n) for n in (128, 32, 32)), indexing="ij")
+    values = (230 * np.exp(-(x**2) - y**2 - z**2) + 20 * (np.sin(9 * x) > 0)).astype(np.uint8)
+    rmse = {}
+    for name, units in (("control-points", 8), ("lookup", 9)):
+        folder = tmp_path / name
+        folder.mkdir()
+        (tmp_path / f"{name}.toml").write_text(EIGHT.format(units), encoding="utf-8")
+        render = f'classification = "{name}"\nopacity_cutoff = 1.0\nstep_voxels = 0.25'
+        scene = scene_with(folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"')
+        text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[128, 32, 32]").replace("[1.5,", "[0.25,")
+        text = text.replace("[source]", EMPTY, 1)
+        scene.write_text(text, encoding="utf-8")
+        values.tofile(folder / "ball.raw")
+        build(load_request(scene), folder / "p.volpkg", Silent())
+        package = Package.open(folder / "p.volpkg")
+        volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
+        assert [texture.shape_zyx for texture in volumes] == [(1, 64, 64)] * 8
+        assert {texture.level for texture in volumes} == {0}
+        assert len(package.manifest.programs[0].samplers) == units
+        grid = package.manifest.grid
+        function = package.manifest.transfer_functions[0]
+        view = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        truth = oracle_picture(values, grid, 1.0, 0.0, function, view, (48, 48)).rgba
+        with Renderer(package) as renderer:
+            drawn = renderer.render(view, (48, 48))
+        rmse[name] = float(np.sqrt(np.mean((drawn - truth) ** 2)))
+        assert truth[..., 3].max() > 0.9
+    assert rmse["control-points"] < 0.003
+    assert rmse["control-points"] < 1.1 * rmse["lookup"] + 1e-4
 
 
 @pytest.mark.parametrize("technique", DIVERGENT)
@@ -164,6 +207,15 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
 def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
     with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
         plan_build(load_request(scene_with(tmp_path, render, tables=tables)), Silent())
+
+
+@pytest.mark.parametrize("technique", [name for name in TECHNIQUES if "mosaic" not in TECHNIQUES[name].samplings])
+def test_a_technique_that_the_device_class_cannot_do_is_refused(tmp_path, technique):
+    with pytest.raises(VolprepError, match=r"VP3164 .*gles2-2048"):
+        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048")), Silent())
+    compressed = '[textures]\ncompression = "eac"'
+    with pytest.raises(VolprepError, match=r"VP3130 .*compression eac"):
+        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed)), Silent())
 
 
 def test_an_unknown_technique_is_refused(tmp_path):

@@ -7,13 +7,19 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from every_kind import single_file
+from phantom_scene import write_phantom_scene
 
+from volprep.pipeline.build import build
+from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
+from volprep_formats.package.transport import write_converted
+from volprep_formats.progress import Silent
 
 from .conftest import HEADER, WARNINGS, told
 
@@ -165,3 +171,59 @@ def test_two_end_records_that_differ_are_refused(fuzz_program, packages, tmp_pat
     (tmp_path / "lie.zip").write_bytes(data)
     _, text = told(fuzz_program, "--try", tmp_path / "lie.zip")
     assert "the two end records of the zip differ" in text
+
+
+def test_textures_that_travel_as_frames_are_refused_with_what_to_do(fuzz_program, packages, tmp_path: Path):
+    package = Package.open(packages["mipmaps"])
+    names = write_converted(package, "zstd", tmp_path / "p.volpkg", Silent())
+    assert "mipmaps" in str(package.path)
+    assert names[1:] == [record.path for record in package.manifest.files]
+    _, text = told(fuzz_program, "--try", single_file(tmp_path / "p.volpkg"))
+    assert text.startswith("7062 ")
+    assert "volprep zip --texels plain" in text
+
+
+MOVED = """
+#define VOLPKG_IMPLEMENTATION
+#include "volpkg.h"
+int main(int count, char** names) {
+    static unsigned char arena[1 << 22];
+    volpkg_mapping file;
+    volpkg_error error;
+    volpkg_drawing drawing;
+    double matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    float value[16];
+    int turn, i;
+    const volpkg_package* p;
+    if (count < 2 || volpkg_map(names[1], &file, &error)) return 2;
+    p = volpkg_open(file.data, file.size, arena, sizeof arena, &error);
+    if (p == NULL || volpkg_choose(p, NULL, -1, &drawing, &error)) return printf("%s\\n", error.text), 3;
+    for (turn = 0; turn < 2; ++turn) {
+        for (i = 0; i < drawing.program->uniforms.count; ++i)
+            if (drawing.program->uniforms.at[i].source == VOLPKG_LIGHT_MM) {
+                volpkg_uniform(&drawing, &drawing.program->uniforms.at[i], matrix, 1.0, value);
+                printf("%.9g %.9g %.9g\\n", value[0], value[1], value[2]);
+            }
+        drawing.light_mm_xyz[0] = 7;
+        drawing.light_mm_xyz[1] = -8;
+        drawing.light_mm_xyz[2] = 9;
+    }
+    return 0;
+}
+"""
+
+
+def test_an_app_moves_the_light(tmp_path: Path):
+    scene = write_phantom_scene(tmp_path)
+    lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
+    scene.write_text(f"{scene.read_text()}\n{lit}")
+    build(load_request(scene), tmp_path / "p.volpkg", Silent())
+    (tmp_path / "moved.c").write_text("#include <stdio.h>\n" + MOVED)
+    command = ["cc", "-std=c99", *WARNINGS, f"-I{HEADER.parent}", tmp_path / "moved.c", "-o", tmp_path / "moved", "-lm"]
+    subprocess.run(command, check=True)
+    status, text = told(tmp_path / "moved", single_file(tmp_path / "p.volpkg"))
+    assert status == 0, text
+    grid = Package.open(tmp_path / "p.volpkg").manifest.grid
+    for line, place in zip(text.splitlines(), ((20.0, -30.0, 40.0), (7.0, -8.0, 9.0)), strict=True):
+        wanted = np.linalg.inv(grid.world_from_box) @ [*place, 1.0]
+        np.testing.assert_allclose([float(word) for word in line.split()], wanted[:3], rtol=1e-6, atol=1e-5)

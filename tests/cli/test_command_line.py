@@ -19,7 +19,7 @@ from dicom_files import save_all, stack
 from phantom_scene import SCENE, phantom, write_phantom_scene
 from pydicom.uid import ExplicitVRLittleEndian
 
-from volprep.scene.profiles import profile_names
+from volprep.scene.profiles import class_names
 from volprep_cli.main import _VERBS, main
 from volprep_formats.diagnostics import ExitStatus
 
@@ -309,7 +309,7 @@ def test_help_names_what_an_option_takes_and_not_its_type(tmp_path, in_process) 
 
 def test_help_names_every_profile(tmp_path, in_process) -> None:
     _, told, _ = in_process(tmp_path, "build --help")
-    assert f"Class of devices: {', '.join(profile_names())}, or a" in " ".join(told.split())
+    assert f"Class of devices: {', '.join(class_names())}, or a" in " ".join(told.split())
 
 
 def test_help_tells_every_exit_status() -> None:

@@ -89,3 +89,32 @@ def test_a_picture_that_cannot_be_written_is_one_message(package, tmp_path, targ
     assert done.returncode == 6
     assert "VP5021" in done.stderr
     assert not (tmp_path / target).exists()
+
+
+def test_the_volume_may_have_fewer_pixels_than_the_lines_around_it(package, tmp_path):
+    wishes = {"plain": (), "lines": ("--lines",), "small": ("--lines", "--small", "8x6")}
+    pictures = {}
+    for name, wish in wishes.items():
+        path = tmp_path / f"{name}.png"
+        done = volprep("render", package, "-o", path, "--size", "64x48", "--view", "anterior-left", *wish)
+        assert done.returncode == 0, done.stderr
+        pictures[name] = picture(path).astype(int)
+    white = {name: int((each.min(axis=-1) > 250).sum()) for name, each in pictures.items()}
+    assert white["plain"] == 0
+    assert white["lines"] == white["small"] > 50
+    colours = {name: len(np.unique(each.reshape(-1, 3), axis=0)) for name, each in pictures.items()}
+    # An outline of 8×6 pixels, enlarged, is a slope.
+    assert colours["small"] > colours["lines"] + 10
+
+
+def test_an_estimate_of_opacity_is_for_devices_without_alpha(package, tmp_path):
+    done = volprep("render", package, "-o", tmp_path / "p.png", "--opacity", "luminance-average")
+    assert done.returncode == 2
+    assert "VP5050" in done.stderr
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_a_small_size_that_is_none_is_named(package, tmp_path):
+    done = volprep("render", package, "-o", tmp_path / "p.png", "--small", "8y6")
+    assert done.returncode == 2
+    assert "--small" in done.stderr

@@ -57,7 +57,8 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
     target = RNG.random((12, 4))
     n = 4 * knots
     matrix, gradient = np.empty((n, n)), np.empty(n)
-    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target)
+    light = native_light(bundle, 1 / 255, common)
+    arguments = (bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target)
     _native.light_equations(*arguments, matrix, gradient)
     again = np.empty((n, n)), np.empty(n)
     _native.light_equations(*arguments, *again, 3)
@@ -85,7 +86,7 @@ def test_the_equations_are_those_of_differences_of_light(knots) -> None:
             for k in range(3 * knots)
         ]
     )
-    residual = native_light(bundle, 1 / 255, common) - target
+    residual = light - target
     colours = slice(0, 3 * knots)
     np.testing.assert_allclose(gradient[colours], np.einsum("krc,rc->k", slopes, residual) / 12, atol=1e-8)
     expected = np.einsum("krc,lrc->kl", slopes, slopes) / 12
@@ -98,11 +99,11 @@ def test_the_slopes_by_the_root_of_a_constant_extinction_are_those_of_difference
     common[:, 3] = 0.04
     target = np.zeros((12, 4))
     matrix, gradient = np.empty((36, 36)), np.empty(36)
+    light = native_light(bundle, 1 / 255, common)
     _native.light_equations(
-        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, target, matrix, gradient
+        bundle["samples"], bundle["offsets"], bundle["lengths_mm"], 1 / 255, common, light, target, matrix, gradient
     )
     step = 1e-6
-    light = native_light(bundle, 1 / 255, common)
     for knot in range(9):
         ends = []
         for sign in (1, -1):
@@ -199,9 +200,27 @@ def test_a_fitted_level_moves_as_the_formula_says(shape_zyx, factors) -> None:
     table = RNG.random((256, 4)).astype(np.float32)
     blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    _native.fit_level(volume, level, factors, 0, 1.0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    _native.fit_level(volume, level, factors, 0, (0, reduced[0]), 1.0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
     expected = moved(start, (volume, table[volume]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize(("shape_zyx", "factors"), [*FITS, ((3, 70, 9), (8, 2, 4)), ((5, 7, 6), (5, 7, 6))])
+def test_a_level_fitted_to_values_moves_as_the_formula_says(shape_zyx, factors, dtype) -> None:
+    largest = {np.uint8: 255, np.uint16: 65535, np.float32: 90}[dtype]
+    volume = (RNG.random(shape_zyx) * largest).astype(dtype)
+    reduced = tuple(-(-n // f) for n, f in zip(shape_zyx, factors, strict=True))
+    expected = RNG.uniform(0, largest, reduced).astype(np.float32)
+    level = expected.copy()
+    spread = [weights_of(n, f) for n, f in zip(shape_zyx, factors, strict=True)]
+    for _ in range(3):
+        field = np.einsum("zk,yj,xi,kji->zyx", *spread, expected.astype(float))
+        force = np.einsum("zk,yj,xi,zyx->kji", *spread, volume - field)
+        expected += 1.5 * force / np.einsum("zk,yj,xi->kji", *spread)
+        expected = np.clip(expected, 0, largest)
+    _native.fit_values(volume, level, factors, largest, 3, 1.5)
+    np.testing.assert_allclose(level, expected, atol=1e-5 * largest)
 
 
 @pytest.mark.parametrize(("shape_zyx", "factors"), FITS)
@@ -214,7 +233,9 @@ def test_a_level_is_fitted_to_means_by_the_same_formula(shape_zyx, factors) -> N
     table = RNG.random((256, 4)).astype(np.float32)
     blocks, fine = weighted(shape_zyx)
     level = start.copy()
-    _native.fit_level_to_means(values, looks, level, factors, 0, 0.3, table[None], blocks, (2, 2, 2), 1, 1.5)
+    _native.fit_level_to_means(
+        values, looks, level, factors, 0, (0, reduced[0]), 0.3, table[None], blocks, (2, 2, 2), 1, 1.5
+    )
     expected = moved(start, (values, looks[:, 0]), table, fine, factors)
     np.testing.assert_allclose(level, expected, rtol=2e-5, atol=2e-3)
 
@@ -239,6 +260,30 @@ def test_means_are_those_of_the_voxels_in_each_block(dtype, factors) -> None:
 
 
 @pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])
+def test_a_level_fitted_to_values_does_not_depend_on_threads(shape_zyx) -> None:
+    volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
+    found = []
+    for threads in (1, 2, 5):
+        level = np.full(tuple(-(-n // 2) for n in shape_zyx), 100, np.float32)
+        _native.fit_values(volume, level, (2, 2, 2), 255, 4, 1.2, threads)
+        found.append(level.tobytes())
+    assert len(set(found)) == 1
+
+
+@pytest.mark.parametrize("wanted", [(0, 2), (3, 5), (7, 10), (9, 10)])
+def test_wanted_slices_of_a_fitted_level_are_those_of_all(wanted) -> None:
+    volume = RNG.integers(0, 256, (20, 9, 11)).astype(np.uint8)
+    table = RNG.random((1, 256, 4)).astype(np.float32)
+    blocks, _ = weighted(volume.shape)
+    found = []
+    for slices in ((0, 10), wanted):
+        level = np.full((10, 5, 6), 99, np.float32)
+        _native.fit_level(volume, level, (2, 2, 2), 0, slices, 1.0, 0.3, table, blocks, (2, 2, 2), 3, 1.2)
+        found.append(level[slice(*wanted)].tobytes())
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("shape_zyx", [(16, 9, 33), (3, 8, 8)])
 def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
     volume = RNG.integers(0, 256, shape_zyx).astype(np.uint8)
     reduced = tuple(-(-n // 2) for n in shape_zyx)
@@ -248,6 +293,8 @@ def test_a_fitted_level_does_not_depend_on_threads(shape_zyx) -> None:
     found = []
     for threads in (1, 2, 5):
         level = start.copy()
-        _native.fit_level(volume, level, (2, 2, 2), 0, 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads)
+        _native.fit_level(
+            volume, level, (2, 2, 2), 0, (0, reduced[0]), 1.0, 0.3, table, blocks, (2, 2, 2), 4, 1.2, threads
+        )
         found.append(level.tobytes())
     assert len(set(found)) == 1

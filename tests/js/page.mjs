@@ -8,7 +8,7 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 }
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
-export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, broken = [], targets = [], limits = {} }) {
+export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, broken = [], targets = [], limits = {} }) {
   const gl = lacking(context(kind, ...size), broken, targets, limits);
   const pack = await openPackage(url);
   const renderer = await createRenderer(gl, pack, options);
@@ -17,6 +17,7 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
   if (edit) await renderer.setTransfer(edit);
   if (clip) await renderer.setClip(clip);
   if (step) renderer.setStep(step);
+  if (light) await renderer.setLight(light);
   const found = matrices.map((boxFromClip) => {
     renderer.draw({ boxFromClip });
     return toBase64(renderer.readPixels().pixels);
@@ -77,7 +78,7 @@ function lacking(gl, broken, targets, limits) {
       format[given[0]] = internal;
       made.set(bound, internal);
       if (given[7] === half) halves.add(bound);
-      if (black.has(internal)) given[dataAt] = zeros(given[dataAt]);
+      if (dataAt && black.has(internal)) given[dataAt] = zeros(given[dataAt]);
       gl[name](...given);
     },
   });
@@ -90,6 +91,8 @@ function lacking(gl, broken, targets, limits) {
   return replaced(gl, {
     ...image("texImage2D", 2, 8),
     ...image("texImage3D", 2, 9),
+    ...image("texStorage2D", 2),
+    ...image("texStorage3D", 2),
     ...part("texSubImage2D", 8),
     ...part("texSubImage3D", 10),
     compressedTexImage2D(...given) {

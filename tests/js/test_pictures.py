@@ -147,9 +147,24 @@ def test_a_level_of_meshes_is_drawn_from_the_box_where_the_camera_is_inside(brow
 
 
 def test_a_technique_that_a_page_cannot_draw_is_refused_by_name(browser, server, scene_package) -> None:
-    package = scene_package("slices as published")
+    package = scene_package("published slices for OpenGL ES 2")
     with pytest.raises(Exception, match=r"VP7021 .* draws view-slices-as-published.* 8 bits"):
-        drawn_in_page(browser, server, package.path, box_from_clip_of(package))
+        drawn_in_page(browser, server, package.path, box_from_clip_of(package), kind="webgl")
+
+
+def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package) -> None:
+    package, other = scene_package("light with a place"), scene_package("light at another place")
+    matrices = box_from_clip_of(package)[:3]
+    place = list(other.manifest.programs[0].light.place_mm_xyz)
+    found = drawn_in_page(browser, server, package.path, matrices, light=place)
+    wanted = drawn_by_reference(other, matrices)
+    assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
+    assert min(map(rmse, drawn_by_reference(package, matrices), wanted)) > 2 * TWO_STEPS
+    for light, words in (([1.0, 2.0], "three numbers"), (["x", 0, 0], "three numbers")):
+        with pytest.raises(Exception, match=f"VP7063.*{words}"):
+            drawn_in_page(browser, server, package.path, matrices, light=light)
+    with pytest.raises(Exception, match=r"VP7063.*no program of the package is lit"):
+        drawn_in_page(browser, server, scene_package("mipmaps").path, matrices, light=place)
 
 
 def test_a_technique_that_a_later_volprep_may_bring_is_refused_by_name(

@@ -1,65 +1,134 @@
-"""What a page loads is small, and loads more only for packages that have more."""
+"""What a page is sent is small, and the program that was written; more is sent only for packages that have more."""
 
 import gzip
 import json
+import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from npm_package import npm_package
 
-JS = Path(__file__).parents[2] / "formats" / "js"
+from volprep.view.site import page_modules
+from volprep_formats.javascript import ScriptError, stripped
+from volprep_formats.runtime import runtime_modules, sent_modules
+
+ROOT = Path(__file__).parents[2]
 MOST_BYTES = 20_000
 
 
-@pytest.fixture(scope="module")
-def bundle(tmp_path_factory) -> dict:
-    """What esbuild makes of the module: its files, and which of them import which."""
-    folder = tmp_path_factory.mktemp("bundle")
-    esbuild = npm_package("esbuild", "0.25.0") / "node_modules" / "esbuild" / "bin" / "esbuild"
-    options = ("--bundle", "--minify", "--splitting", "--format=esm", "--target=es2022")
-    command = [esbuild, JS / "volpkg.js", *options, f"--outdir={folder}", f"--metafile={folder}/meta.json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, timeout=60)
-    assert done.returncode == 0, done.stderr
-    outputs = json.loads((folder / "meta.json").read_text())["outputs"]
-    return {name: (each, (folder / name).read_bytes()) for name, each in outputs.items()}
-
-
-def closure(bundle: dict, first: str) -> set[str]:
-    found = {first}
-    for name in (each["path"] for each in bundle[first][0]["imports"] if each["kind"] == "import-statement"):
-        found |= closure(bundle, name)
+def needed(modules: dict[str, str], first: str) -> set[str]:
+    """A module, and all that it imports at once."""
+    found, waiting = set(), [first]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += re.findall(r'^(?:import|export)[^\n"(]*"\./([\w.]+)"', modules[name], re.MULTILINE)
     return found
 
 
-def test_what_every_package_needs_is_less_than_20_kilobytes(bundle) -> None:
-    needed = closure(bundle, "volpkg.js")
-    assert sum(len(gzip.compress(bundle[name][1], 9)) for name in needed) < MOST_BYTES
+def test_what_every_package_needs_is_sent_in_less_than_20_kilobytes() -> None:
+    sent = sent_modules()
+    core = needed(sent, "volpkg.js")
+    assert core == {"volpkg.js", "core.js"}
+    assert sum(len(gzip.compress(sent[name].encode())) for name in core) < MOST_BYTES
 
 
-def test_rarer_parts_are_loaded_only_when_a_package_has_them(bundle) -> None:
-    needed = {path for name in closure(bundle, "volpkg.js") for path in bundle[name][0]["inputs"]}
-    later = {path for each, _ in bundle.values() for path in each["inputs"]} - needed
-    names = {Path(path).name for path in later}
-    assert names == {
-        "zip.js",
-        "ranges.js",
-        "pace.js",
-        "fallbacks.js",
-        "mesh.js",
-        "rarer.js",
-        "techniques.js",
-        "layers.js",
-        "camera.js",
-        "subvolumes.js",
-        "clip.js",
-        "edit.js",
-        "skip.js",
+def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
+    modules = runtime_modules()
+    later = set(modules) - needed(modules, "volpkg.js")
+    assert later == {
+        *("blocks.js", "camera.js", "clip.js", "edit.js", "fallbacks.js", "halves.js", "layers.js"),
+        *(
+            "light.js",
+            "mesh.js",
+            "pace.js",
+            "parts.js",
+            "ranges.js",
+            "rarer.js",
+            "skip.js",
+            "subvolumes.js",
+            "techniques.js",
+        ),
+        *("three.js", "types.js", "zip.js", "zstd.js"),
     }
 
 
 def test_nothing_is_imported_from_elsewhere() -> None:
-    for file in JS.glob("*.js"):
-        for line in file.read_text().splitlines():
+    for text in runtime_modules().values():
+        for line in text.splitlines():
             if line.startswith(("import ", "export ")) and " from " in line:
                 assert '"./' in line or 'from "three"' in line, line
+
+
+def same(script: str) -> str:
+    """A script with private fields numbered as they occur."""
+    names: dict[str, str] = {}
+    return re.sub(r"#[A-Za-z_]\w*", lambda found: names.setdefault(found[0], f"#{len(names)}"), script)
+
+
+def test_a_stripped_module_is_the_same_program(tmp_path) -> None:
+    esbuild = npm_package("esbuild", "0.25.0") / "node_modules" / "esbuild" / "bin" / "esbuild"
+    for kind, modules in (("runtime", runtime_modules()), ("page", page_modules())):
+        # A parser joins declarations of one kind: as they are sent, there is one kind.
+        written = {name: re.sub(r"\bconst\b", "let", each) for name, each in modules.items()}
+        sent = {name: stripped(each) for name, each in modules.items()}
+        for form, made in (("written", written), ("stripped", sent)):
+            (tmp_path / form / kind).mkdir(parents=True)
+            (tmp_path / form / "package.json").write_text('{"type": "module"}')
+            for name, text in made.items():
+                (tmp_path / form / kind / name).write_text(text)
+    for form in ("written", "stripped"):
+        files = sorted((tmp_path / form).glob("*/*.js"))
+        options = ("--minify-whitespace", "--minify-syntax", f"--outdir={tmp_path}/{form}-parsed")
+        done = subprocess.run([esbuild, *files, *options], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    found = sorted((tmp_path / "written-parsed").rglob("*.js"))
+    assert len(found) == len(runtime_modules()) + len(page_modules())
+    for file in found:
+        other = tmp_path / "stripped-parsed" / file.relative_to(tmp_path / "written-parsed")
+        assert same(file.read_text()) == same(other.read_text()), file.name
+
+
+@pytest.mark.parametrize(
+    ("script", "expected"),
+    [
+        ("a = b // c\n/ d", "a=b\n/d\n"),
+        ("x = /[/*]'`/.test(y) /* z */ / 2;", "x=/[/*]'`/.test(y)/2;\n"),
+        ("return /'/g", "return/'/g\n"),
+        ("`a // ${ b + `c ${ { d: 1 }.d } /* e */` } f  g`", "`a // ${b+`c ${{d:1}.d} /* e */`} f  g`\n"),
+        ("a + +b - -c + ++d", "a+ +b- -c+ ++d\n"),
+        ("\"// no\" + '/* no */'", "\"// no\"+'/* no */'\n"),
+        ("let a = 1\nlet b = 2\n\n(c)()", "let a=1\nlet b=2\n(c)()\n"),
+        ("(/** @type {any} */ (gl)).x; f(/** @type {Y} */ (a.b).c)", "(gl).x;f(a.b.c)\n"),
+        ("f /** @type {Y} */ (a)", "f (a)\n".replace(" ", "")),
+        ("class A { #long = 1; get b() { return `${this.#long}` } }", "class A{#a=1;get b(){return`${this.#a}`}}\n"),
+        ("function f() { a(); }", "function f(){a()}\n"),
+        ("{ while (a()); } { for (;;) { b(); } }", "{while(a());}{for(;;){b()}}\n"),
+        ("const a = `${b.const}`; a;", "let a=`${b.const}`;a;\n"),
+        ("1 .toFixed(); x in y", "1 .toFixed();x in y\n"),
+    ],
+)
+def test_comments_and_spaces_go_and_nothing_else(script: str, expected: str) -> None:
+    assert stripped(script) == expected
+
+
+@pytest.mark.parametrize("script", ["} / 2", '"open', "`open ${a", "x = /open", "{"])
+def test_what_may_mean_two_things_is_refused(script: str) -> None:
+    with pytest.raises(ScriptError):
+        stripped(script)
+
+
+def test_the_folder_for_npm_has_what_is_sent(tmp_path) -> None:
+    command = [sys.executable, ROOT / "tools" / "npm_folder.py", tmp_path / "volpkg"]
+    subprocess.run(command, check=True, capture_output=True, timeout=60)
+    listed = subprocess.run(
+        ["npm", "pack", "--dry-run", "--json"], cwd=tmp_path / "volpkg", capture_output=True, text=True, check=True
+    )
+    names = {each["path"] for each in json.loads(listed.stdout)[0]["files"]}
+    assert {"core.js", "volpkg.js", "three.js", "zstd.js", "README.md", "LICENSE", "package.json"} <= names
+    script = f'const m = await import("{tmp_path}/volpkg/volpkg.js"); console.log(Object.keys(m).sort().join())'
+    done = subprocess.run(["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "Package,Renderer,VolpkgError,createRenderer,openPackage\n"

@@ -245,6 +245,22 @@ CONTRADICTIONS: dict[str, Change] = {
         "programs", 0, "uniforms", 0, "source", to="slices"
     ),
     "program raycast draws triangle, without blending": set_to("programs", 0, "slab_samples", to=40),
+    "program raycast has a pass that reads u_gone, which it does not": set_to(
+        "programs",
+        0,
+        "before",
+        to=[
+            {
+                "vertex": "shaders/screen.vert",
+                "fragment": "shaders/raycast.frag",
+                "geometry": "triangle",
+                "sampler": "u_shadow",
+                "target": "rgba8",
+                "uniforms": [],
+                "reads": ["u_gone"],
+            }
+        ],
+    ),
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
     "program raycast draws skin, of which there is not one lookup table": set_to("programs", 0, "transfer", to="skin"),
     "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),

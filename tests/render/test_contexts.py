@@ -100,3 +100,10 @@ def test_a_platform_that_the_driver_does_not_have_is_an_error():
 def test_a_machine_without_the_libraries_is_an_error():
     missing = "import sys; sys.modules['OpenGL.EGL'] = None"
     assert code_of(f"{missing}; import volprep.render.egl") == "VP5001"
+
+
+def test_a_machine_without_the_library_of_version_1_has_the_others():
+    missing = "from volprep.render import bindings; bindings.GLES1 = type('Library', (), {'glTexEnvf': None})"
+    opened = "from volprep.render.egl import Context"
+    assert code_of(f"{missing}; {opened}; Context('es1.1')") == "VP5001"
+    assert code_of(f"{missing}; {opened}; Context('es3.0').close()") == ""

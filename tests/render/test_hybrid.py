@@ -75,8 +75,8 @@ def test_lines_keep_all_pixels_and_are_attenuated_behind_the_volume(package):
     lines = box_lines(box_from_clip, extent)
     with SliceRenderer(package) as renderer:
         small = small_picture(renderer, box_from_clip, (32, 32), "white-volume")
-        plain = renderer.render_with_lines(box_from_clip, (128, 128), np.zeros((32, 32, 4), np.float32), lines)
-        both = renderer.render_with_lines(box_from_clip, (128, 128), small, lines)
+        plain = renderer.render_with_lines(box_from_clip, (128, 128), np.zeros((32, 32, 4), np.float32), [lines])
+        both = renderer.render_with_lines(box_from_clip, (128, 128), small, [lines])
         large = renderer.render(box_from_clip, (128, 128))
     on_line = plain[..., :3].min(axis=-1) > 0.9
     # Lines are one pixel wide: with a quarter of the pixels they would cover four times as much.
@@ -94,7 +94,7 @@ def test_a_small_picture_of_any_size_fills_the_large_one(package):
         for shape in ((1, 1), (3, 7), (33, 64)):
             small = np.full((*shape, 4), 0.5, np.float32)
             lines = box_lines(camera(package), np.zeros(3))
-            picture = renderer.render_with_lines(camera(package), (20, 30), small, lines)
+            picture = renderer.render_with_lines(camera(package), (20, 30), small, [lines])
             assert np.abs(picture[..., :3][:5] - 0.5).max() < 0.01
 
 
@@ -102,8 +102,8 @@ def test_200_hybrid_pictures_leave_nothing_behind(package):
     lines = box_lines(camera(package), np.array(package.manifest.levels[0].grid.extent_mm_zyx[::-1]))
     with SliceRenderer(package) as renderer:
         small = small_picture(renderer, camera(package), (4, 4), "black-and-white")
-        renderer.render_with_lines(camera(package), (8, 8), small, lines)
+        renderer.render_with_lines(camera(package), (8, 8), small, [lines])
         first = +renderer._gl.live
         for _ in range(200):
-            renderer.render_with_lines(camera(package), (8, 8), small, lines)
+            renderer.render_with_lines(camera(package), (8, 8), small, [lines])
         assert +renderer._gl.live == first

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
+from volprep.render.bindings import GLError
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
@@ -39,10 +40,14 @@ def es3(tmp_path):
     return tiny_package(tmp_path / "es3", CODES, GREY, ES3)
 
 
-def drawn(package, **settings):
+def camera_of(package):
     grid = package.manifest.source.info.grid
+    return standard_views(grid)["left"].box_from_clip(grid, 1.0)
+
+
+def drawn(package, **settings):
     with Renderer(package, **settings) as renderer:
-        return renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (9, 9))
+        return renderer.render(camera_of(package), (9, 9))
 
 
 def with_profile(package, **limits):
@@ -117,6 +122,39 @@ def test_a_shader_that_does_not_compile_is_an_error_with_the_file_and_the_log(pa
     assert error.code == "VP5005"
     assert fragment in str(error)
     assert "no_such_function" in str(error)
+
+
+def test_a_context_that_the_driver_lost_is_an_error_and_no_black_picture(package, monkeypatch):
+    with Renderer(package) as renderer:
+        box_from_clip = camera_of(package)
+        assert renderer.render(box_from_clip, (9, 9)).any()
+        with monkeypatch.context() as patched:
+            patched.setattr(type(renderer._gl._context), "is_lost", True)
+            for draw in (renderer.render, renderer.time_ms):
+                with pytest.raises(VolprepError, match="VP5042"):
+                    draw(box_from_clip, (9, 9))
+
+
+def test_an_error_of_a_lost_context_is_told_from_others(package, monkeypatch):
+    def fails(*_arguments):
+        raise GLError(err=0x0507)
+
+    with Renderer(package) as renderer, monkeypatch.context() as patched:
+        patched.setattr("volprep.render.gl.GLES3.glDrawArrays", fails)
+        with pytest.raises(VolprepError, match="VP5042"):
+            renderer.render(camera_of(package), (9, 9))
+
+
+def test_a_compute_shader_that_does_not_compile_is_an_error_with_the_file_and_the_log(tmp_path):
+    package = tiny_package(tmp_path / "p", CODES, GREY, ES3, technique="tiles")
+    tiles = package.manifest.programs[0].tiles
+    text = package.read_bytes(tiles.place).replace(b"atomicAdd(", b"no_such_function(")
+    with Renderer(Changed(package, files={tiles.place: text})) as renderer:
+        if renderer.driver.version_number < (3, 1):
+            pytest.skip("no compute shaders")
+        with pytest.raises(VolprepError, match=r"VP5005 (?s:.*)tiles-place(?s:.*)no_such_function"):
+            renderer.sorted_tiles(camera_of(package), (9, 9), 0.5)
+        assert renderer.render(camera_of(package), (9, 9)).any()
 
 
 def test_shaders_that_do_not_link_are_an_error_with_the_files_and_the_log(package):

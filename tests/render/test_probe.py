@@ -11,7 +11,7 @@ from volprep.render.capabilities import capabilities_of, probe_of
 from volprep.render.gl import Gl
 from volprep.render.gl1 import Gl1
 from volprep.render.probe import TOLERANCE, probe_profile
-from volprep.scene.profiles import load_profile, profile_names
+from volprep.scene.profiles import class_names, load_profile
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.blocks import decode_blocks
@@ -43,7 +43,7 @@ def wrong_of(profile):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=needs_es11) if name == "gles1" else name for name in profile_names()]
+    "name", [pytest.param(name, marks=needs_es11) if name == "gles1" else name for name in class_names()]
 )
 def test_this_driver_draws_all_that_a_profile_allows(name):
     profile = load_profile(name, Path())

@@ -183,6 +183,12 @@ def _ktx2(_folder: Path) -> bytes:
     return b"".join(ktx2.encode(ktx2.Ktx2Image("R8", _SHAPE_ZYX, texels, 3)))
 
 
+def _supercompressed(_folder: Path) -> bytes:
+    texels = (np.arange(24 * 30 * 28) // 9 % 251).reshape(24, 30, 28).astype(np.uint8)
+    plain = b"".join(ktx2.encode(ktx2.Ktx2Image("R8", texels.shape, texels, 3)))
+    return ktx2.supercompressed(plain, "texture")
+
+
 def _read_ktx2(path: Path) -> None:
     texture = ktx2.decode(path.read_bytes(), path.name)
     assert texture.data.shape[:3] == texture.shape_zyx
@@ -367,6 +373,7 @@ SUBJECTS = (
     Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),
     Subject("manifest", ".json", _manifest, _read_manifest),
     Subject("KTX 2", ".ktx2", _ktx2, _read_ktx2),
+    Subject("KTX 2 of Zstandard frames", ".ktx2", _supercompressed, _read_ktx2),
     Subject("glTF mesh", ".glb", glb_file(draco=False), read_mesh),
     Subject("glTF mesh by Draco", ".glb", glb_file(draco=True), read_mesh),
 )

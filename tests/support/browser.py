@@ -67,6 +67,11 @@ class Browser:
         self._process.wait(20)
         os.close(self._to)
 
+    @property
+    def process_id(self) -> int:
+        """Number of its first process."""
+        return self._process.pid
+
     def send(self, method: str, timeout: float = 60.0, **params: object) -> Any:
         """Send a command and return its answer."""
         self._last += 1

@@ -114,6 +114,7 @@ points = [
 ]
 """
 _SKIP = '[skip]\nkind = "{}"\nblock = 4\n'
+_PLACED = '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [{}]\nnormals = "central"\n'
 _LIT = '[render]\nlighting = "headlight"\n'
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
@@ -142,9 +143,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "two passes as published": _phantom('[render]\ntechnique = "two-pass-as-published"\n'),
     "slices across an axis": _phantom('[render]\ntechnique = "axis-slices"\n', "gles2-4096"),
     "slices across the view": _phantom('[render]\ntechnique = "view-slices"\nprojection = "perspective"\n'),
-    "light with a place": _phantom(
-        '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
-    ),
+    "slices as published": _phantom('[render]\ntechnique = "view-slices-as-published"\n'),
+    "light with a place": _phantom(_PLACED.format("20.0, -30.0, 40.0")),
     "isosurface": _surface,
     "control points": _phantom('[render]\nclassification = "control-points"\n'),
     "steps of levels": _one("[render]\nstep_voxels = 0.8\n"),
@@ -155,7 +155,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
 }
 OTHERS = {
     "slices": _one("", "gles1"),
-    "slices as published": _phantom('[render]\ntechnique = "view-slices-as-published"\n'),
+    "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
+    "light at another place": _phantom(_PLACED.format("-35.0, 25.0, 10.0")),
 }
 
 

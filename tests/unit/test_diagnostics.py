@@ -20,7 +20,9 @@ def raised_codes() -> set[str]:
         if file.parent.name != "diagnostics"
     ]
     files += [*(ROOT / "formats" / "js").glob("*.js"), *(ROOT / "volprep" / "view" / "page").glob("*.js")]
-    return {code for file in files for code in CODE.findall(file.read_text(encoding="utf-8"))}
+    found = {code for file in files for code in CODE.findall(file.read_text(encoding="utf-8"))}
+    header = (ROOT / "formats" / "c" / "volpkg.h").read_text(encoding="utf-8")
+    return found | {f"VP{number}" for number in re.findall(r"^    VOLPKG_\w+ = (\d{4})\b", header, re.MULTILINE)}
 
 
 def test_every_code_that_is_raised_is_in_the_catalogue_and_none_is_there_for_nothing() -> None:

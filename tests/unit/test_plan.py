@@ -324,6 +324,19 @@ class TestRayTermination:
         assert decided.render.opacity_cutoff == 0.998
         assert item(decided, "early ray termination").kept
 
+    def test_left_out_where_little_lies_behind_unless_the_scene_names_an_opacity(self) -> None:
+        # Rays through the last planes of an axis get opaque there, and along the other two only one ray in ten does.
+        voxels = np.zeros((10, 10, 10), np.uint8)
+        voxels[:, :, 9] = 255
+        points = [(0.0, 0.0), (200.0, 0.0), (255.0, 9.0)]
+        decided = plan(voxels, scene(points))
+        found = item(decided, "early ray termination")
+        assert decided.render.opacity_cutoff is None
+        assert not found.kept
+        assert "below 15% it costs more time than it saves" in found.reason
+        assert plan(voxels, scene(points, render={"opacity_cutoff": 0.99})).render.opacity_cutoff == 0.99
+        assert plan(voxels, scene(points, render={"opacity_cutoff": 1.0})).render.opacity_cutoff is None
+
     def test_left_out_where_no_ray_can(self) -> None:
         # Diagonal of 9×10×11 mm: 17.4 mm; 0.1 per mm gives opacity 0.82.
         decided = plan(noise(), scene([(0.0, 0.0), (255.0, 0.1)]))

@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from volprep.scene.profiles import load_profile, profile_names
+from volprep.scene.profiles import class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.profile import DeviceProfile
 
 MINE = """
 name = "mine"
@@ -20,6 +21,32 @@ max_texture_bytes = 1000000
 @pytest.mark.parametrize("name", profile_names())
 def test_a_built_in_profile_has_the_name_of_its_file(name) -> None:
     assert load_profile(name, Path("/nowhere")).name == name
+
+
+@pytest.mark.parametrize("name", profile_names())
+def test_every_number_of_a_built_in_profile_has_a_source(name) -> None:
+    sheet = load_sheet(name, Path("/nowhere"))
+    said = {field for field in DeviceProfile.model_fields if field in sheet.profile.model_fields_set} - {"name"}
+    assert sheet.sources.keys() == said
+    assert all(len(source) >= 10 for source in sheet.sources.values())
+
+
+def test_the_devices_of_the_papers_and_two_classes_of_phones_are_there() -> None:
+    assert device_names() == (
+        *("adreno-420", "adreno-430", "axim-x51v", "ipad-2", "ipod-touch-4"),
+        *("phone-android", "phone-apple", "shield-tablet-k1"),
+    )
+    assert not set(device_names()) & set(class_names())
+
+
+def test_a_profile_of_a_user_may_have_sources_and_they_are_no_part_of_a_package(tmp_path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(f'{MINE}[sources]\nmax_texture_size = "measured"\n', encoding="utf-8")
+    assert load_sheet("mine.toml", tmp_path).sources == {"max_texture_size": "measured"}
+    assert "sources" not in load_profile("mine.toml", tmp_path).model_dump()
+    path.write_text(f'{MINE}[sources]\nmax_texture = "measured"\n', encoding="utf-8")
+    with pytest.raises(VolprepError, match=r"VP3012 .*mine.toml: sources.max_texture: there is no such key"):
+        load_profile("mine.toml", tmp_path)
 
 
 def test_an_unknown_name_is_told_with_the_known_ones() -> None:

@@ -35,7 +35,7 @@ def test_every_requirement_is_pinned_to_a_version_that_it_allows(requirement: Re
 
 def test_make_alone_prints_the_commands() -> None:
     run = subprocess.run(["make", "--no-print-directory"], cwd=ROOT, capture_output=True, text=True, check=True)
-    commands = ["demo", "test", "lint", "bench", "fuzz", "fuzz-native", "fuzz-c", "sanitize", "wheel"]
+    commands = ["demo", "test", "lint", "bench", "papers", "fuzz", "fuzz-native", "fuzz-c", "sanitize", "wheel"]
     assert re.findall(r"^make ([\w-]+) ", run.stdout, flags=re.MULTILINE) == commands
 
 

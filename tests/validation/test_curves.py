@@ -10,6 +10,7 @@ from volprep.pipeline.build import build
 from volprep.report.curves_page import curves_page
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
+from volprep.scene.scene import Scene
 from volprep.validation.curves import measure, scan
 from volprep.validation.curves.choices import CHOICES, Choice, Variant
 from volprep.validation.curves.measure import measure_curves
@@ -21,14 +22,25 @@ from volprep.validation.curves.records import (
     plotted_cost,
 )
 from volprep.validation.scan import find_scan
+from volprep.validation.variants import with_changes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 NAMED = {choice.name: choice for choice in CHOICES}
-FEW = ("step and level", "bits of a voxel", "early ray termination", "normals", "proxy geometry")
-CUT = {"early ray termination": slice(5, 7), "proxy geometry": slice(0, 2)}
+FEW = (
+    *("step and level", "bits of a voxel", "early ray termination", "normals", "where normals come from"),
+    *("tables of levels", "proxy geometry"),
+)
+CUT = {"early ray termination": slice(7, 9), "proxy geometry": slice(0, 2), "tables of levels": slice(0, 2)}
 """Of some choices only these variants: each is a build."""
+
+
+SCENE = {
+    "name": "s",
+    "source": {"path": "x"},
+    "transfer": [{"name": "t", "points": [{"value": 0, "colour": "#ffffff", "extinction_per_mm": 0.1}]}],
+}
 
 
 def few_choices():
@@ -68,9 +80,10 @@ def test_every_choice_has_a_curve_or_says_why_not(report) -> None:
 def test_the_variant_that_the_package_has_is_marked_once(report) -> None:
     for each in report.curves:
         assert sum(point.chosen for point in each.points) == (1 if each.points else 0), each.name
+    assert next(point.label for point in curve(report, "tables of levels").points if point.chosen).startswith("own")
     (chosen,) = (point for point in curve(report, "early ray termination").points if point.chosen)
-    assert chosen.label == "opacity 0.998"
-    assert "the scene stops rays at 0.998" in curve(report, "early ray termination").reason
+    assert chosen.label == "rays run to their end"
+    assert "rays may end at 0.998" in curve(report, "early ray termination").reason
 
 
 def test_steps_and_levels_are_drawn_and_coarser_levels_are_worse_and_upload_less(report) -> None:
@@ -96,6 +109,24 @@ def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
         for times in filter(None, (point.wall, point.gpu)):
             assert 0 <= times.low <= times.median <= times.high
         assert point.wall.pictures >= 5
+
+
+def test_a_level_is_drawn_with_its_own_table_and_with_the_common_one(report) -> None:
+    points = curve(report, "tables of levels").points
+    assert {point.label for point in points} == {
+        f"{name} table, level 1, {step}× step" for name in ("own", "common") for step in (1, 2)
+    }
+    assert len({point.errors.rmse for point in points}) == 4
+
+
+def test_gradients_in_the_shader_are_a_choice_of_lit_scenes() -> None:
+    names = NAMED["where normals come from"]
+    unlit = Scene.model_validate(SCENE)
+    lit = Scene.model_validate(SCENE | {"render": {"lighting": "headlight"}})
+    assert names.variants(unlit) == []
+    assert [each.wanted for each in names.variants(lit)] == ["volume", "forward", "central"]
+    for variant in names.variants(lit):
+        assert with_changes(lit, variant.changes).lighting.normals == variant.wanted
 
 
 def test_what_the_plan_does_not_make_is_told(report) -> None:

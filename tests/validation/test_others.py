@@ -1,13 +1,19 @@
 """Coarse levels and pieces of level 0: drawn, judged, and named when nothing has drawn them."""
 
 import pytest
+from phantom_scene import write_phantom_scene
 from tamper_scenes import write_kind
 from tampering import built
 
+from volprep.pipeline.build import build
 from volprep.report.page import page
 from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.validation import others
+from volprep.validation.folder import ReportFolder
 from volprep.validation.others import unproved
 from volprep.validation.records import Report
+from volprep.validation.run import measure_package
 from volprep_formats.progress import Silent
 
 SIZE = 32
@@ -67,3 +73,30 @@ def test_the_page_lists_them(report) -> None:
     text = page(report)
     assert "level 2 with shell" in text
     assert "pieces around points 1, 3, ... with shell" in text
+
+
+def test_pieces_of_a_projection_are_compared_one_by_one_because_pictures_of_it_do_not_add_up(
+    tmp_path, monkeypatch
+) -> None:
+    scene = write_phantom_scene(tmp_path)
+    text = scene.read_text(encoding="utf-8")
+    # One transfer function, and blocks behind each other in every view.
+    text = text[: text.rindex("[[transfer]]")]
+    scene.write_text(
+        text + '[render]\ncompositing = "maximum"\npicture_size = 24\n[grid]\nsize = 10\n', encoding="utf-8"
+    )
+    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    found = {}
+    for name in ("apart", "laid over"):
+        if name == "laid over":
+            monkeypatch.setattr(others, "_LAID_OVER", frozenset(("maximum",)))
+        for folder in ("report/pictures", "scratch"):
+            (tmp_path / name / folder).mkdir(parents=True)
+        report = measure_package(
+            tmp_path / "phantom.volpkg", ReportFolder(tmp_path / name / "report"), tmp_path / name / "scratch", Silent()
+        )
+        found[name] = [each for each in report.programs[0].others if each.item.startswith("pieces")]
+    assert [len(each.views) for each in found["apart"]] == [3, 3]
+    worst = {name: max(view.rmse for each in pieces for view in each.views) for name, pieces in found.items()}
+    assert worst["apart"] < 0.01
+    assert worst["laid over"] > 5 * worst["apart"]

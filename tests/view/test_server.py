@@ -1,5 +1,6 @@
 """The server of the page: who may read, what may be read, and how much may be sent."""
 
+import gzip
 import http.client
 import json
 import signal
@@ -18,6 +19,7 @@ from volprep.view.ranges import UnsatisfiableError, part_of
 from volprep.view.server import ViewServer, lan_address, qr_code
 from volprep.view.site import file_served, text_served
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.runtime import sent_modules
 
 DIGEST = "a" * 64
 BIG = bytes(range(256)) * 1000
@@ -35,6 +37,7 @@ def folder(tmp_path_factory) -> Path:
 def server(folder) -> Iterator[ViewServer]:
     site = {
         "index.html": text_served("<!DOCTYPE html>page", "index.html"),
+        "runtime/core.js": text_served(sent_modules()["core.js"], "core.js"),
         "package/a/big.ktx2": file_served(folder / "big.ktx2"),
     }
     with ViewServer(site, DIGEST, devices=folder / "devices") as server:
@@ -151,6 +154,20 @@ def test_a_part_of_a_file_is_sent_alone(server, header, start, stop) -> None:
     assert answer.status == 206
     assert body == BIG[start:stop]
     assert answer.headers["Content-Range"] == f"bytes {start}-{stop - 1}/{len(BIG)}"
+
+
+def test_scripts_are_sent_packed_to_who_takes_that_and_textures_never(server) -> None:
+    path = f"/{server.token}/runtime/core.js"
+    answer, packed = ask(server, path, Accept_Encoding="gzip, br")
+    assert (answer.status, answer.headers["Content-Encoding"]) == (200, "gzip")
+    assert len(packed) == int(answer.headers["Content-Length"]) < 20_000
+    plain, whole = ask(server, path)
+    assert plain.headers["Content-Encoding"] is None
+    assert gzip.decompress(packed) == whole == sent_modules()["core.js"].encode()
+    _, part = ask(server, path, Accept_Encoding="gzip", Range="bytes=5-9")
+    assert part == whole[5:10]
+    big, body = ask(server, f"/{server.token}/package/a/big.ktx2", Accept_Encoding="gzip")
+    assert (big.headers["Content-Encoding"], body) == (None, BIG)
 
 
 def test_a_part_beyond_the_file_is_refused_with_its_size(server) -> None:

@@ -9,7 +9,6 @@ from typing import Protocol
 from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults, Job, expand
 from volprep.batch.ledger import Ledger
-from volprep.batch.page import write_pages
 from volprep.batch.place import Place
 from volprep.batch.rules import Matched, Rules, read_rules, require_one_each
 from volprep.batch.storage import is_url, require_target
@@ -116,5 +115,7 @@ def run_batch(jobs: Sequence[Job], place: Place, wishes: Wishes, engine: Engine,
                 if ended.record is not None:
                     highest = max(highest, ended.record.status)
     finally:
+        from volprep.batch.page import write_pages  # noqa: PLC0415 - loads templates, which a dry run needs not
+
         write_pages(place, ledger.tidy())
     return highest

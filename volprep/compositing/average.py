@@ -5,10 +5,8 @@ Every value counts, so that nothing is empty space, and no border can be left ou
 
 import numpy as np
 
-from volprep.compositing.projection import Segments, oracle_of, rays_of
-from volprep.compositing.record import Compositing
+from volprep.compositing.projection import Segments, projection
 from volprep.transfer.table import Table
-from volprep.truth.average import average_picture
 from volprep_formats.arrays import Float64Array
 
 _SEEN_PER_MM = 1.0
@@ -25,23 +23,14 @@ def _projected(segments: Segments) -> Float64Array:
     return mean
 
 
-AVERAGE = Compositing(
-    name="average",
-    ends_early=False,
-    meshes=True,
+AVERAGE = projection(
+    "average",
     classifications=frozenset(("lookup",)),
-    lit=False,
-    several=False,
-    labels=False,
     level_filter="box",
-    isovalue=False,
-    intensities=False,
     every_value=True,
     visible=_visible,
-    rays=rays_of(_projected),
-    oracle=oracle_of(average_picture),
+    projected=_projected,
     truth="the mean value of the scan along each ray",
-    fixed_path=True,
     step_voxels=0.5,
     order=2.0,
 )

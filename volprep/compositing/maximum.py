@@ -1,15 +1,13 @@
 """Maximum intensity projection: the greatest value on the ray, as the transfer function shows it.
 
-The greatest value wins even if the function hides it: the pixel is then transparent. `volprep.truth.maximum` has the
+The greatest value wins even if the function hides it: the pixel is then transparent. `volprep.truth.projection` has the
 definition in full.
 """
 
 import numpy as np
 
-from volprep.compositing.projection import Segments, oracle_of, rays_of
-from volprep.compositing.record import Compositing
+from volprep.compositing.projection import Segments, projection
 from volprep.transfer.table import Table
-from volprep.truth.maximum import maximum_picture
 from volprep_formats.arrays import Float64Array
 
 
@@ -24,23 +22,14 @@ def _projected(segments: Segments) -> Float64Array:
     return greatest
 
 
-MAXIMUM = Compositing(
-    name="maximum",
-    ends_early=False,
-    meshes=True,
+MAXIMUM = projection(
+    "maximum",
     classifications=frozenset(("lookup", "control-points")),
-    lit=False,
-    several=False,
-    labels=False,
     level_filter="maximum",
-    isovalue=False,
-    intensities=False,
     every_value=False,
     visible=_visible,
-    rays=rays_of(_projected),
-    oracle=oracle_of(maximum_picture),
+    projected=_projected,
     truth="the greatest value of the scan along each ray",
-    fixed_path=True,
     # A step misses a peak by up to its half: 0.25 halves the error of 0.5 and costs no second texture fetch.
     step_voxels=0.25,
     order=1.0,

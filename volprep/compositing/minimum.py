@@ -5,10 +5,8 @@ The least value wins even if the function hides it: the pixel is then transparen
 
 import numpy as np
 
-from volprep.compositing.projection import Segments, oracle_of, rays_of
-from volprep.compositing.record import Compositing
+from volprep.compositing.projection import Segments, projection
 from volprep.transfer.table import Table
-from volprep.truth.minimum import minimum_picture
 from volprep_formats.arrays import Float64Array
 
 
@@ -23,23 +21,14 @@ def _projected(segments: Segments) -> Float64Array:
     return least
 
 
-MINIMUM = Compositing(
-    name="minimum",
-    ends_early=False,
-    meshes=True,
+MINIMUM = projection(
+    "minimum",
     classifications=frozenset(("lookup",)),
-    lit=False,
-    several=False,
-    labels=False,
     level_filter="minimum",
-    isovalue=False,
-    intensities=False,
     every_value=False,
     visible=_visible,
-    rays=rays_of(_projected),
-    oracle=oracle_of(minimum_picture),
+    projected=_projected,
     truth="the least value of the scan along each ray",
-    fixed_path=True,
     # A step misses a trough by up to its half: 0.25 halves the error of 0.5 and costs no second texture fetch.
     step_voxels=0.25,
     order=1.0,

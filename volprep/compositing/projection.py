@@ -4,13 +4,16 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from volprep.compositing.record import Oracle, Rays
+from volprep.compositing.record import Compositing, Oracle, Rays, Visible
 from volprep.transfer.rays import segments
 from volprep.transfer.table import Table
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.projection import Projection, projected_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import SampleFilter
 
 Segments = Iterator[tuple[Float64Array, float]]
@@ -23,17 +26,51 @@ def shown(values: Float64Array, table: Table) -> Float64Array:
     return np.column_stack([colour * opacity[:, None], opacity])
 
 
-def rays_of(projected: Callable[[Segments], Float64Array]) -> Rays:
-    """Return the pictures of rays whose samples are projected to one value each, [ray]."""
+def projection(
+    name: Projection,
+    *,
+    classifications: frozenset[ClassificationName],
+    level_filter: LevelFilter,
+    every_value: bool,
+    visible: Visible,
+    projected: Callable[[Segments], Float64Array],
+    truth: str,
+    step_voxels: float,
+    order: float,
+    order_limit: str | None = None,
+) -> Compositing:
+    """Return the compositing whose rays show one value each; `projected` gives it of the samples of rays, [ray]."""
+    return Compositing(
+        name=name,
+        ends_early=False,
+        meshes=True,
+        classifications=classifications,
+        lit=False,
+        several=False,
+        labels=False,
+        level_filter=level_filter,
+        isovalue=False,
+        intensities=False,
+        every_value=every_value,
+        visible=visible,
+        rays=_rays_of(projected),
+        oracle=_oracle_of(name),
+        truth=truth,
+        fixed_path=True,
+        step_voxels=step_voxels,
+        order=order,
+        order_limit=order_limit,
+    )
 
+
+def _rays_of(projected: Callable[[Segments], Float64Array]) -> Rays:
     def rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
         return shown(projected(segments(columns, spacing_mm, between)), table)
 
     return rays
 
 
-def oracle_of(picture: Callable[..., OraclePicture]) -> Oracle:
-    """Return the true picture of one volume; `picture` is made like `volprep.truth.maximum.maximum_picture`."""
+def _oracle_of(name: Projection) -> Oracle:
 
     def oracle(
         media: Sequence[Medium],
@@ -46,7 +83,8 @@ def oracle_of(picture: Callable[..., OraclePicture]) -> Oracle:
     ) -> OraclePicture:
         (medium,) = media
         function = medium.transfer_function
-        return picture(
+        return projected_picture(
+            name,
             medium.volume,
             grid,
             medium.slope,

@@ -42,8 +42,9 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
         fixed_path=True,
         step_voxels=0.5,
         order=1.0,
-        order_limit="A surface that a ray touches only just, between two samples, is missed: the part of such pixels "
-        "falls with the square of the step, the root mean square error with the step.",
+        order_limit="A surface that a ray touches only just, between two samples, is looked for where the values are "
+        "near the isovalue; where the search does not find it, the pixel is wrong. The part of such pixels falls with "
+        "the square of the step, the root mean square error with the step.",
     )
 
 

@@ -224,7 +224,7 @@ def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.N
         If an array has another type or order.
     """
 
-def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, bins_per_code: float, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, wanted: Sequence[int], bins_per_code: float, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
     """
     Improve a coarse level until its trilinear field misses level 0 least, in values or looks.
 
@@ -242,6 +242,8 @@ def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDAr
         Samples that make one voxel of the level.
     first
         Number of the first slice of samples in the whole volume, a multiple of the factor.
+    wanted
+        First slice of the level that is wanted, and the one after the last. Others are as they happen to be.
     bins_per_code
         A code v lies at v · bins_per_code, with the look of the nearest bin.
     linear
@@ -267,7 +269,7 @@ def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDAr
         If an array has another type or order.
     """
 
-def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
+def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], first: int, wanted: Sequence[int], linear: float, table: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], weight_factors_zyx: Sequence[int], iterations: int, step: float, threads: int = 0) -> None:
     """
     Improve a coarse level until its trilinear field misses means of level 0 least.
 
@@ -285,6 +287,8 @@ def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: numpy
         Samples that make one voxel of the level.
     first
         Number of the first slice of samples in the whole volume, a multiple of the factor.
+    wanted
+        First slice of the level that is wanted, and the one after the last. Others are as they happen to be.
     linear
         See above.
     table
@@ -326,6 +330,35 @@ def sample_means(src: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence
         float32, with the shape that box_reduced_shape gives for src. Written.
     looks
         float32 [z, m, y, x, 4], with z, y and x of values. Written.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def fit_values(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], factors_zyx: Sequence[int], largest: float, iterations: int, step: float, threads: int = 0) -> None:
+    """
+    Improve a coarse level until its trilinear field misses the values of level 0 least.
+
+    Parameters
+    ----------
+    src
+        Slices of level 0, or of means of it [z, y, x]: uint8, uint16 or float32.
+    level
+        float32, with the shape that box_reduced_shape gives. Read, and written.
+    factors_zyx
+        Voxels that make one voxel of the level.
+    largest
+        Values of the level stay within 0 and this.
+    iterations
+        What lies so many voxels of the level away has influence: slabs of whole cells overlap by that.
+    step
+        1 for plain steps, below 2.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -571,33 +604,6 @@ def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: 
     normals.
     """
 
-def render_maximum(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
-    """
-    Write the greatest physical value along each pixel's ray and a bound on its error.
-
-    The maximum of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
-
-    Parameters
-    ----------
-    volume
-        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-    spacing_mm_xyz, extent_mm_xyz
-        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-    box_from_clip
-        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-    value, bound
-        float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
-    threads
-        Threads to use, 0 for all. The result does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a size does not fit.
-    TypeError
-        If an array has another type or order.
-    """
-
 def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
@@ -640,11 +646,12 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
-def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
-    Write the mean physical value along each pixel's ray and a bound on its error.
+    Write one physical value for each pixel's ray and a bound on its error.
 
-    The mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
+    The greatest value or the mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact
+    up to `bound`.
 
     Parameters
     ----------
@@ -654,6 +661,8 @@ def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
     box_from_clip
         float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    projection
+        "maximum" or "average".
     value, bound
         float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
     threads
@@ -662,12 +671,12 @@ def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
     Raises
     ------
     ValueError
-        If a size does not fit.
+        If a size does not fit, or the projection is none of these.
     TypeError
         If an array has another type or order.
     """
 
-def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
     """
     Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
@@ -690,9 +699,10 @@ def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         the last two changes, an estimate of the error.
     intensities
         Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
-    light, halfway
+    light, halfway, shadows
         Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
-        those of Blinn and Phong instead of Phong's. Without them, with normals, light comes from the viewer.
+        those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
+        light comes from the viewer.
     kernel, normals, slope_scale
         What normals are, as in render_oracle; without them nothing is lit.
     threads
@@ -742,7 +752,7 @@ def render_oracle_sum(volumes: Sequence[numpy.typing.NDArray[numpy.generic]], sl
         If an array has another type or order.
     """
 
-def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, light_mm_xyz: Sequence[float] | None = None, offset_mm: float = 0.0, reaching: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write where each pixel's ray first meets an isosurface of the trilinear field.
 
@@ -765,6 +775,9 @@ def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         and how much it changes per millimetre.
     kernel, normals, slope_scale
         What normals are, as in render_oracle; without them they are 0.
+    light_mm_xyz, offset_mm, reaching
+        Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is
+        on the viewer's side of the surface, from `offset_mm` off the hit on, and 0 in shadow.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -925,7 +938,7 @@ def ray_light(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typin
         If a shape does not fit.
     """
 
-def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
 
@@ -937,6 +950,8 @@ def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: numpy
     ----------
     samples, offsets, lengths_mm, scale, table
         As for ray_light.
+    light
+        float64 [n, 4], as ray_light writes it for this table.
     target
         float64 [n, 4].
     matrix

@@ -43,6 +43,7 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         target.parent.mkdir(parents=True, exist_ok=True)
     check_target(target)
     prepared = prepare(request)
+    _require_drawing(prepared)
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
         _drop_unusable(partial)
@@ -60,6 +61,13 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         write_origin(target, _origin(prepared, scene, plan, made))
         publish(partial, target)
         return draft.manifest
+
+
+def _require_drawing(prepared: Prepared) -> None:
+    """Raise VP5001 where the preview cannot be drawn, before the time of all other stages is spent."""
+    from volprep.render.egl import require_library  # noqa: PLC0415 - a plan needs no OpenGL, a build always
+
+    require_library(prepared.profile.api)
 
 
 def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoice, ...]) -> Origin:

@@ -11,6 +11,7 @@ from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import describe_editing, plan_editing
 from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
 from volprep.parts.programs.decision import ray_casters
+from volprep.parts.programs.early_end import EarlyEnd, cutoff_of, opaque_share
 from volprep.parts.programs.step import StepChoice, choose_steps, describe_steps
 from volprep.parts.proxy.decision import describe_proxy, plan_proxy
 from volprep.parts.skip.decision import Found, describe_skip, plan_skip
@@ -58,12 +59,8 @@ class Begun(Protocol):
         """Distance of the samples that suits each of its levels, finest first."""
 
     @property
-    def stops(self) -> bool:
-        """Whether any of its rays can be opaque enough to stop early."""
-
-    @property
-    def opacity(self) -> float:
-        """Bound on the opacity of any of its rays."""
+    def early_end(self) -> EarlyEnd:
+        """How opaque its rays can be, and what lies behind."""
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         """Return its plan, and what was decided about it."""
@@ -104,12 +101,8 @@ class _Slices:
         return (StepChoice(self.choice.level.index, distance_mm, "slices are as far apart as voxels are"),)
 
     @property
-    def stops(self) -> bool:
-        return False
-
-    @property
-    def opacity(self) -> float:
-        return 0.0
+    def early_end(self) -> EarlyEnd:
+        return EarlyEnd(0.0, 0.0)
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scene = self.scan.scene
@@ -141,21 +134,18 @@ class _Volume:
     steps: tuple[StepChoice, ...]
 
     @property
-    def stops(self) -> bool:
-        render = self.scan.scene.render
-        if not (COMPOSITINGS[render.compositing].ends_early and TECHNIQUES[render.technique].loops):
-            return False
-        return self.scan.scene.editable or self.opacity > self.scan.scene.render.opacity_cutoff
-
-    @property
-    def opacity(self) -> float:
-        """The largest extinction of any value of the source, along the whole diagonal."""
+    def early_end(self) -> EarlyEnd:
+        scan, quantize = self.scan, self.values.quantize
         # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
-        first, last = self.values.quantize.window
+        first, last = quantize.window
         slack = (last - first) * (1 / 255 + 1 / (self.values.entries - 1))
-        low, high = self.scan.measured.statistics.minimum - slack, self.scan.measured.statistics.maximum + slack
-        largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in self.scan.functions)
-        return 1.0 - math.exp(-largest_per_mm * math.hypot(*self.grid.extent_mm_zyx))
+        low, high = scan.measured.statistics.minimum - slack, scan.measured.statistics.maximum + slack
+        # The largest extinction of any value of the source, along the whole diagonal.
+        largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in scan.functions)
+        opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*self.grid.extent_mm_zyx))
+        spacing_mm_zyx, cutoff = scan.info.grid.spacing_mm_zyx, cutoff_of(scan.scene)
+        rays_zyx = scan.measured.rays_zyx
+        return EarlyEnd(opacity, opaque_share(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff))
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scan, scene, functions, values = self.scan, self.scan.scene, self.scan.functions, self.values

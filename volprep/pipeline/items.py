@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.compositing import COMPOSITINGS
 from volprep.parts.bricks.decision import describe_bricks
 from volprep.parts.classification.decision import describe_tables
 from volprep.parts.levels.decision import by
@@ -15,7 +14,7 @@ from volprep.parts.subvolumes.decision import describe_subvolumes
 from volprep.parts.texture.mipmaps import chain_bytes, describe_mipmaps
 from volprep.parts.values.items import Grounds, describe_codes
 from volprep.plan.functions import describe_functions
-from volprep.plan.records import PREVIEW, ChannelPlan, Shared
+from volprep.plan.records import PREVIEW, ChannelPlan
 from volprep.plan.room import Misfit, texture_bytes
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
@@ -114,20 +113,4 @@ def _shaders(plan: ChannelPlan) -> PlanItem:
         kept=True,
         reason=f"{walk} through the {technique}, one program for each transfer function",
         files=tuple(sorted(files)),
-    )
-
-
-def early_termination(shared: Shared, scene: Scene, opacity: float) -> PlanItem:
-    """Return whether rays stop early; `opacity` is a bound on that of any ray."""
-    if not COMPOSITINGS[shared.compositing].ends_early:
-        reason = f"with compositing {shared.compositing} every sample of a ray may count"
-        return PlanItem(name="early ray termination", kept=False, reason=reason)
-    if not TECHNIQUES[scene.render.technique].loops:
-        reason = f"with technique {scene.render.technique} a fragment takes one sample"
-        return PlanItem(name="early ray termination", kept=False, reason=reason)
-    return PlanItem(
-        name="early ray termination",
-        kept=shared.render.opacity_cutoff is not None,
-        reason=f"the most opaque values, along the whole diagonal, give opacity {opacity:.6g}; "
-        f"the scene stops rays at {scene.render.opacity_cutoff:g}",
     )

@@ -12,7 +12,8 @@ from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
-from volprep.parts.programs.decision import require_technique, sampling_of
+from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, sampling_of
+from volprep.parts.programs.early_end import describe_early_end, most
 from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import refuse_slices
 from volprep.parts.together.decision import choose_together, plan_together
@@ -20,7 +21,8 @@ from volprep.parts.together.packing import pack_channels
 from volprep.parts.values.items import describe_border
 from volprep.parts.values.labels import require_distinct_labels
 from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
-from volprep.pipeline.items import PREVIEW_ITEM, early_termination
+from volprep.pipeline.costs import planned_costs
+from volprep.pipeline.items import PREVIEW_ITEM
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
 from volprep.plan.products import TogetherPlan
@@ -59,12 +61,14 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     scans = _channel_scans(scene, scanned)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
+    require_light_outside(scene, grid)
     begun = [begin(scan, profile, crop, grid) for scan in scans]
+    early_end = most([each.early_end for each in begun])
     shared = Shared(
         profile=profile,
         crop=crop,
         grid=grid,
-        render=_render(scene, begun),
+        render=_render(scene, begun, early_end.cutoff(scene)),
         compositing=scene.render.compositing,
     )
     finished = [channel.finished(shared) for channel in begun]
@@ -79,11 +83,11 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         *_of_channels(channels, [packed.described(plan, items) for plan, items in finished]),
         *packed.items,
         *of_picture,
-        *([early_termination(shared, scene, max(each.opacity for each in begun))] if profile.has_shaders else []),
+        *([describe_early_end(early_end, shared.render.opacity_cutoff, scene)] if profile.has_shaders else []),
         PREVIEW_ITEM,
         *_left_out(scene, channels[0]),
     ]
-    return Plan(
+    plan = Plan(
         shared=shared,
         channels=tuple(channels),
         together=together,
@@ -91,6 +95,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         stages=_stages(channels, together),
         items=tuple(items),
     )
+    return plan.model_copy(update={"costs": planned_costs(plan)})
 
 
 def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:
@@ -99,9 +104,10 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if channels > 1 and scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
+    require_shadows(scene, profile)
     if profile.has_shaders:
         refuse_slices(scene, profile)
-        require_technique(scene)
+        require_technique(scene, profile)
         require_classification(scene)
         require_bricks(scene, profile)
 
@@ -128,13 +134,13 @@ def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
 
 
-def _render(scene: Scene, begun: Sequence[Begun]) -> RenderSettings:
-    """Return for each level the finest step that any channel needs; rays stop early if those of any channel can."""
+def _render(scene: Scene, begun: Sequence[Begun], opacity_cutoff: float | None) -> RenderSettings:
+    """Return for each level the finest step that any channel needs."""
     step_mm, level_steps = common_steps([channel.steps for channel in begun])
     return RenderSettings(
         step_mm=step_mm,
         level_steps=level_steps,
-        opacity_cutoff=scene.render.opacity_cutoff if any(channel.stops for channel in begun) else None,
+        opacity_cutoff=opacity_cutoff,
         projection=scene.render.projection,
         tolerance=scene.tolerance,
     )

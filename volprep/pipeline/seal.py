@@ -12,6 +12,7 @@ from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Contribution, PlanItem
+from volprep_formats.package.parts.costs.count import draw_costs
 from volprep_formats.package.parts.fidelity.record import Fidelity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
@@ -31,7 +32,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     draft.write(PREVIEW, "preview", preview_png(package))
     fidelity = _fidelity(draft, package) if plan.fidelity else ()
     progress.advance()
-    return Contribution(preview=PREVIEW, fidelity=fidelity)
+    return Contribution(preview=PREVIEW, fidelity=fidelity, costs=draw_costs(package.manifest))
 
 
 def _fidelity(draft: Draft, package: Package) -> tuple[Fidelity, ...]:

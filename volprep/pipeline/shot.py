@@ -5,6 +5,7 @@ from pathlib import Path
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.render.choose import renderer_of
+from volprep.render.hybrid import Hybrid, hybrid_picture
 from volprep.scene.request import load_edit
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.picture import Background, encoded
@@ -39,6 +40,8 @@ class Shot:
     """Distance of the samples; the package's own if absent."""
     edit: Path | None = None
     """File of a transfer function to draw in place of the package's."""
+    hybrid: Hybrid | None = None
+    """Lines around the volume, and a smaller picture of it; neither if absent."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ class Taken:
 def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     """Draw a package: a premultiplied linear picture [H, W, 4], and what drew it.
 
-    Raises what `Package.open`, `renderer_of` and `load_edit` raise, VP5020 and VP5022 for an impossible camera.
+    Raises what `Package.open`, `renderer_of`, `load_edit` and `hybrid_picture` raise, VP5020 and VP5022 for
+    an impossible camera.
     """
     package = Package.open(package_path)
     grid = package.manifest.levels[0].grid
@@ -64,7 +68,11 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     camera = _camera(package.manifest, shot)
     edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
     with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
-        picture = renderer.render(camera.box_from_clip(grid, width / max(height, 1)), shot.shape_hw, shot.step_mm)
+        box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
+        if shot.hybrid is None:
+            picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
+        else:
+            picture = hybrid_picture(renderer, shot.hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
         return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver))
 
 

@@ -17,6 +17,7 @@ from volprep.plan.products import (
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
+from volprep_formats.package.parts.costs.record import DrawCost
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.program import CompositingName, ProgramDesign
 from volprep_formats.package.texture import SampleFilter, TextureContent
@@ -157,7 +158,7 @@ class Shared(Record):
     grid: Grid
     """Grid of level 0: that part of the source's grid."""
     render: RenderSettings
-    """How the package wants to be drawn; `opacity_cutoff` is absent where no ray can reach it."""
+    """How the package wants to be drawn; `opacity_cutoff` is absent where rays run to their end."""
     compositing: CompositingName = "emission-absorption"
     """What rays make of what they meet."""
 
@@ -267,6 +268,8 @@ class Plan(Record):
     """Names of the stages that this plan needs, in order."""
     items: tuple[PlanItem, ...]
     """Every decision with its reason, cost and files."""
+    costs: tuple[DrawCost, ...] = ()
+    """What drawing each level with each transfer function will cost a device, without meshes."""
 
     @property
     def forms(self) -> tuple[FormTrial, ...]:

@@ -14,17 +14,10 @@ from volprep.render.inputs import Inputs, find_textures
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
-from volprep_formats.package.parts.subvolumes.record import (
-    Cuts,
-    SubvolumeGrid,
-    constant_piece,
-    decode_grid,
-)
+from volprep_formats.package.parts.subvolumes.places import Side, place_of, sides_of
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_piece, decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-
-_NOWHERE = 1e9
-"""A voxel beyond every volume: what lies on a side without pieces is never reached."""
 
 
 def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
@@ -38,20 +31,9 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     if program is None or not 0 <= point < len(grid.points):
         known = f"points 0 to {len(grid.points) - 1} with {', '.join(each.transfer for each in files.programs)}"
         raise VolprepError("VP5018", package=package.path, level=0, transfer=transfer or "any", known=known)
-    place = [int(at) for at in np.unravel_index(point, [count + 1 for count in grid.counts_zyx])]
-    sides = [_sides(at, cuts) for at, cuts in zip(place, grid.cuts_zyx, strict=True)]
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
-    ends = [_ends(at, cuts) for at, cuts in zip(place, grid.cuts_zyx, strict=True)][::-1]
-    values: dict[str, ArrayLike] = {
-        "block_low_mm": np.array([low for low, _ in ends]) * spacing_mm_xyz,
-        "block_high_mm": np.array([high for _, high in ends]) * spacing_mm_xyz,
-        "split_voxel": [side["split"] for side in sides[::-1]],
-        "low_start_voxel": [side["low_start"] for side in sides[::-1]],
-        "low_size_voxels": [side["low_size"] for side in sides[::-1]],
-        "high_start_voxel": [side["high_start"] for side in sides[::-1]],
-        "high_size_voxels": [side["high_size"] for side in sides[::-1]],
-    }
-    pieces, texels = _pieces(grid, place)
+    values = block_values(sides_of(grid, point), spacing_mm_xyz)
+    pieces, texels = _pieces(grid, place_of(grid, point))
     tables = program.model_copy(update={"samplers": [s for s in program.samplers if s.role != "subvolume"]})
     level = Level(
         index=0,
@@ -63,29 +45,20 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     return Inputs(program, level, [*pieces, *find_textures(package, tables, 0)], values, texels)
 
 
-def _sides(at: int, cuts: Cuts) -> dict[str, float]:
-    """Where the pieces below and above point `at` begin, how large they are, and the voxel position between them."""
-    below, above = at > 0, at < len(cuts) - 1
-    low, high = at - 1 if below else at, at if above else at - 1
-    split = cuts[at] + 0.5 if below and above else (_NOWHERE if below else -_NOWHERE)
+def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Array) -> dict[str, ArrayLike]:
+    """Return the values of the uniforms of a block, by their source."""
     return {
-        "split": split,
-        "low_start": cuts[low],
-        "low_size": cuts[low + 1] - cuts[low] + 1,
-        "high_start": cuts[high],
-        "high_size": cuts[high + 1] - cuts[high] + 1,
+        "block_low_mm": np.array([side.begins for side in sides_xyz]) * spacing_mm_xyz,
+        "block_high_mm": np.array([side.ends for side in sides_xyz]) * spacing_mm_xyz,
+        "split_voxel": [side.split for side in sides_xyz],
+        "low_start_voxel": [side.low[0] for side in sides_xyz],
+        "low_size_voxels": [side.low[1] for side in sides_xyz],
+        "high_start_voxel": [side.high[0] for side in sides_xyz],
+        "high_size_voxels": [side.high[1] for side in sides_xyz],
     }
 
 
-def _ends(at: int, cuts: Cuts) -> tuple[float, float]:
-    """Where the block around point `at` begins and ends along an axis, in voxels from the volume's corner."""
-    first, last = max(at - 1, 0), min(at + 1, len(cuts) - 1)
-    low = 0.0 if first == 0 else cuts[first] + 0.5
-    high = cuts[-1] + 1.0 if last == len(cuts) - 1 else cuts[last] + 0.5
-    return low, high
-
-
-def _pieces(grid: SubvolumeGrid, place: list[int]) -> tuple[list[Texture], dict[str, NDArray[np.generic]]]:
+def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Texture], dict[str, NDArray[np.generic]]]:
     """Eight textures in the order of the samplers; a constant voxel for one that is empty or not there."""
     _, ny, nx = grid.counts_zyx
     textures = []

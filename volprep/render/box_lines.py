@@ -26,6 +26,31 @@ def box_lines(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> BoxLi
 
     An edge is behind the volume if the viewer sees neither of its faces.
     """
+    behind, before = _edges(box_from_clip, extent_mm_xyz)
+    for axis in range(3):
+        middle = np.full((2, 3), 0.5)
+        middle[:, axis] = (0.0, 1.0)
+        behind.append(middle)
+    return BoxLines(_ends(behind, extent_mm_xyz), _ends(before, extent_mm_xyz))
+
+
+def mark_lines(
+    box_from_clip: Float64Array,
+    low_mm_xyz: Float64Array,
+    high_mm_xyz: Float64Array,
+    colour: tuple[float, float, float],
+) -> BoxLines:
+    """Return the edges of a part of the volume: those that face the viewer are drawn over all, the others behind it."""
+    moved = np.eye(4)
+    moved[:3, 3] = -low_mm_xyz
+    size_mm = high_mm_xyz - low_mm_xyz
+    behind, before = (_ends(each, size_mm) for each in _edges(moved @ box_from_clip, size_mm))
+    low = low_mm_xyz.astype(np.float32)
+    return BoxLines(behind + low, before + low, colour)
+
+
+def _edges(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> tuple[list[Float64Array], list[Float64Array]]:
+    """Return the edges of a box, 0 or 1 along each axis: those behind it, and those before it."""
     seen = faces_from(box_from_clip, extent_mm_xyz)
     behind: list[Float64Array] = []
     before: list[Float64Array] = []
@@ -38,11 +63,7 @@ def box_lines(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> BoxLi
         for axis, side in (one, other):
             ends[:, axis] = side
         (before if seen.get(one) or seen.get(other) else behind).append(ends)
-    for axis in range(3):
-        middle = np.full((2, 3), 0.5)
-        middle[:, axis] = (0.0, 1.0)
-        behind.append(middle)
-    return BoxLines(_ends(behind, extent_mm_xyz), _ends(before, extent_mm_xyz))
+    return behind, before
 
 
 def _ends(lines: list[Float64Array], extent_mm_xyz: Float64Array) -> Float32Array:

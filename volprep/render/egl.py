@@ -2,25 +2,28 @@
 
 A machine's own GPU is used where EGL lists one that works, otherwise Mesa's software driver. EGL_PLATFORM in the
 environment overrides the choice: `EGL_PLATFORM=surfaceless LIBGL_ALWAYS_SOFTWARE=1` is the software driver anywhere.
-EGL 1.5 specification; EGL_EXT_device_enumeration, EGL_EXT_platform_device, EGL_KHR_surfaceless_context.
+EGL 1.5 specification; EGL_EXT_device_enumeration, EGL_EXT_platform_device, EGL_KHR_surfaceless_context,
+EGL_EXT_create_context_robustness.
 """
 
 import ctypes
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from types import TracebackType
 from typing import Literal, Self
 
-from volprep.render.bindings import EGL, GLES3, USER_PLATFORM
+from volprep.render.bindings import EGL, GLES1, GLES3, USER_PLATFORM
 from volprep_formats.diagnostics import VolprepError
 
 ContextApi = Literal["es1.1", "es2.0", "es3.0", "es3.1"]
 
 _RENDERABLE = {"1": EGL.EGL_OPENGL_ES_BIT, "2": EGL.EGL_OPENGL_ES2_BIT, "3": 0x40}  # 0x40: EGL_OPENGL_ES3_BIT
 _CONTEXT_MAJOR_VERSION, _CONTEXT_MINOR_VERSION = 0x3098, 0x30FB
+_TELLS_OF_RESETS = (0x3138, 0x31BF)
+"""The driver tells when it has lost a context: EGL_EXT_create_context_robustness."""
 _PLATFORM_DEVICE = 0x313F
 _MAX_DEVICES = 16
 
@@ -56,7 +59,11 @@ class Context:
     """
 
     def __init__(self, api: ContextApi) -> None:
-        """Make the context. Raises VP5002 (no display), VP5003 (no such version), VP5004 (after a fork)."""
+        """Make the context.
+
+        Raises VP5001 (no library), VP5002 (no display), VP5003 (no such version), VP5004 (after a fork).
+        """
+        require_library(api)
         self.api: ContextApi = api
         self._display = _display()
         config = _config(self._display, api)
@@ -68,6 +75,8 @@ class Context:
         try:
             self.make_current()
             self.driver = _driver()
+            self._lost = False
+            self._reset_status = _reset_status(self.driver)
         except BaseException:
             self.close()
             raise
@@ -78,6 +87,16 @@ class Context:
             EGL.eglMakeCurrent(self._display, self._surface, self._surface, self._handle)
         except EGL.EGLError as error:
             raise VolprepError("VP5003", driver="EGL", api=self.api[2:], error=_reason(error)) from error
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the driver has given the context up, as after a reset of the GPU, as far as it can tell.
+
+        What is drawn after that is nothing, without an error.
+        """
+        if not self._lost and self._reset_status is not None:
+            self._lost = self._reset_status() != 0
+        return self._lost
 
     def close(self) -> None:
         """Release the context with all objects in it."""
@@ -93,6 +112,12 @@ class Context:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def require_library(api: ContextApi) -> None:
+    """Raise VP5001 if the library of this version is missing: OpenGL ES 1.1 has one of its own."""
+    if api == "es1.1" and not GLES1.glTexEnvf:
+        raise VolprepError("VP5001", error="libGLESv1_CM is missing")
 
 
 @contextmanager
@@ -174,13 +199,26 @@ def _config(display: ctypes.c_void_p, api: ContextApi) -> ctypes.c_void_p:
 
 def _create(display: ctypes.c_void_p, config: ctypes.c_void_p, api: ContextApi) -> ctypes.c_void_p:
     major, minor = (int(part) for part in api[2:].split("."))
-    wanted = (EGL.EGLint * 5)(_CONTEXT_MAJOR_VERSION, major, _CONTEXT_MINOR_VERSION, minor, EGL.EGL_NONE)
+    attributes = [_CONTEXT_MAJOR_VERSION, major, _CONTEXT_MINOR_VERSION, minor]
+    if major > 1 and "EGL_EXT_create_context_robustness" in _extensions(display):
+        attributes += _TELLS_OF_RESETS
+    wanted = (EGL.EGLint * (len(attributes) + 1))(*attributes, EGL.EGL_NONE)
     EGL.eglBindAPI(EGL.EGL_OPENGL_ES_API)
     try:
         handle: ctypes.c_void_p = EGL.eglCreateContext(display, config, EGL.EGL_NO_CONTEXT, wanted)
     except EGL.EGLError as error:
         raise VolprepError("VP5003", driver=_vendor(display), api=api[2:], error=_reason(error)) from error
     return handle
+
+
+def _reset_status(driver: GlDriver) -> Callable[[], int] | None:
+    """Return what tells whether a context is lost; None if the driver cannot tell."""
+    for extension, suffix in (("GL_KHR_robustness", b"KHR"), ("GL_EXT_robustness", b"EXT")):
+        address = ctypes.cast(EGL.eglGetProcAddress(b"glGetGraphicsResetStatus" + suffix), ctypes.c_void_p).value
+        if extension in driver.extensions and address:
+            status: Callable[[], int] = ctypes.CFUNCTYPE(ctypes.c_uint)(address)
+            return status
+    return None
 
 
 def _vendor(display: ctypes.c_void_p) -> str:

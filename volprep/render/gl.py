@@ -71,6 +71,10 @@ class Bindings:
     uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""
 
+    def without(self, sampler: str) -> "Bindings":
+        """Return them without the texture of a sampler."""
+        return Bindings({name: each for name, each in self.textures.items() if name != sampler}, self.uniforms)
+
 
 @dataclass(frozen=True)
 class PictureTarget:
@@ -78,7 +82,7 @@ class PictureTarget:
 
     handle: int
     texture: int
-    """What is drawn, as a texture without a filter."""
+    """What is drawn, as a texture."""
     format: TargetFormat
     shape_hw: tuple[int, int]
 
@@ -94,14 +98,26 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class Corners:
-    """Triangles."""
+    """Triangles, or lines."""
 
     places: Float32Array
-    """[n, 2, 3 or 4], three corners for each, in the order in which they are drawn."""
+    """[n, 2, 3 or 4], three corners or two ends for each, in the order in which they are drawn."""
     blend: Blend | None = None
     """How fragments are blended; if None, they replace what was there."""
     clears: bool = True
     """Whether the picture is emptied first."""
+    lines: bool = False
+    """Whether these are lines, one pixel wide."""
+
+
+@dataclass(frozen=True)
+class PicturePart:
+    """A part of a picture: a rectangle, or the pixels of one number of `Gl.orders`."""
+
+    rectangle: tuple[int, int, int, int] | None = None
+    """Column and row of its lower left pixel, width and height; rows from the bottom."""
+    share: float | None = None
+    """The number of its pixels."""
 
 
 class Gl(GlObjects):
@@ -157,15 +173,18 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
+            self.uploaded_bytes += sum(each.nbytes for each in levels)
             # The driver has a copy: do not hold the texels as long as the texture.
             del levels, texels, pointer
             yield handle
 
     @contextmanager
     def target(
-        self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False
+        self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False, linear: bool = False
     ) -> Iterator[PictureTarget]:
         """Make what a picture of this size is drawn into, with a depth buffer of 16 bits if it is to have one.
+
+        If `linear`, what reads it as a texture mixes neighbours.
 
         Raises VP5008 where the driver cannot draw into this format, VP5009 for a size beyond its limits.
         """
@@ -185,7 +204,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
                 GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, internal, width, height, 0, GLES3.GL_RGBA, kind, None)
-                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_NEAREST)
+                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_LINEAR if linear else GLES3.GL_NEAREST)
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
                 GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, handle)
                 attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
@@ -221,7 +240,7 @@ class Gl(GlObjects):
         buffer: int,
         corners: Corners,
     ) -> None:
-        """Draw triangles into `target`, in their order, after filling it with nothing if they are to."""
+        """Draw triangles or lines into `target`, in their order, after filling it with nothing if they are to."""
         with self._checked(f"drawing into {target.shape_hw[1]}×{target.shape_hw[0]}"):
             _begin(target)
             if corners.clears:
@@ -239,17 +258,98 @@ class Gl(GlObjects):
             GLES3.glBufferData(GLES3.GL_ARRAY_BUFFER, places.nbytes, pointer, GLES3.GL_STREAM_DRAW)
             GLES3.glEnableVertexAttribArray(0)
             GLES3.glVertexAttribPointer(0, places.shape[1], GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
-            GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, len(places))
+            GLES3.glDrawArrays(GLES3.GL_LINES if corners.lines else GLES3.GL_TRIANGLES, 0, len(places))
 
-    def draw(self, program: LinkedProgram, bindings: Bindings, target: PictureTarget, triangle: int) -> None:
-        """Fill `target` with `program`. Returns before the driver has finished."""
+    def draw(
+        self,
+        program: LinkedProgram,
+        bindings: Bindings,
+        target: PictureTarget,
+        triangle: int,
+        part: "PicturePart | None" = None,
+    ) -> None:
+        """Fill `target`, or a part of it, with `program`. Returns before the driver has finished."""
         with self._checked(f"drawing a picture of {target.shape_hw[1]}×{target.shape_hw[0]}"):
             _begin(target)
+            if part is not None:
+                _restrict(part)
             _use(program, bindings)
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, triangle)
             GLES3.glEnableVertexAttribArray(0)
             GLES3.glVertexAttribPointer(0, 2, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
             GLES3.glDrawArrays(GLES3.GL_TRIANGLES, 0, 3)
+
+    @contextmanager
+    def orders(self, target: PictureTarget, share: Float32Array) -> Iterator[None]:
+        """Give `target` a depth buffer that holds a number from 0 to 1 for each pixel [H, W], row 0 on top.
+
+        A `PicturePart` of one of these numbers is its pixels. Needs OpenGL ES 3.0.
+        """
+        with (
+            self._checked("uploading the order of pixels"),
+            self._object("texture", _new_texture, _delete_texture) as handle,
+        ):
+            height, width = target.shape_hw
+            texels = np.ascontiguousarray(share[::-1], np.float32)
+            pointer = texels.ctypes.data_as(ctypes.c_void_p)
+            kind = (GLES3.GL_DEPTH_COMPONENT, GLES3.GL_FLOAT)
+            GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, handle)
+            GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, GLES3.GL_DEPTH_COMPONENT32F, width, height, 0, *kind, pointer)
+            _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_NEAREST)
+            GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
+            attachment = (GLES3.GL_FRAMEBUFFER, GLES3.GL_DEPTH_ATTACHMENT, GLES3.GL_TEXTURE_2D)
+            GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+            GLES3.glFramebufferTexture2D(*attachment, handle, 0)
+            try:
+                yield
+            finally:
+                self._context.make_current()
+                GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
+                GLES3.glFramebufferTexture2D(*attachment, 0, 0)
+
+    @contextmanager
+    def compute(self, name: str, text: ShaderText) -> Iterator[LinkedProgram]:
+        """Compile and link a compute shader, OpenGL ES 3.1. Errors as `program`."""
+        with (
+            self._checked(f"linking program {name}"),
+            self._shader(GLES3.GL_COMPUTE_SHADER, text) as shader,
+            self._object("program", GLES3.glCreateProgram, GLES3.glDeleteProgram) as handle,
+        ):
+            GLES3.glAttachShader(handle, shader)
+            GLES3.glLinkProgram(handle)
+            if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
+                log = Lines(_text(GLES3.glGetProgramInfoLog(handle)).splitlines())
+                raise VolprepError("VP5006", name=name, paths=text.path, driver=self.driver, log=log)
+            yield LinkedProgram(handle, _active_uniforms(handle))
+
+    @contextmanager
+    def numbers(self, count: int) -> Iterator[int]:
+        """Make a storage buffer of so many zeros of 32 bits, OpenGL ES 3.1."""
+        with self._checked("making a buffer"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+            GLES3.glBindBuffer(GLES3.GL_SHADER_STORAGE_BUFFER, handle)
+            zeros = np.zeros(count, np.uint32)
+            pointer = zeros.ctypes.data_as(ctypes.c_void_p)
+            GLES3.glBufferData(GLES3.GL_SHADER_STORAGE_BUFFER, zeros.nbytes, pointer, GLES3.GL_DYNAMIC_COPY)
+            yield handle
+
+    def dispatch(self, program: LinkedProgram, bindings: Bindings, buffers: Sequence[int], groups: int) -> None:
+        """Run a compute shader in so many groups; buffers are bound from 0 on. What comes later sees what it writes."""
+        with self._checked("computing"):
+            _use(program, bindings)
+            for place, handle in enumerate(buffers):
+                GLES3.glBindBufferBase(GLES3.GL_SHADER_STORAGE_BUFFER, place, handle)
+            GLES3.glDispatchCompute(groups, 1, 1)
+            GLES3.glMemoryBarrier(GLES3.GL_SHADER_STORAGE_BARRIER_BIT | GLES3.GL_BUFFER_UPDATE_BARRIER_BIT)
+
+    def read_numbers(self, buffer: int, count: int) -> NDArray[np.uint32]:
+        """Return what a storage buffer holds."""
+        found = np.empty(count, np.uint32)
+        with self._checked("reading a buffer"):
+            GLES3.glBindBuffer(GLES3.GL_SHADER_STORAGE_BUFFER, buffer)
+            mapped = GLES3.glMapBufferRange(GLES3.GL_SHADER_STORAGE_BUFFER, 0, found.nbytes, GLES3.GL_MAP_READ_BIT)
+            ctypes.memmove(found.ctypes.data, mapped, found.nbytes)
+            GLES3.glUnmapBuffer(GLES3.GL_SHADER_STORAGE_BUFFER)
+        return found
 
     @contextmanager
     def mesh(self, positions_xyz: Float32Array, triangles: NDArray[np.uint16]) -> Iterator[MeshPart]:
@@ -265,6 +365,7 @@ class Gl(GlObjects):
             ):
                 GLES3.glBindBuffer(target, handle)
                 GLES3.glBufferData(target, data.nbytes, data.ctypes.data_as(ctypes.c_void_p), GLES3.GL_STATIC_DRAW)
+                self.uploaded_bytes += data.nbytes
             yield MeshPart(vertices, indices, triangles.size)
 
     def draw_mesh(
@@ -301,6 +402,7 @@ class Gl(GlObjects):
         """Wait until all that was asked for is drawn."""
         with self._checked("drawing"):
             GLES3.glFinish()
+            self._require_context("drawing")
 
     def read(self, target: PictureTarget) -> Float32Array:
         """Return the picture as [H, W, 4], row 0 on top; 8-bit targets as 0 to 1."""
@@ -312,6 +414,7 @@ class Gl(GlObjects):
             GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
             pointer = picture.ctypes.data_as(ctypes.c_void_p)
             GLES3.glReadPixels(0, 0, width, height, GLES3.GL_RGBA, kind, pointer)
+            self._require_context("reading the picture")
         upright = picture[::-1].astype(np.float32)
         return upright / np.float32(255) if eight_bits else upright
 
@@ -405,8 +508,28 @@ def _begin(target: PictureTarget) -> None:
     """Draw into a target from now on, with nothing switched on that a picture may have left."""
     GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
     GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
-    for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE):
+    for state in (
+        GLES3.GL_BLEND,
+        GLES3.GL_DITHER,
+        GLES3.GL_DEPTH_TEST,
+        GLES3.GL_CULL_FACE,
+        GLES3.GL_SCISSOR_TEST,
+    ):
         GLES3.glDisable(state)
+    GLES3.glDepthMask(True)
+    GLES3.glDepthRangef(0.0, 1.0)
+
+
+def _restrict(part: PicturePart) -> None:
+    """Draw into a part of a target from now on, until `_begin`."""
+    if part.rectangle is not None:
+        GLES3.glEnable(GLES3.GL_SCISSOR_TEST)
+        GLES3.glScissor(*part.rectangle)
+    if part.share is not None:
+        GLES3.glEnable(GLES3.GL_DEPTH_TEST)
+        GLES3.glDepthMask(False)
+        GLES3.glDepthFunc(GLES3.GL_EQUAL)
+        GLES3.glDepthRangef(part.share, part.share)
 
 
 def _use(program: LinkedProgram, bindings: Bindings) -> None:

@@ -86,6 +86,7 @@ class Gl1(GlObjects):
             else:
                 rgba = GLES1.GL_RGBA
                 GLES1.glTexImage2D(target, 0, rgba, width, height, 0, rgba, GLES1.GL_UNSIGNED_BYTE, texels)
+            self.uploaded_bytes += len(texels)
             yield handle
 
     @contextmanager

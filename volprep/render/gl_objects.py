@@ -12,6 +12,8 @@ from volprep.render.bindings import GLError
 from volprep.render.egl import Context
 from volprep_formats.diagnostics import VolprepError
 
+_CONTEXT_LOST = 0x0507
+
 
 class GlObjects:
     """The objects of one context."""
@@ -21,6 +23,8 @@ class GlObjects:
         self.driver = context.driver
         self.live: Counter[str] = Counter()
         """Number of objects that exist, by kind."""
+        self.uploaded_bytes = 0
+        """Bytes of textures and meshes that were handed to the driver."""
 
     def close(self) -> None:
         """Check that nothing is left. Raises VP9001 if it is."""
@@ -30,11 +34,13 @@ class GlObjects:
 
     @contextmanager
     def _checked(self, operation: str) -> Iterator[None]:
-        """Make the context current; an error of OpenGL becomes VP5007."""
+        """Make the context current; an error of OpenGL becomes VP5007, or VP5042 where the driver lost the context."""
         self._context.make_current()
         try:
             yield
         except GLError as error:
+            if error.err == _CONTEXT_LOST or self._context.is_lost:
+                raise VolprepError("VP5042", operation=operation, driver=self.driver) from error
             name = bytes(error.description or b"").decode("ascii", "replace") or str(error.err)
             raise VolprepError("VP5007", error=name, operation=operation, driver=self.driver) from error
 
@@ -46,5 +52,15 @@ class GlObjects:
             yield handle
         finally:
             self._context.make_current()
-            delete(handle)
+            try:
+                delete(handle)
+            except GLError:
+                # With the context its objects are gone.
+                if not self._context.is_lost:
+                    raise
             self.live[kind] -= 1
+
+    def _require_context(self, operation: str) -> None:
+        """Raise VP5042 where the driver lost the context, so that what it has drawn is nothing."""
+        if self._context.is_lost:
+            raise VolprepError("VP5042", operation=operation, driver=self.driver)

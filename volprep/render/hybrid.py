@@ -4,22 +4,63 @@ Lines behind the volume are attenuated by its opacity, lines before it are drawn
 counts as behind it. Where the buffer has no alpha, opacity is estimated: from pictures before black and before white,
 which is exact; from a picture of a white volume, which is exact and here needs no textures of its own, because texture
 combiners take the alpha of a texel as its colour; or from the luminance of the picture, averaged or as perceived, which
-takes dark parts for transparent ones.
+takes dark parts for transparent ones. With shaders the small picture has alpha, and needs no estimate.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from volprep.render.box_lines import box_lines
+from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
 from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.diagnostics import VolprepError
 
 OpacitySource = Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"]
 _LUMINANCE: dict[OpacitySource, tuple[float, float, float]] = {
     "luminance-average": (1 / 3, 1 / 3, 1 / 3),
     "luminance-perceived": (0.3, 0.59, 0.11),
 }
+
+
+@dataclass(frozen=True)
+class Hybrid:
+    """How the picture of a volume and the lines around it are put together."""
+
+    small_hw: tuple[int, int] | None = None
+    """Height and width of the picture of the volume; those of the whole picture if absent."""
+    lines: bool = True
+    """Whether the box of the volume and its middle axes are drawn."""
+    opacity: OpacitySource = "alpha"
+    """Where the opacity of the volume comes from."""
+
+
+def hybrid_picture(
+    renderer: Renderer | SliceRenderer,
+    wanted: Hybrid,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    step_mm: float | None = None,
+) -> Float32Array:
+    """Return a picture [H, W, 4], premultiplied linear: lines with all pixels, the volume with those that are wanted.
+
+    Raises what `render` raises, and VP5050 for an estimate of the opacity where the picture of the volume has alpha.
+    """
+    small_hw = wanted.small_hw or shape_hw
+    extent_mm_xyz = np.array(renderer.level.grid.extent_mm_zyx[::-1])
+    lines = [box_lines(box_from_clip, extent_mm_xyz)] if wanted.lines else []
+    if isinstance(renderer, Renderer):
+        if wanted.opacity != "alpha":
+            raise VolprepError("VP5050", source=wanted.opacity)
+        return renderer.render_with_lines(box_from_clip, shape_hw, small_hw, lines, step_mm)
+    if step_mm is not None:
+        # The renderer says why.
+        return renderer.render(box_from_clip, small_hw, step_mm)
+    small = small_picture(renderer, box_from_clip, small_hw, wanted.opacity)
+    return renderer.render_with_lines(box_from_clip, shape_hw, small, lines)
 
 
 def small_picture(

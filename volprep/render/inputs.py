@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from volprep.render.light_view import light_from_box
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
+from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
 
@@ -44,39 +46,30 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
     values: dict[str, ArrayLike] = {
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
-        "light_mm": _light_mm(program, found),
+        **_light_values(program, found),
         "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
     return Inputs(program, found, textures, values)
 
 
-def _light_mm(program: Program, level: Level) -> tuple[float, ...]:
-    """Place of the program's light in box space; only a program with one asks for it."""
+def _light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
+    """Return the place of the program's light in box space, and its view; only a program with them asks for them."""
     if program.light is None:
-        return (0.0, 0.0, 0.0)
-    place = np.linalg.inv(level.grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0]
-    return tuple(place[:3].tolist())
+        return {}
+    grid = level.grid
+    place = (np.linalg.inv(grid.world_from_box) @ [*program.light.place_mm_xyz, 1.0])[:3]
+    if program.light.shadows not in {"map", "half-angle"}:
+        return {"light_mm": place}
+    seen = light_from_box(place, np.array(grid.extent_mm_zyx[::-1]))
+    return {"light_mm": place, "light_from_box": seen, "box_from_light": np.linalg.inv(seen)}
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
     """Textures in the order of the program's samplers. Raises VP5018 where one is missing."""
-    found = []
-    for sampler in program.samplers:
-        transfer = sampler.transfer or program.transfer
-        channel = _channel_of(package, transfer)
-        matches = [
-            texture
-            for texture in package.manifest.textures
-            if (texture.role, texture.part) == (sampler.role, sampler.part)
-            and _is_for(texture, transfer, level)
-            and (channel is None or not texture.channels or channel in texture.channels)
-        ]
-        # A level's own table stands for the common one.
-        matches = [texture for texture in matches if texture.level == level] or matches
-        if len(matches) != 1:
-            fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
-            raise VolprepError("VP5018", package=package.path, **fields)
-        found.append(matches[0])
+    found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
+    if len(found) < len(program.samplers):
+        fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
+        raise VolprepError("VP5018", package=package.path, **fields)
     return found
 
 
@@ -100,16 +93,6 @@ def _find_level(package: Package, program: Program, level: int | None) -> Level:
         fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
         raise VolprepError("VP5018", package=package.path, **fields)
     return found
-
-
-def _is_for(texture: Texture, transfer: str, level: int) -> bool:
-    """Return whether what a texture holds is for this level and this transfer function, or for all."""
-    return texture.level in {None, level} and texture.transfer in {None, transfer}
-
-
-def _channel_of(package: Package, transfer: str) -> str | None:
-    """Name of the channel of a transfer function, where the package shows several."""
-    return next((channel.name for channel in package.manifest.channels if transfer in channel.transfers), None)
 
 
 def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:

@@ -28,11 +28,7 @@ class Layers:
 
 def layers_of(geometry: Geometry, extent_mm_xyz: Float64Array, box_from_clip: Float64Array, step_mm: float) -> Layers:
     """Return the stack of a view, with layers of which the ray in the middle has `step_mm` at most."""
-    clip = np.array([[0, 0, -1, 1], [1, 0, -1, 1], [0, 1, -1, 1], [0, 0, 1, 1]])
-    near, right, above, far = (place[:3] / place[3] for place in clip @ box_from_clip.T)
-    across, up = (each / np.linalg.norm(each) for each in (right - near, above - near))
-    view = np.cross(across, up)
-    view *= np.sign(view @ (far - near)) / np.linalg.norm(view)
+    across, view = view_axes(box_from_clip)
     if geometry == "view-slices":
         axes = np.column_stack([across, np.cross(view, across), view]) * (np.linalg.norm(extent_mm_xyz) / 2)
     else:
@@ -46,6 +42,16 @@ def layers_of(geometry: Geometry, extent_mm_xyz: Float64Array, box_from_clip: Fl
     depth_mm = 2 * float(np.linalg.norm(axes[:, 2]))
     cosine = abs(float(view @ axes[:, 2])) * 2 / depth_mm
     return Layers(matrix, max(1, math.ceil(depth_mm / (step_mm * cosine) - 1e-9)))
+
+
+def view_axes(box_from_clip: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return unit vectors in box space: to the picture's right, and at a right angle to it, away from the viewer."""
+    clip = np.array([[0, 0, -1, 1], [1, 0, -1, 1], [0, 1, -1, 1], [0, 0, 1, 1]])
+    near, right, above, far = (place[:3] / place[3] for place in clip @ box_from_clip.T)
+    across, up = (each / np.linalg.norm(each) for each in (right - near, above - near))
+    view = np.cross(across, up)
+    view *= np.sign(view @ (far - near)) / np.linalg.norm(view)
+    return across, view
 
 
 def layer_corners(

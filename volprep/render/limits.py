@@ -19,7 +19,7 @@ def check_program(program: Program, textures: Sequence[Texture], manifest: Manif
     are more than units, VP5014 if they take too much memory together.
     """
     profile = manifest.profile
-    count = len(textures) + len(program.before)
+    count = len(textures) + len(program.passes)
     if count > profile.texture_units:
         raise VolprepError("VP5013", name=program.name, count=count, limit=profile.texture_units, profile=profile.name)
     files = {texture.file for texture in textures if texture.mipmap is not None}

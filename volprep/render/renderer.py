@@ -5,6 +5,7 @@ package, whatever the driver at hand allows.
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
@@ -14,20 +15,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.block_inputs import block_inputs
+from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
-from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText, TargetFormat
+from volprep.render.gl import (
+    TRIANGLE,
+    Bindings,
+    Corners,
+    Gl,
+    LinkedProgram,
+    PicturePart,
+    PictureTarget,
+    ShaderText,
+    TargetFormat,
+)
 from volprep.render.gpu_clock import gpu_clock
+from volprep.render.half_angle import corners_of_layers, half_angle_layers
 from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
-from volprep.render.timing import DrawTimes, draw_times, median_ms
+from volprep.render.overlay import Overlay, overlay
+from volprep.render.timing import Clock, DrawTimes, draw_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_packages import package_of_transfer
-from volprep_formats.package.program import Geometry, Pass, Program, Uniform
+from volprep_formats.package.program import Geometry, LightPass, Pass, Program, Uniform
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
@@ -35,6 +49,8 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
 _STEP_CODES = ("VP5019", "VP5024")
+_INVOCATIONS = 64
+"""Of a group of a compute shader."""
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 
@@ -69,6 +85,7 @@ class Renderer:
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
         self._stack = ExitStack()
+        self._overlay: Overlay | None = None
         self._last: tuple[bytes, tuple[int, int], float | None] | None = None
 
     def __enter__(self) -> Self:
@@ -83,8 +100,9 @@ class Renderer:
             self._loop_limit = LoopLimit(self._gl)
             self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders(self._program)))
             check_uniforms(self._program, self._textures, self._linked)
-            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.before]
+            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
             self._targets_before: list[PictureTarget] = []
+            self._overlay = None
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -96,6 +114,7 @@ class Renderer:
             self._corners = stack.enter_context(self._gl.corners())
             self._target_stack = stack.enter_context(ExitStack())
             self._target: PictureTarget | None = None
+            self._map_step_mm: float | None = None
             self._stack = stack.pop_all()
         return self
 
@@ -125,6 +144,11 @@ class Renderer:
         """The program that draws."""
         return self._program
 
+    @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures and meshes that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
     def render(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
     ) -> Float32Array:
@@ -137,22 +161,46 @@ class Renderer:
         target = self._draw(box_from_clip, shape_hw, step_mm)
         return self._gl.read(target)
 
+    def render_with_lines(
+        self,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        small_hw: tuple[int, int],
+        lines: Sequence[BoxLines],
+        step_mm: float | None = None,
+    ) -> Float32Array:
+        """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
+
+        Errors are those of `render`.
+        """
+        small = self._draw(box_from_clip, small_hw, step_mm)
+        if self._overlay is None:
+            self._overlay = self._stack.enter_context(overlay(self._gl))
+        with self._gl.target("rgba8", shape_hw) as target:
+            self._overlay.draw(small, target, box_from_clip, lines)
+            return self._gl.read(target)
+
     def time_ms(
         self,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         step_mm: float | None = None,
         repeats: int = 5,
+        clock: Clock = time.perf_counter,
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        If the same picture was drawn last, that was the one.
+        If the same picture was drawn last, that was the one. `clock` tells the time in seconds.
 
         Drawing only: no upload, no reading back.
         """
         has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
         return median_ms(
-            lambda: self._draw(box_from_clip, shape_hw, step_mm), self._gl.finish, repeats, has_drawn=has_drawn
+            lambda: self._draw(box_from_clip, shape_hw, step_mm),
+            self._gl.finish,
+            repeats,
+            has_drawn=has_drawn,
+            clock=clock,
         )
 
     def draw_times(
@@ -176,13 +224,23 @@ class Renderer:
             for _ in self._slabs(target, values, step, self._program.slab_samples):
                 pass
             return target
+        values["clip_from_box"] = clip_from_box_of(box_from_clip)
+        passes = zip(self._program.before, self._linked_before, self._targets_before, strict=False)
+        for each, linked, drawn in passes:
+            bindings = self._bindings(each.uniforms, values)
+            if each.size is not None:
+                # A shadow map is the same for every view.
+                if self._map_step_mm != step:
+                    self._gl.draw(linked, bindings, drawn, self._triangle)
+                    self._map_step_mm = step
+                continue
+            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+        if self._program.light_pass is not None:
+            self._draw_half_angle(target, values, box_from_clip, step, self._program.light_pass)
+            return target
         if self._program.geometry == "triangle":
             self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
             return target
-        values["clip_from_box"] = clip_from_box_of(box_from_clip)
-        for each, linked, drawn in zip(self._program.before, self._linked_before, self._targets_before, strict=True):
-            bindings = self._bindings(each.uniforms, values)
-            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
         if self._program.blend is None:
             corners = self._faces(self._program.geometry, box_from_clip)
         else:
@@ -195,6 +253,93 @@ class Renderer:
         bindings = self._bindings(self._program.uniforms, values)
         self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
         return target
+
+    def _draw_half_angle(
+        self,
+        target: PictureTarget,
+        values: Mapping[str, ArrayLike],
+        box_from_clip: Float64Array,
+        step_mm: float,
+        light_pass: LightPass,
+    ) -> None:
+        """Draw each layer for the viewer, then for the light."""
+        light_mm = np.asarray(values["light_mm"], np.float64)
+        layers, behind = half_angle_layers(self._extent_mm_xyz, box_from_clip, light_mm, step_mm)
+        seen = corners_of_layers(layers, box_from_clip)
+        lit = corners_of_layers(layers, np.asarray(values["box_from_light"], np.float64))
+        values = {**values, "box_from_slices": layers.box_from_slices, "slices": layers.count}
+        drawn = self._targets_before[-1]
+        bindings = self._bindings(self._program.uniforms, values)
+        # What is drawn into is not read.
+        from_light = self._bindings(light_pass.uniforms, values).without(light_pass.sampler)
+        blend = light_pass.behind if behind else self._program.blend
+        for number in range(layers.count):
+            corners = Corners(seen[number], blend, clears=number == 0)
+            if number == 0:
+                nothing = Corners(lit[number][:0], light_pass.blend)
+                self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, nothing)
+            self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+            towards = Corners(lit[number], light_pass.blend, clears=False)
+            self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
+
+    def draw_part(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None, part: PicturePart
+    ) -> None:
+        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for what is no single draw."""
+        program = self._program
+        if program.geometry != "triangle" or program.slab_samples is not None or program.before:
+            raise VolprepError("VP5041", technique=program.technique)
+        self._last = None
+        step = self._step(step_mm)
+        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
+        bindings = self._bindings(program.uniforms, values)
+        self._gl.draw(self._linked, bindings, self._target_of(shape_hw), self._triangle, part)
+
+    def drawn(self, shape_hw: tuple[int, int]) -> Float32Array:
+        """Return the picture of this size as it is so far."""
+        return self._gl.read(self._target_of(shape_hw))
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn."""
+        self._gl.finish()
+
+    @contextmanager
+    def in_order(self, share: Float32Array) -> Iterator[None]:
+        """Let parts of a picture be those pixels of which `share` [H, W] has one number, from 0 to 1."""
+        height, width = share.shape
+        with self._gl.orders(self._target_of((height, width)), share):
+            yield
+
+    def sorted_tiles(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> list[int]:
+        """Return the numbers of the tiles of a picture, those that cost least first; in rows from the lower left.
+
+        As they come, without what sorts them or without OpenGL ES 3.1.
+        """
+        tiles = self._program.tiles
+        if tiles is None:
+            raise VolprepError("VP5041", technique=self._program.technique)
+        count = math.prod(-(-size // tiles.size) for size in shape_hw)
+        if self.driver.version_number < (3, 1):
+            return [*range(count)]
+        height, width = shape_hw
+        values = {
+            "box_from_clip": box_from_clip,
+            "step_mm": self._step(step_mm),
+            "picture_width": width,
+            "picture_height": height,
+            **self._inputs.values,
+        }
+        paths = (tiles.cost, tiles.offsets, tiles.place)
+        bindings = self._bindings(tiles.uniforms, values)
+        runs = -(-count // _INVOCATIONS)
+        with ExitStack() as stack:
+            buffers = [stack.enter_context(self._gl.numbers(size)) for size in (count, tiles.groups, count)]
+            for path, groups in zip(paths, (runs, 1, runs), strict=True):
+                text = ShaderText(path, self._package.read_text(path))
+                linked = stack.enter_context(self._gl.compute(path, text))
+                self._gl.dispatch(linked, bindings, buffers, groups)
+            found: list[int] = self._gl.read_numbers(buffers[2], count).tolist()
+        return found
 
     def progress(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
@@ -227,7 +372,7 @@ class Renderer:
     def _bindings(self, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
         targets: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]] = {
             each.sampler: ("TEXTURE_2D", target.texture)
-            for each, target in zip(self._program.before, self._targets_before, strict=True)
+            for each, target in zip(self._program.passes, self._targets_before, strict=True)
         }
         given = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in uniforms}
         return Bindings({**self._handles, **targets}, given)
@@ -269,11 +414,16 @@ class Renderer:
             self._target_stack.close()
             self._target = None
             self._target = self._target_stack.enter_context(
-                self._gl.target(self._target_format, shape_hw, depth=self._has_depth)
+                self._gl.target(
+                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
+                )
             )
+            self._map_step_mm = None
             self._targets_before = [
-                self._target_stack.enter_context(self._gl.target(each.target, shape_hw))
-                for each in self._program.before
+                self._target_stack.enter_context(
+                    self._gl.target(each.target, _shape_of(each, shape_hw), linear=isinstance(each, LightPass))
+                )
+                for each in self._program.passes
             ]
         return self._target
 
@@ -281,7 +431,10 @@ class Renderer:
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
         """Compile a pass that comes first. Raises VP5017 where its uniforms are not those that it names."""
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
-            _require_named(drawn.fragment, {each.name: each.type for each in drawn.uniforms}, linked)
+            named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
+            read = zip(self._program.samplers, self._textures, strict=True)
+            named |= {each.name: _SAMPLERS[texture.gl.target] for each, texture in read if each.name in drawn.reads}
+            _require_named(drawn.fragment, named, linked)
             yield linked
 
     def _shaders(self, program: Program | Pass) -> tuple[ShaderText, ShaderText]:
@@ -307,12 +460,17 @@ class Renderer:
         return image.levels
 
 
+def _shape_of(drawn: Pass, shape_hw: tuple[int, int]) -> tuple[int, int]:
+    """Return the height and the width of what a pass draws into, before a picture of this shape."""
+    return shape_hw if drawn.size is None else (drawn.size, drawn.size)
+
+
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
     """Raise VP5017 unless the manifest names exactly what is active in the program, with its types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for sampler, texture in zip(program.samplers, textures, strict=True):
         named[sampler.name] = _SAMPLERS[texture.gl.target]
-    named |= {each.sampler: "sampler2D" for each in program.before}
+    named |= {each.sampler: "sampler2D" for each in program.passes}
     _require_named(program.name, named, linked)
 
 

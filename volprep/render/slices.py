@@ -10,6 +10,7 @@ multiply: by 1 / cos, which is that for faint texels, at most √3 with three st
 most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
 """
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
@@ -126,6 +127,11 @@ class SliceRenderer:
         return self._gl.driver
 
     @property
+    def uploaded_bytes(self) -> int:
+        """Bytes of textures that were handed to the driver."""
+        return self._gl.uploaded_bytes
+
+    @property
     def name(self) -> str:
         """What draws, in words."""
         return f"slices of {self.transfer}"
@@ -172,7 +178,7 @@ class SliceRenderer:
         return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats)
 
     def render_with_lines(
-        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], small: Float32Array, lines: BoxLines
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], small: Float32Array, lines: Sequence[BoxLines]
     ) -> Float32Array:
         """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
 
@@ -181,9 +187,11 @@ class SliceRenderer:
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
         target = self._target_of(shape_hw)
         self._gl.clear(target, shape_hw)
-        self._gl.lines(lines.behind, lines.colour, clip_from_box)
+        for each in lines:
+            self._gl.lines(each.behind, each.colour, clip_from_box)
         self._gl.picture(np.rint(np.clip(small, 0.0, 1.0) * 255).astype(np.uint8))
-        self._gl.lines(lines.before, lines.colour, clip_from_box)
+        for each in lines:
+            self._gl.lines(each.before, each.colour, clip_from_box)
         return self._gl.read(target, shape_hw)
 
     def _draw(

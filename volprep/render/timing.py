@@ -50,14 +50,24 @@ class DrawTimes:
     """By the driver's own clock; None where it has none, or was always interrupted."""
 
 
+Clock = Callable[[], float]
+"""Seconds: of the clock on the wall, or of the processor. Where a driver draws with the processor, that one is hardly
+disturbed by what else the machine does."""
+
+
 def median_ms(
-    draw: Callable[[], object], finish: Callable[[], None], repeats: int, *, has_drawn: bool = False
+    draw: Callable[[], object],
+    finish: Callable[[], None],
+    repeats: int,
+    *,
+    has_drawn: bool = False,
+    clock: Clock = time.perf_counter,
 ) -> float:
     """Median of the milliseconds that `draw` takes, over `repeats` pictures after one that is not counted.
 
     `finish` waits until all that was asked for is drawn. That one has been drawn before if `has_drawn`.
     """
-    return statistics.median(_wall_ms(draw, finish, repeats, warm=not has_drawn))
+    return statistics.median(_times_ms(draw, finish, repeats, warm=not has_drawn, clock=clock))
 
 
 def draw_times(
@@ -68,20 +78,48 @@ def draw_times(
     The driver's clock runs in pictures of its own, half as many: reading it takes time.
     """
     began = time.perf_counter()
-    wall = _wall_ms(draw, finish, least)
+    wall = _times_ms(draw, finish, least)
     while time.perf_counter() - began < seconds:
-        wall.append(_wall_ms(draw, finish, 1, warm=False)[0])
+        wall.append(_times_ms(draw, finish, 1, warm=False)[0])
     found = [] if gpu is None else [gpu.measure_ms(draw) for _ in range(-(-len(wall) // 2))]
     times = [each for each in found if each is not None]
     return DrawTimes(Spread.of(wall), Spread.of(times) if times else None)
 
 
-def _wall_ms(draw: Callable[[], object], finish: Callable[[], None], repeats: int, *, warm: bool = True) -> list[float]:
+def _times_ms(
+    draw: Callable[[], object],
+    finish: Callable[[], None],
+    repeats: int,
+    *,
+    warm: bool = True,
+    clock: Clock = time.perf_counter,
+) -> list[float]:
     times = []
     for _ in range(repeats + warm):
         finish()
-        start = time.perf_counter()
+        start = clock()
         draw()
         finish()
-        times.append((time.perf_counter() - start) * 1000)
+        times.append((clock() - start) * 1000)
     return times[1:] if warm else times
+
+
+def paired_ms(
+    one: Callable[[], float], other: Callable[[], float], *, least: int, seconds: float
+) -> tuple[list[float], list[float]]:
+    """Time two things in turns, so that what else the machine does disturbs both alike; every other turn backwards.
+
+    Each returns its milliseconds. There are at least so many turns, and turns until so many seconds have passed; none
+    is left out and none added because of what it says.
+    """
+    began = time.perf_counter()
+    first: list[float] = []
+    second: list[float] = []
+    while len(first) < least or time.perf_counter() - began < seconds:
+        if len(first) % 2:
+            second.append(other())
+            first.append(one())
+        else:
+            first.append(one())
+            second.append(other())
+    return first, second

@@ -6,11 +6,13 @@ and at last black. How many turns a driver makes is counted by a shader.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from volprep.render.gl import Bindings, Gl, ShaderText
 from volprep.shading.compose import compose
+from volprep.shading.compositing import SURFACES
 from volprep.shading.skipping import SKIP_RUN, skip_table
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
@@ -57,33 +59,64 @@ def counted_turns(gl: Gl, turns: int) -> int:
     return int(digits[0] + 256 * digits[1] + 65536 * digits[2])
 
 
+_OF_SEARCH = 7.0
+"""Most turns of the search for a surface that a ray touches between two samples."""
+
+
+@dataclass(frozen=True)
+class _Turns:
+    """Turns of a program's loops along the longest ray, by the samples that it has."""
+
+    squared: float
+    """For each pair of samples: where a sample has a ray of its own, to the light."""
+    each: float
+    """For each sample."""
+    others: float
+    """Those beside."""
+
+
 def turns_of_rays(manifest: Manifest, program: Program, level: int, step_mm: float) -> float:
     """Return how many turns the loops of a program may take along the longest ray."""
     samples = _longest_mm(manifest) / step_mm
-    per_sample, others = _loop(manifest, program, level)
-    return per_sample * samples + others
+    turns = _loop(manifest, program, level)
+    return (turns.squared * samples + turns.each) * samples + turns.others
 
 
-def step_mm_of_turns(manifest: Manifest, program: Program, level: int, turns: int) -> float:
+def step_mm_of_turns(manifest: Manifest, program: Program, level: int, made: int) -> float:
     """Return the finest step at which no ray takes more turns; infinity if there is none."""
-    per_sample, others = _loop(manifest, program, level)
-    return _longest_mm(manifest) * per_sample / (turns - others) if turns > others else math.inf
+    turns = _loop(manifest, program, level)
+    left = made - turns.others
+    if left <= 0.0:
+        return math.inf
+    # The greater root of squared · n² + each · n = left, written so that squared may be 0.
+    root = turns.each + math.sqrt(turns.each**2 + 4.0 * turns.squared * left)
+    return _longest_mm(manifest) * root / (2.0 * left)
 
 
-def _loop(manifest: Manifest, program: Program, level: int) -> tuple[float, float]:
-    """Return the turns for each sample, and those beside."""
+def _loop(manifest: Manifest, program: Program, level: int) -> _Turns:
+    # A ray to the light takes one more sample at its end.
+    shadow = 1.0 if program.light is not None and program.light.shadows == "rays" else 0.0
     if program.slab_samples is not None:
         # A run of samples takes two turns more.
-        return 0.0, _APART * (2.0 * program.slab_samples + 1.0)
+        slab = program.slab_samples
+        return _Turns(0.0, shadow * slab, _APART * (2.0 * slab + 1.0) + 2.0 * shadow * slab)
     if program.blend is not None:
-        return 0.0, 1.0
+        return _Turns(0.0, 0.0, 1.0)
+    if program.compositing in SURFACES:
+        # A ray ends at the surface, and begins its only ray to the light there.
+        return _unlit(manifest, program, level, each=shadow + _OF_SEARCH)
+    return _unlit(manifest, program, level, squared=shadow, each=2.0 * shadow)
+
+
+def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float = 0.0, each: float = 0.0) -> _Turns:
+    """Return the turns of the loop through the volume, added to those of the loops to the light."""
     if all(sampler.role != "skip" for sampler in program.samplers):
-        return 1.0, 1.0
+        return _Turns(squared, each + 1.0, 1.0)
     table = skip_table(manifest, program.transfer, level)
     blocks = sum(table.blocks_zyx) if table else 0
-    # A run of samples takes a turn of the outer loop, and one in which the inner loop ends. A jump takes a turn of each
-    # loop; of a block that a ray leaves by rounding it may take two.
-    return _APART * (SKIP_RUN + 2) / SKIP_RUN, _APART * 4 * blocks + 1.0
+    # A run of samples takes a turn of the outer loop and of the one that looks, and one in which its own ends. A jump
+    # takes a turn of each loop; of a block that a ray leaves by rounding it may take two.
+    return _Turns(squared, each + _APART * (SKIP_RUN + 3) / SKIP_RUN, _APART * 6 * blocks + 1.0)
 
 
 def _longest_mm(manifest: Manifest) -> float:

@@ -15,7 +15,7 @@ from volprep.report.plots import (
     error_against_time,
     transfer_plot,
 )
-from volprep.validation.folder import CURVES_PAGE
+from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
 from volprep.validation.pictures import colours, css_bytes
 from volprep.validation.records import ProgramResult, Report, SweepPoint, ViewResult, WayName
 from volprep_formats.package.channels import channel_views
@@ -80,6 +80,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
         .render(
             report=report,
             curves_page=CURVES_PAGE if with_curves else None,
+            ablation_page=None if report.ablation is None else ABLATION_PAGE,
             manifest=manifest,
             plots={program.program: _plots(program, report) for program in report.programs},
             transfer_plots=_transfer_plots(manifest),

@@ -66,6 +66,21 @@ class DeviceCurve:
     """The same of points that stand alone."""
 
 
+@dataclass(frozen=True)
+class Line:
+    """Points that are joined."""
+
+    label: str
+    """What the legend calls it."""
+    points: tuple[tuple[float, float], ...]
+    """Horizontal and vertical place of each."""
+
+
+def line_plot(lines: Sequence[Line], x: str, y: str, name: str) -> Plot:
+    """Lines over two linear axes that begin at 0, with the names of the axes."""
+    return _plot(lambda axes: _draw_lines(axes, lines, x, y), name)
+
+
 def curves_against_time(curves: Sequence[DeviceCurve], tolerance_rmse: float, name: str) -> Plot:
     """RMSE against milliseconds per draw, a curve for each device."""
     return _plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse), name)
@@ -148,6 +163,18 @@ def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: floa
                 times, errors, label=label, linestyle=line, color=colour, marker=marker, markersize=size, alpha=alpha
             )
     axes.axhline(tolerance_rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+
+
+def _draw_lines(axes: Axes, lines: Sequence[Line], x: str, y: str) -> None:
+    for number, line in enumerate(lines):
+        colour, marker = _SERIES[number % len(_SERIES)], _MARKERS[number // len(_SERIES) % len(_MARKERS)]
+        axes.plot(*zip(*line.points, strict=True), color=colour, marker=marker, markersize=4, label=line.label)
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:

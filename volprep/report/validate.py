@@ -6,10 +6,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from volprep.plan.device_files import read_devices
+from volprep.report.ablation_page import ablation_page
 from volprep.report.curves_page import curves_page
 from volprep.report.page import page
+from volprep.validation.ablation.measure import measure_ablation
 from volprep.validation.curves.measure import measure_curves
-from volprep.validation.folder import report_folder
+from volprep.validation.folder import ABLATION_PAGE, report_folder
 from volprep.validation.records import Report
 from volprep.validation.run import measure_package
 from volprep.validation.scan import find_scan
@@ -28,6 +30,7 @@ def validate(
     witness: bool = False,
     devices: Path | None = None,
     curves: bool = False,
+    ablate: bool = False,
 ) -> Report:
     """Validate the sealed package at `path`, and write the report to the folder `report_path`.
 
@@ -47,13 +50,16 @@ def validate(
         Folder of what devices have measured of this package, for the report.
     curves
         Whether to measure all choices, too: curves.json and curves.html in the same folder.
+    ablate
+        Whether to measure what each item of the package is worth, too: `ablation` of the report, and ablation.html.
 
     Raises
     ------
     VolprepError
         VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
         the scan is not known or another, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when
-        VTK cannot be asked, VP6050 for curves without shaders, VP7036 and VP7037 for a measurement that is none or of
+        VTK cannot be asked, VP6050 for curves and VP6080 for
+        leaving out without shaders, VP7036 and VP7037 for a measurement that is none or of
         another package, and what reader and renderer raise. A package beyond the tolerance is no error here: the
         verdict says so.
     """
@@ -70,6 +76,12 @@ def validate(
             files.mkdir()
             choices = measure_curves(report.package.manifest, judge, files, progress, picture_size)
             folder.write_curves(choices, curves_page(choices))
+        if ablate:
+            judge, files = find_scan(path, source), scratch / "ablation"
+            files.mkdir()
+            found = measure_ablation(report.package.manifest, judge, files, progress, picture_size)
+            report = report.model_copy(update={"ablation": found})
+            folder.write_page(ABLATION_PAGE, ablation_page(report, found))
         folder.write(report, page(report, with_curves=curves))
     return report
 

@@ -21,6 +21,7 @@ from volprep_formats.package.program import (
     CompositingName,
     Lighting,
     NormalsFrom,
+    Shadows,
     Share,
     TechniqueName,
 )
@@ -117,6 +118,7 @@ class RenderWishes(Record):
     first pass over the faces of the box says where rays enter. "two-pass-as-published": the same with positions of 8
     bits, as Congote et al. (2011) have them, to compare with: they are off by up to 1/510 of the box. "slabs": ray
     casting in several draws, each of the next 40 samples of all rays, so that an app may show what is there already.
+    "tiles": ray casting in tiles of 8×8 pixels, which compute shaders of OpenGL ES 3.1 sort by their cost.
     "view-slices": layers across the view are blended, which some devices draw faster; each is rounded to the 8 bits of
     the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
     "view-slices", with the opacity and the blending of Noguera and Jiménez (2012), to compare with: it does not
@@ -133,9 +135,10 @@ class RenderWishes(Record):
     each level the longest one, from 0.25 to 2, whose error, measured on a sample of rays, is within a quarter of the
     tolerance; where users may edit transfer functions 0.5, or 0.25 with compositing maximum or minimum; with slices
     1."""
-    opacity_cutoff: Fraction = 0.998
-    """A ray stops when its opacity passes this (early ray termination). What lies behind counts as being like what is
-    in front; no pixel is off by more than 1 minus this."""
+    opacity_cutoff: Literal["auto"] | Fraction = "auto"
+    """A ray ends when its opacity passes this (early ray termination). What lies behind counts as being like what is in
+    front; no pixel is off by more than 1 minus this. "auto": 0.998, where enough samples of rays lie behind it to save
+    time. 1: rays run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"
@@ -162,6 +165,12 @@ class LightingSettings(Record):
     """How white a highlight is."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
+    shadows: Shadows = "none"
+    """Whether what lies between the light of "phong" or "blinn-phong" and a sample takes light away; OpenGL ES 3.0.
+    "rays": the shader follows a ray from each lit sample to the light, with as many steps as the pixel's own ray has.
+    Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a pass draws how far
+    the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light outside the volume:
+    each slice is drawn for the viewer and for the light."""
 
 
 class GridSettings(Record):
@@ -305,13 +314,18 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
+    @property
+    def _reads_normals(self) -> bool:
+        """Whether lit samples read a volume of normals."""
+        return self.render.lighting != "none" and self.lighting.normals == "volume"
+
     @model_validator(mode="after")
     def _mipmaps_are_alone(self) -> Self:
         if self.textures.mipmaps and self.textures.compression != "none":
             msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
             raise ValueError(msg)
-        if self.textures.mipmaps and self.render.lighting != "none":
-            msg = "render.lighting reads normals, which have no mipmaps: leave out textures.mipmaps"
+        if self.textures.mipmaps and self._reads_normals:
+            msg = "render.lighting reads normals, which have no mipmaps: set lighting.normals to central or forward"
             raise ValueError(msg)
         return self
 
@@ -320,7 +334,7 @@ class Scene(Record):
         others = {
             "textures.mipmaps": self.textures.mipmaps,
             "textures.compression": self.textures.compression != "none",
-            "render.lighting": self.render.lighting != "none",
+            "render.lighting with lighting.normals volume": self._reads_normals,
             "render.classification preclassified": self.render.classification == "preclassified",
         }
         if self.bricks is not None and any(others.values()):

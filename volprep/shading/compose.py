@@ -20,14 +20,22 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 
-Dialect = Literal["es100", "es300"]
+Dialect = Literal["es100", "es300", "es310"]
+"""Languages of shaders. Compute shaders alone have the last one."""
 
 _FOLDER = Path(__file__).parent / "glsl"
 _HEAD = re.compile(r"^//:.*\n", re.MULTILINE)
 _SECTION = re.compile(r"^//#section (\w+)\n", re.MULTILINE)
 _EACH = re.compile(r"^ *//#each (\w+)\n(.*?)^ *//#end\n", re.MULTILINE | re.DOTALL)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
-_HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n"}
+_HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n", "es310": "#version 310 es\n"}
+_ES300 = {
+    "ATTRIBUTE": "in",
+    "VARYING_IN": "in",
+    "VARYING_OUT": "out",
+    "TEXTURE_2D": "texture",
+    "PICTURE": "picture",
+}
 _KEYWORDS: dict[Dialect, dict[str, str]] = {
     "es100": {
         "ATTRIBUTE": "attribute",
@@ -36,13 +44,8 @@ _KEYWORDS: dict[Dialect, dict[str, str]] = {
         "TEXTURE_2D": "texture2D",
         "PICTURE": "gl_FragColor",
     },
-    "es300": {
-        "ATTRIBUTE": "in",
-        "VARYING_IN": "in",
-        "VARYING_OUT": "out",
-        "TEXTURE_2D": "texture",
-        "PICTURE": "picture",
-    },
+    "es300": _ES300,
+    "es310": _ES300,
 }
 
 

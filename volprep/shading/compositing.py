@@ -10,6 +10,11 @@ from volprep_formats.package.transfer_function import TransferFunction
 SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
 """Both ends of each segment are sampled, and rays end at the surface."""
 _SAMPLE = "start + stride * i"
+_SIDES: dict[CompositingName, str] = {
+    "first-hit": ", true",
+    "isosurface": ", stored_value(start + stride * (passed - 0.5)) < ISOVALUE",
+}
+"""Whether the value on the viewer's side of a surface is below the isovalue, as an argument."""
 
 
 def compositing(
@@ -17,7 +22,8 @@ def compositing(
 ) -> Feature:
     """Return the parts of a compositing: the file of its name, with three sections for rays that may end early."""
     function = next((each for each in manifest.transfer_functions if each.name == program.transfer), None)
-    offers = {"REFERENCE_MM": literal(1.0 if function is None else function.reference_mm), "LIT_AT": _SAMPLE}
+    reference_mm = literal(1.0 if function is None else function.reference_mm)
+    offers = {"REFERENCE_MM": reference_mm, "LIT_AT": _SAMPLE, "SIDE": ""}
     glsl = walk.compositing or f"compositing/{program.compositing.replace('-', '_')}"
     slots: dict[str, Slot] = {
         "about": f"{glsl}:about",
@@ -30,12 +36,14 @@ def compositing(
         is_lit = program.lighting != "none"
         slots |= {
             "stop": f"{glsl}:stop",
-            "refinement": "compositing/refinement" if is_lit else None,
+            "touch": "compositing/refinement:touch",
+            "refinement": "compositing/refinement:between" if is_lit else None,
             "hit": f"{glsl}:hit" if is_lit else None,
             "classification_start": "compositing/refinement:start",
+            "restart": "compositing/refinement:restart",
         }
         words = {"ISOVALUE": literal(_stored(manifest, function))}
-        return Feature(slots, words, {**offers, "LIT_AT": "hit"})
+        return Feature(slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing]})
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
     if render.opacity_cutoff is None or not ends_early or not walk.loops:

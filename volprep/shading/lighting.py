@@ -7,9 +7,10 @@ the gradient is nearly zero or codes around it cancel, keeps its own colour: it 
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
+from volprep.shading.shadows import shadows_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE
-from volprep_formats.package.program import Light, ProgramDesign, Sampler, Uniform
+from volprep_formats.package.program import Light, ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 # Linear filtering of 8-bit codes leaves about a thousandth of a zero vector.
@@ -38,10 +39,17 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
     if program.light is None:
         return Feature({**slots, "light": "light/headlight:sample"}, words, samplers=found.samplers)
+    shadows = shadows_of(program)
     return Feature(
-        slots={**slots, "normals": found.slots["lighting"], "lighting": "light/placed", "light": "light/placed:sample"},
-        words={**words, **_light_words(program.light), "SHINE": _SHINE[program.lighting]},
-        uniforms=(Uniform(name="u_light_mm", type="vec3", source="light_mm"),),
+        slots={
+            **slots,
+            "normals": found.slots["lighting"],
+            "lighting": "light/placed",
+            "light": "light/placed:sample",
+            **shadows.slots,
+        },
+        words={**words, **_light_words(program.light), "SHINE": _SHINE[program.lighting], **shadows.words},
+        uniforms=shadows.uniforms,
         samplers=found.samplers,
     )
 

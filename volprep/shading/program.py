@@ -4,24 +4,27 @@ Each feature of the program fills its slots, whatever its technique is and whate
 package does not need leaves no trace in the text.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.shading.classification import classification
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Slot, compose, literal
+from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
 from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
+from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, layer_feature, map_feature
 from volprep.shading.skipping import skipping_of
+from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
 from volprep.shading.together import drawn_together
-from volprep.shading.walk import PassText, Wanted
+from volprep.shading.walk import PassText, Walk, Wanted
 from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Sampler, Uniform
+from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Sampler, Uniform, UniformSource
 from volprep_formats.package.reader import Package
 
 _OPTIONAL = (
@@ -34,6 +37,7 @@ _OPTIONAL = (
     "stop_start",
     "stop",
     "stop_picture",
+    "restart",
 )
 """Slots that stay empty where no empty space is skipped, nothing is lit, and rays do not end early."""
 
@@ -59,6 +63,10 @@ class Shaders:
     """What the vertex shader draws."""
     before: tuple[PassText, ...]
     """Passes that come first, with the vertex shader of the program."""
+    light_pass: PassText | None
+    """What is drawn after each layer, from the light."""
+    tiles: TileTexts | None
+    """What sorts the tiles of the picture."""
     blend: Blend | None
     """How fragments are blended."""
     slab_samples: int | None
@@ -78,15 +86,36 @@ def compose_program(
         raise ValueError(msg)
     dialect = DIALECTS[program.sampling]
     walk = WALKS[program.technique](Wanted(program, grid, dialect, render.step_of(min(program.levels))))
+    own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
-        *_features(package_of_transfer(package, program.transfer), program, grid, skips=skips and walk.loops),
+        *_features(own, program, grid, skips=skips and walk.loops),
         compositing(package.manifest, program, render, walk, ends_early=ends_early),
     ]
+    shadows = "none" if program.light is None else program.light.shadows
+    shadow_map = (_shadow_map(own, program, grid, render, skips=skips),) if shadows == "map" else ()
+    return Shaders(
+        vertex=walk.vertex,
+        fragment=_composed(features, dialect, grid),
+        uniforms=tuple(uniform for feature in features for uniform in feature.uniforms),
+        samplers=tuple(sampler for feature in features for sampler in feature.samplers),
+        step_mm_min=walk.step_mm_min,
+        geometry=walk.geometry,
+        before=(*walk.before, *shadow_map),
+        tiles=_tiles(own, program, grid, render, skips=skips) if program.technique == "tiles" else None,
+        light_pass=_light_layers(own, program, grid, walk) if shadows == "half-angle" else None,
+        blend=walk.blend,
+        slab_samples=walk.slab_samples,
+    )
+
+
+def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
+    """Return the text of a fragment shader."""
     slots: dict[str, Slot] = {**dict.fromkeys(_OPTIONAL), "dialect": f"ray/dialect_{dialect}", **_BOX}
     words: dict[str, str] = {}
     offered = {
         "LAST": "count",
+        "NEAR": "stored_value(",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),
@@ -95,17 +124,66 @@ def compose_program(
         slots |= feature.slots
         words |= feature.words
         offered |= feature.offers
-    return Shaders(
+    return compose("ray/fragment", dialect, slots, words, offered)
+
+
+def _shadow_map(
+    package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool
+) -> PassText:
+    """Return the pass that draws the surface of a program as its light sees it: rays through what it samples."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    walk = WALKS["ray-casting"](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    sampling, _, *skipping = _features(package, unlit, grid, skips=skips)
+    sampled = (sampling, *skipping)
+    surface = compositing(package.manifest, program, render, walk, ends_early=False)
+    features = [walk.feature, *sampled, surface, map_feature()]
+    return PassText(
+        _composed(features, "es300", grid),
+        "triangle",
+        SHADOW_MAP,
+        "rgba32f",
+        _from_light(features),
         vertex=walk.vertex,
-        fragment=compose("ray/fragment", dialect, slots, words, offered),
-        uniforms=tuple(uniform for feature in features for uniform in feature.uniforms),
-        samplers=tuple(sampler for feature in features for sampler in feature.samplers),
-        step_mm_min=walk.step_mm_min,
-        geometry=walk.geometry,
-        before=walk.before,
-        blend=walk.blend,
-        slab_samples=walk.slab_samples,
+        reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
+        size=MAP_SIZE,
     )
+
+
+def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Walk) -> PassText:
+    """Return the pass that draws the layers of a program for its light."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    sampled = _features(package, unlit, grid, skips=False)
+    features = [walk.feature, *sampled, layer_feature()]
+    return PassText(
+        _composed(features, "es300", grid),
+        walk.geometry,
+        SHADOW_MAP,
+        "rgba16f",
+        _from_light(features),
+        reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
+        size=MAP_SIZE,
+    )
+
+
+def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
+    """Return what sorts the tiles of a picture: rays that count their samples. What lights them does not count."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    walk = WALKS[program.technique](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
+    features = [
+        walk.feature,
+        *_features(package, unlit, grid, skips=skips),
+        taken,
+        cost_feature(grid, taken.slots["sample"]),
+    ]
+    return tile_texts(_composed(features, "es310", grid), features)
+
+
+def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
+    """Return the uniforms of features, with the light's view in place of the viewer's."""
+    views: dict[UniformSource, UniformSource] = {"box_from_clip": "box_from_light", "clip_from_box": "light_from_box"}
+    uniforms = (uniform for feature in features for uniform in feature.uniforms)
+    return tuple(each.model_copy(update={"source": views.get(each.source, each.source)}) for each in uniforms)
 
 
 def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bool) -> list[Feature]:
@@ -134,9 +212,9 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))
     volume = next(volumes)
     if volume.bricks is not None:
-        return raycast_bricks.sampling(volume.bricks, level.grid)
+        return raycast_bricks.sampling(volume.bricks, level.grid, gradients=program.normals_from != "volume")
     component = component_letter(volume.gl.format, package.component_of(volume))
     read = None if program.classification == "preclassified" else component
     if volume.mosaic is not None:
         return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, read, volume.filter)
-    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None)
+    return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None, extent_mm_zyx=grid.extent_mm_zyx)

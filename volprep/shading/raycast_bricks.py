@@ -11,8 +11,8 @@ from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.program import Sampler
 
 
-def sampling(layout: BrickLayout, grid: Grid) -> Feature:
-    """Return how a level with these voxels is read."""
+def sampling(layout: BrickLayout, grid: Grid, *, gradients: bool) -> Feature:
+    """Return how a level with these voxels is read; for `gradients` a voxel beyond a brick, too: its ghost voxels."""
     words = {
         "LAST_VOXEL": literal(*(n - 1 for n in grid.shape_zyx[::-1])),
         "CELLS": literal(*(max(n, 1) for n in layout.cells_zyx[::-1])),
@@ -22,7 +22,10 @@ def sampling(layout: BrickLayout, grid: Grid) -> Feature:
         "POOL": literal(*layout.texture_zyx[::-1]),
     }
     return Feature(
-        slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks", words))},
+        slots={
+            "sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks", words)),
+            "value_near": "sampling/bricks:near" if gradients else None,
+        },
         samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_bricks", role="bricks")),
-        offers=in_voxels(grid.shape_zyx),
+        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near(centre, "} if gradients else {}),
     )

@@ -4,15 +4,29 @@ Where levels are mipmaps of one texture they have one scale, and the level is th
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from volprep.shading.compose import Instance
+from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.program import Sampler, Uniform
 
 
-def sampling(component: str | None = "r", *, mipmaps: bool = False) -> Feature:
-    """Return how the volume is read: a component of its texels; all of them, of colours or channels, if None."""
-    return _feature([_texture("", component, mipmaps=mipmaps)], (Sampler(name="u_volume", role="volume"),), mipmaps)
+def sampling(
+    component: str | None = "r", *, mipmaps: bool = False, extent_mm_zyx: Sequence[float] | None = None
+) -> Feature:
+    """Return how the volume is read: a component of its texels; all of them, of colours or channels, if None.
+
+    Mipmaps may have more texels than the volume, whose extent is known then, has voxels.
+    """
+    textures, samplers = [_texture("", component, mipmaps=mipmaps)], (Sampler(name="u_volume", role="volume"),)
+    feature = _feature(textures, samplers, mipmaps)
+    if not mipmaps or extent_mm_zyx is None:
+        return feature
+    offers = {
+        "VOXEL": "exp2(u_mipmap) / vec3(textureSize(u_volume, 0))",
+        "LAST_POSITION": f"position({literal(*extent_mm_zyx[::-1])})",
+    }
+    return replace(feature, offers={**feature.offers, **offers})
 
 
 def sampling_apart(transfers: Sequence[str], *, mipmaps: bool) -> Feature:

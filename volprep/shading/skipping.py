@@ -22,8 +22,8 @@ _REACH: dict[SkipKind, str] = {
     "euclidean": "skip/reach_sphere",
 }
 
-SKIP_RUN = 8
-"""Samples between two looks at the table."""
+SKIP_RUN = 16
+"""Samples between two looks at the table. 8 take up to 7 % more time, 24 gain up to 3 % (MR heads, half a voxel)."""
 
 
 def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) -> Feature | None:

@@ -21,13 +21,18 @@ MOST_LAYERS = 2**14
 """More layers than that are more than any framebuffer can tell apart."""
 UNDER = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE_MINUS_DST_ALPHA", "ONE"))
 """What is behind counts as far as what is in front lets it through; fragments are premultiplied."""
+OVER = Blend(order="back-to-front", colour=("ONE", "ONE_MINUS_SRC_ALPHA"), alpha=("ONE", "ONE_MINUS_SRC_ALPHA"))
+"""What is in front hides what is behind. Fragments are premultiplied."""
+TOWARDS = Blend(order="front-to-back", colour=OVER.colour, alpha=OVER.alpha)
+"""Opacities of layers together, from the light on: in which order they come does not matter."""
 AS_PUBLISHED = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE", "ONE"))
 """Opacities are added. Fragments are premultiplied."""
 
 
 def view_slices(wanted: Wanted) -> Walk:
-    """Return layers across the view."""
-    return _layers("view-slices", wanted)
+    """Return layers across the view, or, where the light has to go through them, too, across the half angle."""
+    light = wanted.program.light
+    return _layers("half-angle-slices" if light and light.shadows == "half-angle" else "view-slices", wanted)
 
 
 def axis_slices(wanted: Wanted) -> Walk:

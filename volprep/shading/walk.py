@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from volprep.shading.compose import Dialect
 from volprep.shading.feature import Feature
 from volprep_formats.grid import Grid
-from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Uniform
+from volprep_formats.package.program import Blend, Geometry, PassTarget, ProgramDesign, Uniform
 
 
 @dataclass(frozen=True)
 class PassText:
-    """A pass before the picture; it has the program's vertex shader."""
+    """A pass before the picture."""
 
     fragment: str
     """Text of its fragment shader."""
@@ -20,10 +19,16 @@ class PassText:
     """What is drawn."""
     sampler: str
     """Sampler by which the program reads its target."""
-    target: Literal["rgba8", "rgba32f"]
+    target: PassTarget
     """Format of its target."""
     uniforms: tuple[Uniform, ...]
     """Every uniform of its shaders."""
+    vertex: str | None = None
+    """Text of its vertex shader; that of the program if None."""
+    reads: tuple[str, ...] = ()
+    """Samplers of the program that it reads, too."""
+    size: int | None = None
+    """Width and height of its target; those of the picture if None."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ WALKS: dict[TechniqueName, WalkOf] = {
     "two-pass": two_pass,
     "two-pass-as-published": published_two_pass,
     "slabs": slabs,
+    "tiles": ray_casting,
     "axis-slices": axis_slices,
     "view-slices": view_slices,
     "view-slices-as-published": published_view_slices,

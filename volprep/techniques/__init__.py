@@ -4,10 +4,11 @@ from volprep.techniques.ray_casting import RAY_CASTING
 from volprep.techniques.record import Technique
 from volprep.techniques.slabs import SLABS
 from volprep.techniques.slices import AXIS_SLICES, PUBLISHED_VIEW_SLICES, VIEW_SLICES
+from volprep.techniques.tiles import TILES
 from volprep.techniques.two_pass import PUBLISHED_TWO_PASS, TWO_PASS
 from volprep_formats.package.program import TechniqueName
 
-_ALL = (RAY_CASTING, TWO_PASS, PUBLISHED_TWO_PASS, SLABS, AXIS_SLICES, VIEW_SLICES, PUBLISHED_VIEW_SLICES)
+_ALL = (RAY_CASTING, TWO_PASS, PUBLISHED_TWO_PASS, SLABS, TILES, AXIS_SLICES, VIEW_SLICES, PUBLISHED_VIEW_SLICES)
 TECHNIQUES: dict[TechniqueName, Technique] = {each.name: each for each in _ALL}
 """Every technique, by its name. Its shader part is the function of this name in volprep.shading.walks."""
 

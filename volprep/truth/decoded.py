@@ -4,6 +4,7 @@ Everything comes from the texture files, nothing from the scan, so that the orac
 of the table from the renderer's.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -119,10 +120,13 @@ def own_table(package: Package, transfer: str, level: int) -> bool:
     )
 
 
-def table_function(package: Package, transfer: str, level: int = 0) -> TransferFunction:
+def table_function(
+    package: Package, transfer: str, level: int = 0, edited: Mapping[str, NDArray[np.generic]] | None = None
+) -> TransferFunction:
     """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
-    `level` may have a table of its own. A pre-integrated table stands for the function itself; one of a level's own for
+    `level` may have a table of its own. Texels of an `edited` table, by its name, replace those of the package. A
+    pre-integrated table stands for the function itself; one of a level's own for
     what it says of segments of one value. 8-bit tables hold the
     square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
     that miss it by at most a millionth of the largest extinction.
@@ -138,7 +142,9 @@ def table_function(package: Package, transfer: str, level: int = 0) -> TransferF
         texture = segments
     if texture is None:
         return function
-    texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+    texels = (edited or {}).get(texture.name)
+    if texels is None:
+        texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
     entries = texels.reshape(*texture.shape_zyx[1:], 4)
     entries = entries[0] if texture.role == "transfer" else entries[range(len(entries)), range(len(entries))]
     quantization = _quantization(package)

@@ -43,6 +43,11 @@ class Lit:
     halfway: bool = False
     """Whether highlights are after Blinn, not after Phong."""
 
+    @property
+    def throws_shadows(self) -> bool:
+        """Whether what lies between the light and a sample takes light away."""
+        return self.light is not None and self.light.shadows != "none"
+
 
 Normals = VoxelNormals | Lit | None
 """What lights a volume: from the viewer, where it is no `Lit`; nothing, where it is none."""
@@ -56,6 +61,11 @@ def native_normals(normals: Normals, slope: float) -> tuple[str, Float32Array | 
     if isinstance(source, str):
         return source, None, 0.0
     return "", source, 0.0
+
+
+def shadow_light(normals: Normals) -> Light | None:
+    """Return the light that throws shadows; none where none does."""
+    return normals.light if isinstance(normals, Lit) and normals.throws_shadows else None
 
 
 def place_in_box(light: Light, grid: Grid) -> Float64Array:

@@ -7,7 +7,7 @@ Each ray is refined until two halvings of its steps in a row change no channel b
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
+from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_finite
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
@@ -55,6 +55,7 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         intensities,
         _light_numbers(normals, grid),
         isinstance(normals, Lit) and normals.halfway,
+        shadow_light(normals) is not None,
         kernel,
         vectors,
         slope_scale,

@@ -7,6 +7,8 @@
 3. Where it is lit from where the viewer is, the colour is multiplied by the absolute cosine between the ray and the
    normal, the trilinear interpolation of the normals of voxels, unless that is 0.01 or shorter: no surface then. A
    light with a place lights as it does in `volprep.truth.refined`.
+4. With shadows, light reaches a place if the field on the way to the light, from half of the smallest spacing off the
+   place on, is all on the viewer's side of the surface.
 
 In each cell the field along a ray is a cubic: the place is its exact root (native/src/oracle_surface.cpp).
 """
@@ -16,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, Normals, native_normals, place_in_box
+from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
 from volprep.truth.oracle import OraclePicture, require_finite
 from volprep.truth.shown import shown_picture
 from volprep_formats.arrays import Float64Array, Texels
@@ -25,6 +27,7 @@ from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction
 
 _LEAST_LENGTH = 0.01
+_OFFSET_VOXELS = 0.5
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 
 
@@ -42,6 +45,8 @@ class Hits:
     """[height, width, (x, y, z)], the interpolated normal there."""
     normal_per_mm: Float64Array
     """[height, width], how much the normal changes along the ray."""
+    reaching: Float64Array
+    """[height, width], the part of the light that arrives: 1, or 0 in shadow."""
 
 
 def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the order of the native call
@@ -63,6 +68,8 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
     require_finite(volume)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
+    reaching = np.ones(shape_hw)
+    light = shadow_light(normals)
     _native.render_surface(
         volume,
         slope,
@@ -78,8 +85,11 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
         normal,
         change,
         *native_normals(normals, slope),
+        None if light is None else place_in_box(light, grid).tolist(),
+        _OFFSET_VOXELS * min(grid.spacing_mm_zyx),
+        None if light is None else reaching,
     )
-    return Hits(t_mm, error_mm, value, normal, change)
+    return Hits(t_mm, error_mm, value, normal, change, reaching)
 
 
 def surface_picture(  # noqa: PLR0917 - as surface_hits
@@ -161,11 +171,16 @@ def _placed(rgba: Float64Array, hits: Hits, along: Float64Array, to_light: Float
     mirrored = 2.0 * facing * normal - to_light
     cosine = (normal * _unit(to_light - along) if lit.halfway else -mirrored * along).sum(axis=-1, keepdims=True)
     shine = np.where(facing > 0.0, light.specular * np.maximum(cosine, 0.0) ** light.shininess, 0.0)
+    reaching = hits.reaching[..., None]
     alpha = rgba[..., 3:]
     colour = rgba[..., :3] / np.where(alpha > 0.0, alpha, 1.0)
-    colour = np.minimum(colour * (light.ambient + light.diffuse * np.maximum(facing, 0.0)) + shine, 1.0)
+    diffuse = light.ambient + light.diffuse * np.maximum(facing, 0.0) * reaching
+    bare = rgba[..., :3] * (light.ambient + (1.0 - light.ambient) * reaching)
+    colour = np.minimum(colour * diffuse + shine * reaching, 1.0)
     is_lit = np.linalg.norm(hits.normal, axis=-1, keepdims=True) > _LEAST_LENGTH
-    return np.concatenate([np.where(is_lit, colour * alpha, rgba[..., :3]), alpha], axis=-1)
+    return np.concatenate(
+        [np.where(is_lit, colour * alpha, bare if lit.throws_shadows else rgba[..., :3]), alpha], axis=-1
+    )
 
 
 def _moved(hits: Hits) -> Float64Array:

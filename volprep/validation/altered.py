@@ -6,6 +6,8 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
+_TABLES = {"transfer", "preintegrated"}
+
 
 class Altered(Package):
     """A package whose other files are its own."""
@@ -20,6 +22,13 @@ class Altered(Package):
     def read_text(self, path: str) -> str:
         """Read a text file of the package, or the other text in its place."""
         return self._texts[path] if path in self._texts else self._package.read_text(path)
+
+
+def with_common_tables(package: Package) -> Package:
+    """Return the package in which no level has a table of its own."""
+    manifest = package.manifest
+    kept = tuple(each for each in manifest.textures if each.role not in _TABLES or each.level is None)
+    return Package(package.path, manifest.model_copy(update={"textures": kept}), package.channel)
 
 
 def _with_program(manifest: Manifest, program: Program) -> Manifest:

@@ -25,6 +25,7 @@ from volprep.validation.bench import Bench
 from volprep.validation.pixels import judged, pixels_of
 from volprep.validation.records import OtherDrawing, OtherView
 from volprep.validation.subject import Subject
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import Program
 from volprep_formats.package.transfer_function import TransferFunction
@@ -96,7 +97,7 @@ def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
     found = random_cut(subject)
     record = found.record
     with bench.clock.part("oracle"):
-        truth, taken = _scan_of(subject, found), _volume_of(found)
+        truth, taken = part_of_scan(subject, record.grid), found.volume
         views = []
         for name, camera in standard_views(record.grid, subject.render.projection).items():
             pictures = [subject.of_volume(each, transfer, camera).rgba for each in (taken, truth)]
@@ -122,17 +123,9 @@ def random_cut(subject: Subject) -> Cut:
     return cut(subject.package, (x, y, z), _CUT_VOXELS)
 
 
-def _volume_of(found: Cut) -> Volume:
-    """Return what an app gets."""
-    texels, record = found.texels, found.record
-    if texels.dtype.kind != "f":
-        return Volume(texels, record.grid, record.slope, record.intercept)
-    return Volume(texels.astype(np.float32), record.grid, record.slope * 65535, record.intercept)
-
-
-def _scan_of(subject: Subject, found: Cut) -> Volume:
-    """Return the same box of the scan, which may have a border that the package lost."""
-    scan, grid = subject.scan, found.record.grid
+def part_of_scan(subject: Subject, grid: Grid) -> Volume:
+    """Return the same voxels of the scan, which may have a border that the package lost."""
+    scan = subject.scan
     start_xyz = (np.linalg.inv(scan.grid.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
     box = tuple(slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True))
     stored: NDArray[np.generic] = np.ascontiguousarray(scan.stored[box])

@@ -19,6 +19,8 @@ CURVES_FILE = "curves.json"
 """Name of the data of the curves, where they were measured."""
 CURVES_PAGE = "curves.html"
 """Name of their page."""
+ABLATION_PAGE = "ablation.html"
+"""Name of the page of what each item is worth, where that was measured; its data are in those of the report."""
 PICTURES = "pictures"
 """Name of the folder of pictures in the folder of a report."""
 TRUTH = "truth"
@@ -60,6 +62,11 @@ class ReportFolder:
         """Write the data of the curves and their page."""
         self._write(CURVES_FILE, data, CURVES_PAGE, page)
 
+    def write_page(self, name: str, page: str) -> None:
+        """Write a page whose data are those of the report."""
+        with output_errors(self._partial, _FAILED):
+            (self._partial / name).write_text(page, encoding="utf-8")
+
     def _write(self, data_file: str, data: Record, page_file: str, page: str) -> None:
         with output_errors(self._partial, _FAILED):
             (self._partial / data_file).write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
@@ -99,6 +106,6 @@ def _require_replaceable(target: Path) -> None:
     if target.exists() and not target.is_dir():
         raise VolprepError("VP6020", path=target, problem="it is no folder")
     names = {path.name for path in target.iterdir()} if target.is_dir() else set()
-    others = sorted(names - {DATA_FILE, PAGE_FILE, CURVES_FILE, CURVES_PAGE, PICTURES, TRUTH})
+    others = sorted(names - {DATA_FILE, PAGE_FILE, CURVES_FILE, CURVES_PAGE, ABLATION_PAGE, PICTURES, TRUTH})
     if others:
         raise VolprepError("VP6020", path=target, problem=f"it holds {others[0]}, which is no part of a report")

@@ -6,7 +6,9 @@ which detail a pixel's centre happens to meet. Its rmse is judged, and its large
 one pixel at an outline, where any smaller picture differs.
 
 Pieces are drawn eight at a time, as a device holds them: blocks around points of the grid that share no cell and
-together are the whole level, put together in the order in which rays meet them, and compared with the truth.
+together are the whole level, put together in the order in which rays meet them, and compared with the truth. Only light
+that is emitted and absorbed can be put together like this. Of other pictures each block is compared with the same part
+of the scan, small and in three views.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,19 +21,28 @@ from numpy.typing import NDArray
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.truth.averaged import averaged
+from volprep.truth.oracle import OraclePicture
+from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
-from volprep.validation.edits_and_cuts import judge_cut, judge_edit
+from volprep.validation.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
 from volprep.validation.pixels import Picture, judged, pixels_of
-from volprep.validation.records import OtherDrawing, ProgramResult
+from volprep.validation.records import OtherDrawing, OtherView, ProgramResult
 from volprep.validation.subject import Subject
 from volprep.validation.views import ViewedProgram
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import CompositingName, Program
 
 Index = tuple[int, int, int]
 _FAR = 1e6
 """Diagonals between a volume and where parallel rays come from."""
+_LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
+"""Compositings whose pictures of blocks behind each other make that of the whole."""
+_PIXELS_APART = 64
+"""Width and height of the pictures of blocks that are compared one by one."""
 _TILINGS = (1, 0)
 """First points of the blocks along each axis: both together hold points of every kind."""
 
@@ -87,20 +98,65 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
     lit_alike = own.lighting == program.lighting
     truths = viewed.truths if lit_alike else _unlit(bench, program.transfer)
     unlit = "" if lit_alike else ", without light"
+    apart = own.compositing not in _LAID_OVER
     for first in _TILINGS:
         blocks = [*_blocks(grid, first)]
         bench.progress.start(f"pieces of {program.transfer}", len(blocks))
-        views = tuple(
-            judged(name, picture, truths[name], subject.render.tolerance)
-            for name, picture in _put_together(bench, own, grid, first, blocks)
-        )
+        if apart:
+            views = _each_apart(bench, own, grid, [point for point, _ in blocks])
+        else:
+            views = tuple(
+                judged(name, picture, truths[name], subject.render.tolerance)
+                for name, picture in _put_together(bench, own, grid, first, blocks)
+            )
         yield OtherDrawing(
             item=f"pieces around points {first}, {first + 2}, ... with {program.transfer}{unlit}",
             program=own.name,
             level=0,
-            pixels=subject.shape_hw[0],
+            pixels=min(subject.shape_hw[0], _PIXELS_APART) if apart else subject.shape_hw[0],
             views=views,
         )
+
+
+def _each_apart(bench: Bench, program: Program, grid: SubvolumeGrid, points: Sequence[int]) -> tuple[OtherView, ...]:
+    """Compare each block with the same part of the scan; each view tells of the block that is farthest off."""
+    subject = bench.subject
+    pixels = min(subject.shape_hw[0], _PIXELS_APART)
+    found: dict[str, list[OtherView]] = {name: [] for name in OBLIQUE}
+    for point in points:
+        with Renderer(subject.package, point=point, transfer=program.transfer) as renderer:
+            for name, views in found.items():
+                with bench.clock.part("oracle"):
+                    truth = _block_of_scan(subject, grid, point, program.transfer, name, pixels)
+                with bench.clock.part("drawing"):
+                    drawn = renderer.render(subject.views[name], (pixels, pixels))
+                views.append(judged(name, drawn, truth, subject.render.tolerance))
+        bench.progress.advance()
+    return tuple(
+        OtherView(
+            view=name,
+            passed=all(view.passed for view in views),
+            rmse=max(view.rmse for view in views),
+            maximum=max(view.maximum for view in views),
+        )
+        for name, views in found.items()
+    )
+
+
+def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
+    subject: Subject, grid: SubvolumeGrid, point: int, transfer: str, view: str, pixels: int
+) -> Picture:
+    sides = sides_of(grid, point)
+    level_grid = subject.package.manifest.grid or subject.grid
+    volume = part_of_scan(subject, level_grid.part(*voxels_of(sides)))
+
+    def draw(stored: NDArray[np.generic], part: Grid, matrix: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
+        return subject.through(replace(volume, stored=stored, grid=part), transfer, matrix, shape_hw)
+
+    matrix = subject.cameras[view].box_from_clip(volume.grid, 1.0)
+    ends = ends_mm(sides, volume.grid.spacing_mm_zyx)
+    picture = picture_of_part(draw, volume.stored, volume.grid, matrix, (pixels, pixels), ends)
+    return picture.rgba.astype(np.float32)
 
 
 def _unlit(bench: Bench, transfer: str) -> dict[str, Picture]:

@@ -5,7 +5,6 @@ for colour-blind people and on paper.
 """
 
 import numpy as np
-from matplotlib import colormaps
 
 from volprep.truth.picture import encoded
 from volprep_formats.arrays import Float32Array, Float64Array, FloatArray, UInt8Array
@@ -47,6 +46,8 @@ def coloured(differences: FloatArray, gain: float) -> UInt8Array:
 
 def colours() -> UInt8Array:
     """Return the colour of each of 256 grades of difference, [256, 3]."""
+    from matplotlib import colormaps  # noqa: PLC0415 - heavy, and pages without differences need none
+
     table: Float64Array = colormaps["magma"](np.arange(256))
     return _bytes(table[:, :3])
 

@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from typing import TypeVar
 
+import numpy as np
+
 from volprep.validation.records import Target
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import VolprepError
 
 Drawn = TypeVar("Drawn")
@@ -23,3 +26,12 @@ def most_precise(draw: Callable[[Target], Drawn]) -> Drawn | None:
             if error.code != NO_SUCH_TARGET:
                 raise
     return None
+
+
+def finite(picture: Float32Array, program: str, target: Target) -> Float32Array:
+    """Return a picture. Raises VP6082 if a driver has drawn something into it that is no number, or infinite."""
+    wrong = int((~np.isfinite(picture).all(axis=-1)).sum())
+    if wrong:
+        pixels = picture.shape[0] * picture.shape[1]
+        raise VolprepError("VP6082", program=program, target=target, wrong=wrong, pixels=pixels)
+    return picture

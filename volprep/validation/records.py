@@ -16,6 +16,7 @@ from pydantic import Field
 from volprep.parts.levels.records import LevelChoice
 from volprep.plan.device_records import DeviceRecord
 from volprep.plan.form_trial import FormTrial
+from volprep.validation.ablation.records import Ablation
 from volprep.validation.witness.records import Witness
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Manifest, Tolerance
@@ -452,6 +453,8 @@ class Report(Record):
     """What a second renderer says; null where none was asked."""
     layout_picture: str | None = None
     """File of a figure of proxy meshes, bricks, sub-volumes or slices; null where there are none, or without VTK."""
+    ablation: Ablation | None = None
+    """What each item of the package is worth; null where it was not measured."""
     programs: tuple[ProgramResult, ...]
     """What each program draws."""
     made: tuple[LevelChoice, ...] = ()

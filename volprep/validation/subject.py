@@ -8,7 +8,7 @@ from volprep.truth.decoded import Volume, level_volume, own_table, table_functio
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.validation.records import ErrorNumbers
-from volprep_formats.arrays import FloatArray
+from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import CompositingName, Program
@@ -143,13 +143,27 @@ class Subject:
     def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
         return self._seen(media, self.cameras[view])
 
+    def through(
+        self, volume: Volume, transfer: str, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    ) -> OraclePicture:
+        """Draw any volume through any camera in its box with the control points of the transfer function."""
+        return self._pictured([(volume, self.function(transfer))], box_from_clip, shape_hw)
+
     def _seen(self, media: Sequence[tuple[Volume, TransferFunction]], camera: Camera) -> OraclePicture:
+        return self._pictured(media, camera.box_from_clip(media[0][0].grid, aspect=1.0), self.shape_hw)
+
+    def _pictured(
+        self,
+        media: Sequence[tuple[Volume, TransferFunction]],
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+    ) -> OraclePicture:
         volume = media[0][0]
         return self._compositing.oracle(
             [Medium(each.stored, each.slope, each.intercept, function) for each, function in media],
             volume.grid,
-            camera.box_from_clip(volume.grid, aspect=1.0),
-            self.shape_hw,
+            box_from_clip,
+            shape_hw,
             nearest=volume.nearest,
             normals=volume.normals,
         )

@@ -13,7 +13,7 @@ from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
 from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
-from volprep.validation.precise import most_precise
+from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target
 from volprep.validation.subject import errors
@@ -88,10 +88,10 @@ class _Sweeper:
         pictures = []
         with self._renderer(package, level, target) as renderer:
             for ratio in ratios:
-                pictures.append(self.draw(renderer, ratio))
+                pictures.append(finite(self.draw(renderer, ratio), renderer.program.name, target))
                 self._progress.advance()
         with self._renderer(self._subject.package, level, target) as renderer:
-            nominal = self.draw(renderer, 1.0)
+            nominal = finite(self.draw(renderer, 1.0), renderer.program.name, target)
         return _Precise(target, pictures, nominal)
 
     def points(

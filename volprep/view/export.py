@@ -18,13 +18,16 @@ from volprep.view.site import (
     Site,
     ViewSettings,
     make_site,
+    page_modules,
     read_served,
 )
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.javascript import stripped
 from volprep_formats.output import new_file, new_folder, output_errors
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Progress
+from volprep_formats.runtime import runtime_modules
 
 MOST_PAGE_BYTES = 2**28
 """Largest package in one file: browsers hold its text, a third longer, as one piece."""
@@ -106,12 +109,9 @@ def _page_around(site: Site) -> tuple[str, str]:
     """Return the text of the page before and behind the data that it holds."""
     page = read_served(site[INDEX]).decode()
     style = read_served(site[f"{PAGE}/style.css"]).decode()
-    modules = {
-        address: read_served(served).decode()
-        for address, served in site.items()
-        if address.startswith((f"{PAGE}/", f"{RUNTIME}/")) and address.endswith(".js")
-    }
-    script = bundle(modules, f"{PAGE}/main.js").replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    modules = {f"{PAGE}/{name}": text for name, text in page_modules().items()}
+    modules |= {f"{RUNTIME}/{name}": text for name, text in runtime_modules().items()}
+    script = stripped(bundle(modules, f"{PAGE}/main.js")).replace("</script", "<\\/script").replace("<!--", "<\\!--")
     settings = ViewSettings.model_validate_json(read_served(site[SETTINGS])).model_copy(update={"package": ZIP})
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src blob: data:; "

@@ -5,6 +5,7 @@ header Host must name this server (a name that an attacker points at this machin
 it comes from another origin is refused, and headers forbid the page everything but its own files.
 """
 
+import gzip
 import hmac
 import json
 import secrets
@@ -25,6 +26,8 @@ from volprep_formats.diagnostics import VolprepError
 
 LOCAL = "127.0.0.1"
 _CHUNK_BYTES = 2**18
+_MOST_GZIPPED_BYTES = 2**22
+_BINARY = ("image/", "application/octet-stream")
 _PATIENCE_S = 30.0
 """Time after which a connection on which nothing happens is closed."""
 CONTENT_POLICY = (
@@ -163,6 +166,12 @@ class _Handler(BaseHTTPRequestHandler):
                 size = {"Content-Range": f"bytes */{contents.size_bytes}"}
                 self._head(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, 0, "text/plain", size)
                 return
+            if part is None and self._takes_gzip(served, contents.size_bytes):
+                data = gzip.compress(contents.read(), mtime=0)
+                self._head(HTTPStatus.OK, len(data), served.content_type, {"Content-Encoding": "gzip"})
+                if with_body:
+                    self.wfile.write(data)
+                return
             start, stop = part or (0, contents.size_bytes)
             more = {"Accept-Ranges": "bytes"}
             if part is not None:
@@ -178,6 +187,11 @@ class _Handler(BaseHTTPRequestHandler):
                 left -= len(data)
             # A file that became shorter: only a closed connection tells the browser that something is missing.
             self.close_connection = self.close_connection or left > 0
+
+    def _takes_gzip(self, served: Served, size: int) -> bool:
+        """Return whether a file is text that is sent smaller: scripts and manifests are, textures are not."""
+        accepted = {each.strip() for each in self.headers.get("Accept-Encoding", "").split(",")}
+        return "gzip" in accepted and size < _MOST_GZIPPED_BYTES and not served.content_type.startswith(_BINARY)
 
     def _take(self, folder: Path | None) -> None:
         length = self.headers.get("Content-Length", "")

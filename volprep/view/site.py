@@ -15,13 +15,14 @@ from pydantic import ValidationError
 from volprep.validation.folder import DATA_FILE, TRUTH
 from volprep.validation.truth_records import TRUTH_FILE, TruthIndex
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.javascript import stripped
 from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import Contents, open_contents
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.record import Record
 from volprep_formats.regular_files import open_regular, read_regular
-from volprep_formats.runtime import runtime_folder
+from volprep_formats.runtime import runtime_folder, sent_modules
 
 INDEX = "index.html"
 SETTINGS = "view.json"
@@ -137,17 +138,24 @@ def read_served(served: Served) -> bytes:
         return contents.read()
 
 
+def page_modules() -> dict[str, str]:
+    """Return the text of each module of the page, as it was written."""
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted(_PAGE_FOLDER.glob("*.js"))}
+
+
 def _files_of_page() -> Iterator[tuple[str, Served]]:
-    page = [_PAGE_FOLDER / INDEX, *sorted(_PAGE_FOLDER.glob("*.css")), *sorted(_PAGE_FOLDER.glob("*.js"))]
-    runtime = sorted(runtime_folder().rglob("*.js"))
-    for needed, found in ((page[0], page[0].is_file()), (runtime_folder(), bool(runtime))):
+    index = _PAGE_FOLDER / INDEX
+    runtime = sent_modules()
+    for needed, found in ((index, index.is_file()), (runtime_folder(), bool(runtime))):
         if not found:
             raise VolprepError("VP7035", path=needed)
-    yield INDEX, file_served(page[0])
-    for path in page[1:]:
+    yield INDEX, file_served(index)
+    for path in sorted(_PAGE_FOLDER.glob("*.css")):
         yield f"{PAGE}/{path.name}", file_served(path)
-    for path in runtime:
-        yield f"{RUNTIME}/{path.relative_to(runtime_folder()).as_posix()}", file_served(path)
+    for name, text in page_modules().items():
+        yield f"{PAGE}/{name}", text_served(stripped(text), name)
+    for name, text in runtime.items():
+        yield f"{RUNTIME}/{name}", text_served(text, name)
 
 
 def _is_of(report: Path, package: Path) -> bool:

@@ -155,4 +155,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "Packages that have it cannot be drawn or validated on this driver. Build for a profile without it, or take "
         "Mesa's software driver, with EGL_PLATFORM=surfaceless LIBGL_ALWAYS_SOFTWARE=1 in the environment.",
     ),
+    "VP7062": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: its texels are Zstandard frames, which formats/c/volpkg.h does not unpack",
+        "Run volprep zip --texels plain: it makes a package that is used in place.",
+    ),
+    "VP7063": Diagnostic(
+        ExitStatus.RENDER,
+        "the light cannot be moved: {problem}",
+        "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
+    ),
 }

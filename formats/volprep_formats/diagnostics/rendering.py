@@ -6,7 +6,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5001": Diagnostic(
         ExitStatus.MACHINE,
         "no EGL or OpenGL ES library can be loaded: {error}",
-        "Install libegl1, libgles2 and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and mesa-libGLES (Fedora).",
+        "Install libegl1, libgles2, libgles1 (for OpenGL ES 1.1) and libegl-mesa0 (Debian, Ubuntu), or mesa-libEGL and "
+        "mesa-libGLES (Fedora).",
     ),
     "VP5002": Diagnostic(
         ExitStatus.MACHINE,
@@ -119,5 +120,33 @@ ENTRIES: dict[str, Diagnostic] = {
         "a step of {step_mm} mm takes up to {turns} turns of the shader's loops, and {driver} ends them after {made}: "
         "what lies behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
+    ),
+    "VP5040": Diagnostic(
+        ExitStatus.RENDER,
+        "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",
+        "Move the light out of the volume, or build the package with lighting.shadows = rays.",
+    ),
+    "VP5041": Diagnostic(
+        ExitStatus.RENDER,
+        "a program of technique {technique} does not draw its picture part by part",
+        "Build the package with render.technique = ray-casting or tiles, and without a shadow map.",
+    ),
+    "VP5042": Diagnostic(
+        ExitStatus.RENDER,
+        "the driver {driver} has lost the OpenGL context in {operation}: the GPU was reset, and nothing is drawn any "
+        "more",
+        "Draw again. If it happens each time, a draw takes too long for the driver: choose technique slabs or tiles, a "
+        "longer step or a smaller picture.",
+    ),
+    "VP5050": Diagnostic(
+        ExitStatus.USAGE,
+        "the opacity of the volume cannot be estimated by {source} here: its picture has alpha, which is exact",
+        "Leave out --opacity; estimates are for packages for OpenGL ES 1.1.",
+    ),
+    "VP5051": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{failed} of {count} pictures of the walk are farther from what the package holds than the scene allows: the "
+        "worst is {file}, RMSE {rmse}, largest error {maximum}",
+        "Draw with a finer step (render.step_voxels), or allow more in [tolerance]; walk.json has all errors.",
     ),
 }

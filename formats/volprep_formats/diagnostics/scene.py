@@ -171,4 +171,45 @@ ENTRIES: dict[str, Diagnostic] = {
         "render.technique {technique} does not go with {what}",
         "Set render.technique to ray-casting, or leave the other out.",
     ),
+    "VP3160": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs a light with a place, but render.lighting is {lighting}",
+        "Set render.lighting to phong or blinn-phong and lighting.light_mm, or lighting.shadows to none.",
+    ),
+    "VP3161": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs OpenGL ES 3.0, but profile {profile} has {api}",
+        "Choose a profile of OpenGL ES 3.0, or set lighting.shadows to none.",
+    ),
+    "VP3162": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} does not go with {what}",
+        "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
+    ),
+    "VP3163": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.shadows {shadows} needs a light outside the volume, but that at {light} is inside",
+        "Set lighting.shadows to rays, or move lighting.light_mm out of the volume.",
+    ),
+    "VP3164": Diagnostic(
+        ExitStatus.SCENE,
+        "render.technique {technique} needs 3D textures and OpenGL ES 3.1, but profile {profile} has {problem}",
+        "Choose a profile with 3D textures, or another technique.",
+    ),
+    "VP3165": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
+        "not be stored",
+        "Set bricks.reach to 2.",
+    ),
+    "VP3180": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: {problems}",
+        "Correct these keys of the walk; docs/GUIDE.md lists them under Scans larger than a device.",
+    ),
+    "VP3181": Diagnostic(
+        ExitStatus.SCENE,
+        "step {number} of the walk cannot be made: {problem}",
+        "Zoom in until the sub-volumes are shown before moving, and cut a box before showing it.",
+    ),
 }

@@ -137,4 +137,20 @@ ENTRIES: dict[str, Diagnostic] = {
         "curves need shaders, and profile {profile} has none",
         "Measure the curves of a package of the same scan for another profile.",
     ),
+    "VP6080": Diagnostic(
+        ExitStatus.SCENE,
+        "leaving out can be measured with shaders only, and profile {profile} has none",
+        "Measure a package of the same scan for another profile.",
+    ),
+    "VP6081": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: by its own measure the plan is wrong about {count} items: {listed}",
+        "See {report}. The package is right; it could be smaller or faster. Say in the scene what the plan shall do.",
+    ),
+    "VP6082": Diagnostic(
+        ExitStatus.RENDER,
+        "program {program} draws {wrong} of {pixels} pixels that are no number, or infinite, into a target of {target}",
+        "This driver, or volprep, is wrong where arithmetic is hard: volprep stress tells where. Report it, with "
+        "the scene and the driver.",
+    ),
 }

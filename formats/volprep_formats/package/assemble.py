@@ -31,6 +31,7 @@ def assembled(
         subvolumes=joined(each.subvolumes for each in made),
         proxy=joined(each.proxy for each in made),
         fidelity=tuple(fidelity for each in made for fidelity in each.fidelity),
+        costs=tuple(cost for each in made for cost in each.costs),
         preview=next((each.preview for each in made if each.preview is not None), None),
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),

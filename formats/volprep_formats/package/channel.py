@@ -60,6 +60,7 @@ class Quantization(Codes):
 LevelFilter = Literal[
     "nearest",
     "bilinear",
+    "two-step-bilinear",
     "box",
     "binomial",
     "gaussian",

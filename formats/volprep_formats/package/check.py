@@ -101,7 +101,12 @@ def _errors(package: Package) -> Iterator[VolprepError]:
 def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
     """Compare the digest of a texture, which may be as large as the scan, and read what stands before its texels."""
     data = package.read_start(record.path, _HEAD_BYTES)
-    return ktx2.decode_head(data, record.size_bytes, f"{package.path}: {record.path}")
+    head = ktx2.decode_head(data, record.size_bytes, f"{package.path}: {record.path}")
+    cut_from = package.manifest.subvolumes and package.manifest.subvolumes.whole
+    if head.supercompressed and record.path == cut_from:
+        problem = f"{record.path} is supercompressed, so that no box can be cut from it"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
+    return head
 
 
 def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:

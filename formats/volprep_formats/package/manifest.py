@@ -8,6 +8,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Channel, ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.compression.record import CompressedForm
+from volprep_formats.package.parts.costs.record import DrawCost
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.fidelity.record import Fidelity
 from volprep_formats.package.parts.proxy.record import Proxy
@@ -69,8 +70,8 @@ class RenderSettings(Record):
     level_steps: tuple[LevelStep, ...] = ()
     """Coarser levels that are drawn with other steps, finest first."""
     opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if no ray
-    can reach it."""
+    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays
+    run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
@@ -132,6 +133,8 @@ class Contribution(Record):
     """Proxy geometry."""
     fidelity: tuple[Fidelity, ...] = ()
     """How near its pictures are to the scan."""
+    costs: tuple[DrawCost, ...] = ()
+    """What its pictures cost a device."""
     preview: PackagePath | None = None
     """Picture of the package."""
 
@@ -198,6 +201,8 @@ class Manifest(Heading):
     """Proxy geometry."""
     fidelity: tuple[Fidelity, ...] = ()
     """How near pictures are to the scan, for each level and transfer function; empty where the scene does not ask."""
+    costs: tuple[DrawCost, ...] = ()
+    """What drawing each level with each transfer function costs a device, in the order of the programs."""
     preview: PackagePath | None = None
     """Picture of the package, PNG."""
     stages: tuple[StageRecord, ...] = ()

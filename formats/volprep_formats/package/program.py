@@ -25,19 +25,22 @@ TechniqueName = Literal[
     "two-pass",
     "two-pass-as-published",
     "slabs",
+    "tiles",
     "axis-slices",
     "view-slices",
     "view-slices-as-published",
 ]
 """How a program goes through the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a
 first pass over the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as
-Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. axis-slices,
-view-slices: layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with
-the opacity and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
-Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices"]
+Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray
+casting in several draws, each of some tiles of the picture, those that cost least first. axis-slices, view-slices:
+layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with the opacity
+and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
+Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices", "half-angle-slices"]
 """What the vertex shader draws. triangle: one that covers the picture. front-faces, back-faces: those of the volume's
-box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view."""
-SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices"))
+box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view.
+half-angle-slices: the same across the direction in the middle between those of the viewer and the light."""
+SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices", "half-angle-slices"))
 """Geometries of which several parts lie behind each other, so that they are blended."""
 BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
 """Factor of glBlendFuncSeparate, without GL_."""
@@ -70,6 +73,10 @@ UniformSource = Literal[
     "slices",
     "first_sample",
     "light_mm",
+    "box_from_light",
+    "light_from_box",
+    "picture_width",
+    "picture_height",
 ]
 
 
@@ -113,8 +120,12 @@ class Blend(Record):
     """Factor of the fragment's alpha, and of the picture's."""
 
 
+PassTarget = Literal["rgba8", "rgba16f", "rgba32f"]
+"""Formats that passes draw into."""
+
+
 class Pass(Record):
-    """A pass that is drawn before the picture, into a texture as large as the picture."""
+    """A pass that is drawn before the picture, into a texture of its own."""
 
     vertex: PackagePath
     """Vertex shader."""
@@ -124,10 +135,47 @@ class Pass(Record):
     """What the vertex shader draws."""
     sampler: str
     """Sampler of the program that reads the texture, without a filter; its texture unit follows those of `samplers`."""
-    target: Literal["rgba8", "rgba32f"]
-    """Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float."""
+    target: PassTarget
+    """Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float, rgba16f that or
+    GL_EXT_color_buffer_half_float."""
     uniforms: tuple[Uniform, ...]
-    """Every active uniform."""
+    """Every active uniform that is not a sampler."""
+    reads: tuple[str, ...] = ()
+    """Samplers of the program that the pass has, too, with the same textures."""
+    size: Annotated[int, Field(ge=1)] | None = None
+    """Width and height of the texture; if absent, those of the picture."""
+
+
+class LightPass(Pass):
+    """What is drawn from the light after each layer of the picture. Its texture has a linear filter."""
+
+    blend: Blend
+    """How its fragments are blended."""
+    behind: Blend
+    """How those of the picture are blended where the light comes from behind the volume, in place of the program's."""
+
+
+Shadows = Literal["none", "rays", "map", "half-angle"]
+"""Whether what lies between a light and a sample takes light away; Light says how."""
+
+
+class Tiles(Record):
+    """Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost."""
+
+    size: Annotated[int, Field(ge=1)]
+    """Pixels of an edge of a tile."""
+    groups: Annotated[int, Field(ge=1)]
+    """Groups of costs."""
+    cost: PackagePath
+    """Compute shader that finds the group of each tile, and counts the tiles of each group."""
+    offsets: PackagePath
+    """Compute shader that makes places of these counts."""
+    place: PackagePath
+    """Compute shader that puts each tile in its place."""
+    uniforms: tuple[Uniform, ...]
+    """Every active uniform of the first of them that is not a sampler."""
+    reads: tuple[str, ...]
+    """Samplers of the program that the first of them has, too, with the same textures."""
 
 
 class Light(Record):
@@ -143,6 +191,10 @@ class Light(Record):
     """How white a highlight is."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
+    shadows: Shadows = "none"
+    """Whether what lies between the light and a sample takes light away. rays: the shader follows a ray from each lit
+    sample to the light. map: a pass draws how far the light goes before it meets the surface.
+    half-angle: each layer is drawn twice, for the viewer and for the light."""
 
 
 class ProgramDesign(Record):
@@ -194,6 +246,10 @@ class Program(ProgramDesign):
     """What the vertex shader draws where rays begin at the box."""
     before: tuple[Pass, ...] = ()
     """Passes that are drawn first, in order."""
+    light_pass: LightPass | None = None
+    """What is drawn after each layer of the picture, from the light."""
+    tiles: Tiles | None = None
+    """How its picture is drawn tile by tile."""
     blend: Blend | None = None
     """How fragments are blended; if absent, there is one for each pixel, which replaces what was there."""
     slab_samples: Annotated[int, Field(ge=1)] | None = None
@@ -202,6 +258,17 @@ class Program(ProgramDesign):
     """Smallest step with which the loop of the shader is long enough for the longest ray; no bound if absent."""
 
     @property
+    def passes(self) -> tuple[Pass, ...]:
+        """All of its passes."""
+        return self.before if self.light_pass is None else (*self.before, self.light_pass)
+
+    @property
     def shaders(self) -> tuple[PackagePath, ...]:
-        """Files of all of its shaders, and of those of its passes."""
-        return (self.vertex, self.fragment, *(path for each in self.before for path in (each.vertex, each.fragment)))
+        """Files of all of its shaders, and of those of its passes and tiles."""
+        sorting = () if self.tiles is None else (self.tiles.cost, self.tiles.offsets, self.tiles.place)
+        return (
+            self.vertex,
+            self.fragment,
+            *(path for each in self.passes for path in (each.vertex, each.fragment)),
+            *sorting,
+        )

@@ -25,7 +25,7 @@ from volprep_formats.package.parts.proxy.rules import proxy_contradictions
 from volprep_formats.package.parts.skip.rules import skip_contradictions
 from volprep_formats.package.parts.slices.rules import slices_contradictions
 from volprep_formats.package.parts.together.rules import together_contradictions
-from volprep_formats.package.program import SLICES, TABLES, Program, UniformSource
+from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Tiles, UniformSource
 from volprep_formats.package.texture import COMPONENTS, MosaicLayout, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
@@ -347,13 +347,15 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
         yield f"{name} draws {program.geometry}, {'without' if program.blend is None else 'with'} blending"
     if not program.levels:
         yield f"{name} draws no level"
-    yield from (f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program)))
+    yield from (
+        f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program), *_reads(program))
+    )
     roles = [sampler.role for sampler in program.samplers]
     parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
     held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
     if any(parts != list(range(textures)) for textures in held or {1}):
         yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and what it classifies with"
-    units = len(roles) + len(program.before)
+    units = len(roles) + len(program.passes)
     if units > manifest.profile.texture_units:
         yield f"{name} reads {units} textures; the profile has {manifest.profile.texture_units} units"
     names = Counter([uniform.name for uniform in program.uniforms] + _samplers(program))
@@ -371,14 +373,30 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("first_sample")
     if program.light is not None:
         given.add("light_mm")
-    uniforms = (*program.uniforms, *(uniform for each in program.before for uniform in each.uniforms))
-    for uniform in uniforms:
+    if program.light is not None and program.light.shadows in {"map", "half-angle"}:
+        given |= {"box_from_light", "light_from_box"}
+    if program.tiles is not None:
+        given |= {"picture_width", "picture_height"}
+    parts: list[Program | Pass | Tiles] = [program, *_drawn_with(program)]
+    for uniform in (uniform for part in parts for uniform in part.uniforms):
         if uniform.source not in given:
             yield f"has a uniform {uniform.name} for {uniform.source}, which nothing gives it"
 
 
+def _drawn_with(program: Program) -> list[Pass | Tiles]:
+    """Return what else of a program has shaders."""
+    return [*program.passes, *(() if program.tiles is None else (program.tiles,))]
+
+
+def _reads(program: Program) -> Iterator[str]:
+    """A pass reads textures of its program."""
+    known = {sampler.name for sampler in program.samplers}
+    for each in _drawn_with(program):
+        yield from (f"has a pass that reads {name}, which it does not" for name in each.reads if name not in known)
+
+
 def _samplers(program: Program) -> list[str]:
-    return [each.name for each in program.samplers] + [each.sampler for each in program.before]
+    return [each.name for each in program.samplers] + [each.sampler for each in program.passes]
 
 
 def _complete(manifest: Manifest) -> Iterator[str]:

@@ -28,8 +28,7 @@ BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "RGBA16F": 8,
     "PALETTE8_RGBA8": 1,
 }
-"""Size of a texel, in the file and in the memory of the GPU; many drivers keep four bytes where three would do, and
-some expand palettes."""
+"""Size of a texel in the file, and where it is uploaded."""
 
 KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "LUMINANCE8": "R8",
@@ -80,9 +79,15 @@ def texture_format(gl: GlFormat, api: Api) -> TextureFormat | None:
 
 
 def size_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
-    """Size of a texture, in the file and in the memory of the GPU."""
+    """Size of a texture, in the file and where it is uploaded."""
     depth, height, width = shape_zyx
     for compressed in BLOCKS:
         if compressed == name:
             return depth * math.prod(blocks_shape(compressed, (height, width)))
     return depth * height * width * BYTES_PER_TEXEL[name]
+
+
+def gpu_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
+    """Memory that a texture takes on a GPU, where texels of three bytes and of palettes take four, as with most."""
+    fields = 4 if name in {"RGB8", "RGB8_SNORM", "PALETTE8_RGBA8"} else BYTES_PER_TEXEL.get(name)
+    return size_bytes(name, shape_zyx) if fields is None else math.prod(shape_zyx) * fields

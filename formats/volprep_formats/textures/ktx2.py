@@ -2,7 +2,7 @@
 
 All numbers are little-endian. A file is: header (48 bytes), index (32), an entry for each level (24), the data format
 descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels or,
-compressed, blocks of them: of the coarsest level first.
+compressed, blocks of them: of the coarsest level first. Supercompressed, each level is a row of Zstandard frames.
 """
 
 import math
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
+from volprep_formats.textures.zstd_frames import FrameError, compress, decompress
 
 TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
 Ktx2Format = Literal[TexelFormat, CompressedFormat]
@@ -61,6 +62,10 @@ class Ktx2Head:
     """Channels of a texel; of a compressed format bytes of a block."""
     levels_at: tuple[int, ...]
     """Offset of the texels of each level, the finest first; the finest ends the file."""
+    stored_bytes: tuple[int, ...]
+    """Bytes that each level takes in the file."""
+    supercompressed: bool
+    """Whether these are Zstandard frames of the texels."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +119,14 @@ _FORMATS = {layout.vk_format: name for name, layout in _LAYOUTS.items()}
 
 _IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
 _HEADER = struct.Struct("<12s9I4I2Q")  # header and index: 80 bytes
+HEADER_BYTES = _HEADER.size
+"""Size of what stands before the entries of levels."""
 _LEVEL = struct.Struct("<3Q")  # offset, length, uncompressed length
 _DESCRIPTOR = struct.Struct("<IIHHBBBB4s8s")  # total size, then the head of a basic descriptor block: 4 + 24 bytes
 _SAMPLE = struct.Struct("<HBB4sII")
+_NONE, _ZSTD = 0, 2
+"""Schemes of supercompression."""
+_SCHEME_AT = 44
 _TRANSFER_LINEAR = 1
 _PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; the manifest says what
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
@@ -201,7 +211,7 @@ def _slices(texels: NDArray[np.generic], layout: _Layout) -> Iterator[memoryview
 
 
 def decode(data: bytes, name: str) -> Ktx2Image:
-    """Read a texture; `name` is for messages. The texels are a view of `data`.
+    """Read a texture; `name` is for messages. The texels are a view of `data`, unless it is supercompressed.
 
     Raises VP4030 for whatever is no whole KTX 2 texture in one of the formats of `Ktx2Format`.
     """
@@ -210,6 +220,8 @@ def decode(data: bytes, name: str) -> Ktx2Image:
 
     def texels(level: int, at: int) -> NDArray[np.generic]:
         shape = layout.stored(mipmap_shape(head.shape_zyx, level))
+        if head.supercompressed:
+            return _unpacked(data, head, level, name).view(head.dtype).reshape(shape)
         found: NDArray[np.generic] = np.frombuffer(data, head.dtype, math.prod(shape), at)
         return found.reshape(shape)
 
@@ -232,8 +244,8 @@ def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
     if texture_format is None:
         _refuse(name, f"vkFormat {vk_format} is none of {', '.join(_LAYOUTS)}")
     layout = _LAYOUTS[texture_format]
-    if (type_size, layers, faces, scheme) != (layout.dtype.itemsize, 0, 1, 0):
-        _refuse(name, "it has array layers, faces, supercompression, or a wrong typeSize")
+    if (type_size, layers, faces) != (layout.dtype.itemsize, 0, 1) or scheme not in {_NONE, _ZSTD}:
+        _refuse(name, "it has array layers, faces, supercompression other than Zstandard, or a wrong typeSize")
     if width == 0 or height == 0 or (layout.block > 1 and depth):
         _refuse(name, f"its size is {width}×{height}×{depth}")
     shape_zyx = (max(depth, 1), height, width)
@@ -241,23 +253,86 @@ def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
         _refuse(name, f"it has {levels} levels, or ends before their entries do")
     end = _check_sections(data, name, layout, levels, fields[9:])
     entries = [_LEVEL.unpack_from(data, _HEADER.size + level * _LEVEL.size) for level in range(levels)]
-    _check_levels(entries, layout, shape_zyx, (end, file_bytes), name)
-    offsets = tuple(offset for offset, _, _ in entries)
-    return Ktx2Head(texture_format, shape_zyx, 3 if depth else 2, layout.dtype, layout.channels, offsets)
+    offsets, stored, _ = zip(*entries, strict=True)
+    head = Ktx2Head(
+        *(texture_format, shape_zyx, 3 if depth else 2, layout.dtype, layout.channels, offsets, stored, scheme == _ZSTD)
+    )
+    _check_levels(entries, head, (end, file_bytes), name)
+    return head
+
+
+def is_supercompressed(header: bytes) -> bool:
+    """Return whether a file that begins with these bytes, HEADER_BYTES of them, is a texture of Zstandard frames."""
+    return header.startswith(_IDENTIFIER) and header[_SCHEME_AT : _SCHEME_AT + 4] == struct.pack("<I", _ZSTD)
+
+
+def level_bytes(head: Ktx2Head, level: int) -> int:
+    """Size of the texels of a level."""
+    return math.prod(_LAYOUTS[head.format].stored(mipmap_shape(head.shape_zyx, level))) * head.dtype.itemsize
+
+
+def _unpacked(data: bytes, head: Ktx2Head, level: int, name: str) -> NDArray[np.uint8]:
+    start = head.levels_at[level]
+    try:
+        return decompress(memoryview(data)[start : start + head.stored_bytes[level]], level_bytes(head, level))
+    except FrameError as error:
+        _refuse(name, f"its level {level}: {error}")
+
+
+def supercompressed(data: bytes, name: str) -> bytes:
+    """Return a texture with its levels as Zstandard frames; everything else stays. Raises as `decode` does."""
+    head = decode_head(data, len(data), name)
+    if head.supercompressed:
+        return data
+    levels = []
+    for level, at in enumerate(head.levels_at):
+        texels = memoryview(data)[at : at + head.stored_bytes[level]]
+        levels.append(b"".join(compress(texels)))
+    return _stored_anew(data, head, levels, _ZSTD)
+
+
+def plain(data: bytes, name: str) -> bytes:
+    """Return a texture without supercompression: what `supercompressed` was given. Raises as `decode` does."""
+    head = decode_head(data, len(data), name)
+    if not head.supercompressed:
+        return data
+    levels = [_unpacked(data, head, level, name).tobytes() for level in range(len(head.levels_at))]
+    return _stored_anew(data, head, levels, _NONE)
+
+
+def _stored_anew(data: bytes, head: Ktx2Head, levels: list[bytes], scheme: int) -> bytes:
+    """Return the file with other bytes for its levels."""
+    layout = _LAYOUTS[head.format]
+    index, values = _HEADER.unpack_from(data)[10:14], len(levels) * _LEVEL.size + _HEADER.size
+    end = max(index[0] + index[1], index[2] + index[3])
+    alignment = 1 if scheme else layout.alignment
+    pieces, entries = [bytearray(data[:end])], []
+    for level, stored in reversed([*enumerate(levels)]):
+        at = -(-end // alignment) * alignment
+        pieces += [bytearray(at - end), bytearray(stored)]
+        entries.append(_LEVEL.pack(at, len(stored), level_bytes(head, level)))
+        end = at + len(stored)
+    struct.pack_into("<I", pieces[0], _SCHEME_AT, scheme)
+    pieces[0][_HEADER.size : values] = b"".join(reversed(entries))
+    # An older edition's 0 for the bytes of a plane is made good.
+    pieces[0][values + 20] = layout.texel_bytes
+    return b"".join(pieces)
 
 
 def _check_levels(
-    entries: list[tuple[int, int, int]], layout: _Layout, shape_zyx: Shape, texels_within: tuple[int, int], name: str
+    entries: list[tuple[int, int, int]], head: Ktx2Head, texels_within: tuple[int, int], name: str
 ) -> None:
     """Check that the texels lie within these offsets, the coarsest level first, and end where the file does."""
     end, file_bytes = texels_within
+    alignment = 1 if head.supercompressed else _LAYOUTS[head.format].alignment
     for level, (offset, length, uncompressed) in reversed([*enumerate(entries)]):
-        size = math.prod(layout.stored(mipmap_shape(shape_zyx, level))) * layout.dtype.itemsize
-        if (length, uncompressed) != (size, size):
-            _refuse(name, f"its level {level} has {length} bytes instead of {size}")
-        if offset % layout.alignment or offset < end:
-            _refuse(name, f"the {size} bytes of texels at {offset} are not after what comes before, or not aligned")
-        end = offset + size
+        size = level_bytes(head, level)
+        right = 1 <= length <= size if head.supercompressed else length == size
+        if uncompressed != size or not right:
+            _refuse(name, f"its level {level} has {length} bytes, unpacked {uncompressed}, instead of {size}")
+        if offset % alignment or offset < end:
+            _refuse(name, f"the {length} bytes of texels at {offset} are not after what comes before, or not aligned")
+        end = offset + length
     if end != file_bytes:
         _refuse(name, f"its texels end at {end}, the file at {file_bytes}")
 
@@ -269,9 +344,11 @@ def _check_sections(data: bytes, name: str, layout: _Layout, levels: int, index:
     if descriptor_at != _HEADER.size + levels * _LEVEL.size or descriptor_size != len(expected):
         _refuse(name, f"its descriptor of {descriptor_size} bytes at {descriptor_at} is out of place")
     descriptor = data[descriptor_at : descriptor_at + descriptor_size]
-    # Colour primaries (byte 13) and flags (byte 15) say nothing about the layout; other writers may set them.
+    # Colour primaries (byte 13) and flags (byte 15) say nothing about the layout; other writers may set them. Older
+    # editions of KTX 2 want 0 for the bytes of a plane (byte 20) where texels are supercompressed.
+    free = {13, 15, 20} if data[_SCHEME_AT] and descriptor[20:21] == b"\0" else {13, 15}
     if len(descriptor) != len(expected) or any(
-        a != b for at, (a, b) in enumerate(zip(descriptor, expected, strict=True)) if at not in (13, 15)
+        a != b for at, (a, b) in enumerate(zip(descriptor, expected, strict=True)) if at not in free
     ):
         _refuse(name, "its data format descriptor is not the one of its vkFormat")
     if (global_at, global_size) != (0, 0):

@@ -34,6 +34,8 @@ class Ktx2Box:
         self.head = decode_head(head, size_bytes, name)
         if self.head.channels != 1:
             raise VolprepError("VP4030", name=name, problem=f"it has {self.head.channels} channels instead of one")
+        if self.head.supercompressed:
+            raise VolprepError("VP4030", name=name, problem="it is supercompressed, so that no part can be read alone")
 
     def read(self, box: Box, out: NDArray[np.generic]) -> None:
         """Read the texels of `box` [z, y, x] into `out`, whose shape and type are theirs.

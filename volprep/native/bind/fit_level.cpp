@@ -16,6 +16,7 @@ using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::c
 using Table = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Weights = nb::ndarray<const float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 using Looks = nb::ndarray<const float, nb::ndim<5>, nb::c_contig, nb::device::cpu>;
+using Range = std::array<int64_t, 2>;
 using MutableLooks = nb::ndarray<float, nb::ndim<5>, nb::c_contig, nb::device::cpu>;
 
 Shape3 shape_from(Triple triple) { return {triple[0], triple[1], triple[2]}; }
@@ -44,8 +45,8 @@ void require_bins(double bins_per_code, const Table& table) {
     require(bins_per_code > 0 && largest < static_cast<double>(table.shape(1)) - 0.5, "every code must have a bin");
 }
 
-FitTask task_of(Shape3 shape, const Level& level, Triple factors_zyx, int64_t first, double linear, const Table& table,
-                const Weights& weights, Triple weight_factors_zyx, int iterations, int threads) {
+FitTask task_of(Shape3 shape, const Level& level, Triple factors_zyx, int64_t first, Range wanted, double linear,
+                const Table& table, const Weights& weights, Triple weight_factors_zyx, int iterations, int threads) {
     FitTask task{};
     task.shape = shape;
     task.first = first;
@@ -56,6 +57,9 @@ FitTask task_of(Shape3 shape, const Level& level, Triple factors_zyx, int64_t fi
     require_factors("factors", task.factors);
     require_shape("level", level, reduced_shape(shape, task.factors));
     require(first >= 0 && first % task.factors.z == 0, "first must be a multiple of the factor");
+    const auto slices = static_cast<int64_t>(level.shape(0));
+    task.wanted = {wanted[0], wanted[1]};
+    require(wanted[0] >= 0 && wanted[0] <= wanted[1] && wanted[1] <= slices, "wanted must be slices of level");
     require(iterations >= 0, "iterations must not be negative");
     require_table(table);
     require(table.shape(0) == weights.shape(0), "table and weights must be of the same functions");
@@ -75,11 +79,11 @@ FitTask task_of(Shape3 shape, const Level& level, Triple factors_zyx, int64_t fi
     return task;
 }
 
-void fit_codes(const AnyVolume& src, const Level& level, Triple factors_zyx, int64_t first, double bins_per_code,
-               double linear, const Table& table, const Weights& weights, Triple weight_factors_zyx, int iterations,
-               double step, int threads) {
-    const FitTask task = task_of(shape_of(src), level, factors_zyx, first, linear, table, weights, weight_factors_zyx,
-                                 iterations, threads);
+void fit_codes(const AnyVolume& src, const Level& level, Triple factors_zyx, int64_t first, Range wanted,
+               double bins_per_code, double linear, const Table& table, const Weights& weights,
+               Triple weight_factors_zyx, int iterations, double step, int threads) {
+    const FitTask task = task_of(shape_of(src), level, factors_zyx, first, wanted, linear, table, weights,
+                                 weight_factors_zyx, iterations, threads);
     with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
         require_bins<T>(bins_per_code, table);
         const Codes<T> codes{static_cast<const T*>(src.data()), static_cast<float>(bins_per_code)};
@@ -89,9 +93,9 @@ void fit_codes(const AnyVolume& src, const Level& level, Triple factors_zyx, int
 }
 
 void fit_means(const Values& values, const Looks& looks, const Level& level, Triple factors_zyx, int64_t first,
-               double linear, const Table& table, const Weights& weights, Triple weight_factors_zyx, int iterations,
-               double step, int threads) {
-    const FitTask task = task_of(shape_of(values), level, factors_zyx, first, linear, table, weights,
+               Range wanted, double linear, const Table& table, const Weights& weights, Triple weight_factors_zyx,
+               int iterations, double step, int threads) {
+    const FitTask task = task_of(shape_of(values), level, factors_zyx, first, wanted, linear, table, weights,
                                  weight_factors_zyx, iterations, threads);
     require_looks(looks, table, task.shape);
     const Means means{values.data(), looks.data()};
@@ -127,7 +131,9 @@ iteration: Gauss-Newton with the sums of rows.)";
 constexpr Parameter fitted[] = {
     {"level", "float32, bins; with the shape that box_reduced_shape gives for the samples. Read, and written."},
     {"factors_zyx", "Samples that make one voxel of the level."},
-    {"first", "Number of the first slice of samples in the whole volume, a multiple of the factor."}};
+    {"first", "Number of the first slice of samples in the whole volume, a multiple of the factor."},
+    {"wanted",
+     "First slice of the level that is wanted, and the one after the last. Others are as they happen to be."}};
 constexpr Parameter looked[] = {
     {"linear", "See above."},
     {"table", "float32 [m, bins, 4]: F."},
@@ -139,15 +145,16 @@ constexpr Parameter looked[] = {
 }  // namespace
 
 void fit_level(nb::module_& module) {
-    const auto& [level, factors, first] = fitted;
+    const auto& [level, factors, first, wanted] = fitted;
     const auto& [linear, table, weights, weight_factors, iterations, step] = looked;
     module.def(
         "fit_level", &fit_codes, nb::arg("src").noconvert(), nb::arg("level").noconvert(), nb::arg("factors_zyx"),
-        nb::arg("first"), nb::arg("bins_per_code"), nb::arg("linear"), nb::arg("table").noconvert(),
+        nb::arg("first"), nb::arg("wanted"), nb::arg("bins_per_code"), nb::arg("linear"), nb::arg("table").noconvert(),
         nb::arg("weights").noconvert(), nb::arg("weight_factors_zyx"), nb::arg("iterations"), nb::arg("step"),
         nb::arg("threads") = 0,
         nb::sig("def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], "
-                "factors_zyx: collections.abc.Sequence[int], first: int, bins_per_code: float, linear: float, table: "
+                "factors_zyx: collections.abc.Sequence[int], first: int, wanted: collections.abc.Sequence[int], "
+                "bins_per_code: float, linear: float, table: "
                 "numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], "
                 "weight_factors_zyx: collections.abc.Sequence[int], iterations: int, step: float, threads: int = 0) "
                 "-> None"),
@@ -158,6 +165,7 @@ void fit_level(nb::module_& module) {
                             level,
                             factors,
                             first,
+                            wanted,
                             {"bins_per_code", "A code v lies at v · bins_per_code, with the look of the nearest bin."},
                             linear,
                             table,
@@ -169,12 +177,13 @@ void fit_level(nb::module_& module) {
             .c_str());
     module.def(
         "fit_level_to_means", &fit_means, nb::arg("values").noconvert(), nb::arg("looks").noconvert(),
-        nb::arg("level").noconvert(), nb::arg("factors_zyx"), nb::arg("first"), nb::arg("linear"),
+        nb::arg("level").noconvert(), nb::arg("factors_zyx"), nb::arg("first"), nb::arg("wanted"), nb::arg("linear"),
         nb::arg("table").noconvert(), nb::arg("weights").noconvert(), nb::arg("weight_factors_zyx"),
         nb::arg("iterations"), nb::arg("step"), nb::arg("threads") = 0,
         nb::sig("def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: "
                 "numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], "
-                "factors_zyx: collections.abc.Sequence[int], first: int, linear: float, table: "
+                "factors_zyx: collections.abc.Sequence[int], first: int, wanted: collections.abc.Sequence[int], "
+                "linear: float, table: "
                 "numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], "
                 "weight_factors_zyx: collections.abc.Sequence[int], iterations: int, step: float, threads: int = 0) "
                 "-> None"),
@@ -186,6 +195,7 @@ void fit_level(nb::module_& module) {
                                   level,
                                   factors,
                                   first,
+                                  wanted,
                                   linear,
                                   table,
                                   weights,

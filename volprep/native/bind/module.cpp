@@ -13,6 +13,7 @@ NB_MODULE(_native, module) {
     volprep::bind::extrema_reduce(module);
     volprep::bind::feature_reduce(module);
     volprep::bind::fit_level(module);
+    volprep::bind::fit_values(module);
     volprep::bind::joint_histogram(module);
     volprep::bind::laplacian_histogram(module);
     volprep::bind::linear_reduce(module);
@@ -21,7 +22,7 @@ NB_MODULE(_native, module) {
     volprep::bind::nearest_reduce(module);
     volprep::bind::normals(module);
     volprep::bind::oracle(module);
-    volprep::bind::oracle_average(module);
+    volprep::bind::oracle_projection(module);
     volprep::bind::oracle_refined(module);
     volprep::bind::oracle_sum(module);
     volprep::bind::oracle_surface(module);

@@ -28,60 +28,9 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     });
 }
 
-void render_maximum(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
-                    Vector3 extent_mm_xyz, const Matrix4& box_from_clip, const Pixels& value, const Pixels& bound,
-                    int threads) {
-    const Shape3 shape = shape_of(volume);
-    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
-    require(bound.shape(0) == value.shape(0) && bound.shape(1) == value.shape(1),
-            "value and bound must have the same height and width");
-    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
-    const OracleMaximum maximum{view_of(value, box_from_clip), value.data(), bound.data()};
-    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
-        const nb::gil_scoped_release released;
-        volprep::render_maximum(static_cast<const T*>(volume.data()), source, maximum, threads);
-    });
-}
-
-void define_maximum(nb::module_& module) {
-    module.def("render_maximum", &render_maximum, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-               nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(),
-               nb::arg("value").noconvert(), nb::arg("bound").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def render_maximum(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
-                       "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
-                       "extent_mm_xyz: collections.abc.Sequence[float], "
-                       "box_from_clip: numpy.typing.NDArray[numpy.float64], "
-                       "value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-                       "threads: int = 0) -> None"),
-               R"(Write the greatest physical value along each pixel's ray and a bound on its error.
-
-The maximum of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
-
-Parameters
-----------
-volume
-    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-value, bound
-    float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a size does not fit.
-TypeError
-    If an array has another type or order.)");
-}
-
 }  // namespace
 
 void oracle(nb::module_& module) {
-    define_maximum(module);
     module.def("render_oracle", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
                nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),

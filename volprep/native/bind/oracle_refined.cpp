@@ -12,8 +12,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
             const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
-            bool halfway, const std::string& kernel, const std::optional<Vectors>& normals, double slope_scale,
-            int threads) {
+            bool halfway, bool shadows, const std::string& kernel, const std::optional<Vectors>& normals,
+            double slope_scale, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
@@ -27,7 +27,7 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     OracleLight placed{};
     if (light.has_value()) {
         const double* number = light->data();
-        placed = {{number[0], number[1], number[2]}, number[3], number[4], number[5], number[6], halfway};
+        placed = {{number[0], number[1], number[2]}, number[3], number[4], number[5], number[6], halfway, shadows};
     }
     const std::array<double, 2> range = intensities.value_or(std::array<double, 2>{0.0, 0.0});
     require(!intensities.has_value() || range[0] < range[1], "intensities must ascend");
@@ -48,8 +48,8 @@ void oracle_refined(nb::module_& module) {
         nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(), nb::arg("box_from_clip").noconvert(),
         nb::arg("tolerance"), nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(),
         nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
-        nb::arg("halfway") = false, nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(),
-        nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
+        nb::arg("halfway") = false, nb::arg("shadows") = false, nb::arg("kernel") = "",
+        nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
         nb::sig(
             "def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
             "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
@@ -59,7 +59,7 @@ void oracle_refined(nb::module_& module) {
             "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
             "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
             "intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, "
-            "halfway: bool = False, kernel: str = '', "
+            "halfway: bool = False, shadows: bool = False, kernel: str = '', "
             "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
             "threads: int = 0) -> None"),
         described(R"(Write a picture by refinement, for light that has no proven bound, and how far it has settled.
@@ -83,9 +83,10 @@ rgba, bound
     the last two changes, an estimate of the error.
 intensities
     Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
-light, halfway
+light, halfway, shadows
     Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
-    those of Blinn and Phong instead of Phong's. Without them, with normals, light comes from the viewer.
+    those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
+    light comes from the viewer.
 kernel, normals, slope_scale
     What normals are, as in render_oracle; without them nothing is lit.
 )",

@@ -1,22 +1,16 @@
 #include "volprep/oracle_sum.hpp"
 
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/vector.h>
 
 #include <vector>
 
-#include "checks.hpp"
 #include "described.hpp"
-#include "voxels.hpp"
+#include "oracle_source.hpp"
 
 namespace volprep::bind {
 namespace {
 
-using Vector3 = std::array<double, 3>;
-using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
 using Points = nb::ndarray<const double, nb::shape<-1, 5>, nb::c_contig, nb::device::cpu>;
-using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
-using Bound = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 // The columns of control points, each by itself.
 struct Columns {
@@ -38,21 +32,16 @@ struct Columns {
 
 void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& slopes,
             const std::vector<double>& intercepts, const std::vector<Points>& points, Vector3 spacing_mm_xyz,
-            Vector3 extent_mm_xyz, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Bound& bound,
-            int threads) {
+            Vector3 extent_mm_xyz, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba,
+            const Pixels& bound, int threads) {
     const std::size_t count = volumes.size();
     require(count >= 1 && count <= kMostMedia,
             "volumes has " + std::to_string(count) + " entries, expected 1 to " + std::to_string(kMostMedia));
     require(slopes.size() == count && intercepts.size() == count && points.size() == count,
             "slopes, intercepts and points must have an entry for each volume");
     const Shape3 shape = shape_of(volumes[0]);
-    require_voxels(shape);
-    require_threads(threads);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
-    for (const double length : {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2], extent_mm_xyz[0],
-                                extent_mm_xyz[1], extent_mm_xyz[2]}) {
-        require(length > 0.0, "spacing_mm_xyz and extent_mm_xyz must be above 0");
-    }
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
     std::vector<Columns> columns;
@@ -62,17 +51,8 @@ void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& sl
         require(points[i].shape(0) > 0, "points must have at least one row each");
         columns.emplace_back(points[i]);
     }
-    const OracleVolume grid{.shape = shape,
-                            .slope = 1.0,
-                            .intercept = 0.0,
-                            .spacing_mm_xyz = {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
-                            .extent_mm_xyz = {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
-                            .nearest = false,
-                            .normals = nullptr};
-    const OraclePicture picture{
-        {static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)), box_from_clip.data()},
-        rgba.data(),
-        bound.data()};
+    const OracleVolume grid = source_of(shape, 1.0, 0.0, spacing_mm_xyz, extent_mm_xyz);
+    const OraclePicture picture{view_of(bound, box_from_clip), rgba.data(), bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volumes", volumes[0], [&]<typename T>() {
         std::vector<OracleMedium<T>> media;
         for (std::size_t i = 0; i < count; ++i) {

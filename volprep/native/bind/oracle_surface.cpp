@@ -13,7 +13,8 @@ using Triples = nb::ndarray<double, nb::shape<-1, -1, 3>, nb::c_contig, nb::devi
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Matrix4& box_from_clip, double isovalue, bool solid, const Pixels& t_mm, const Pixels& error_mm,
             const Pixels& value, const Triples& normal, const Pixels& normal_mm, const std::string& kernel,
-            const std::optional<Vectors>& normals, double slope_scale, int threads) {
+            const std::optional<Vectors>& normals, double slope_scale, const std::optional<Vector3>& light_mm_xyz,
+            double offset_mm, const std::optional<Pixels>& reaching, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(std::isfinite(isovalue), "isovalue must be finite");
@@ -22,6 +23,9 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     };
     require(fits(error_mm) && fits(value) && fits(normal) && fits(normal_mm),
             "all pictures must have the same height and width");
+    require(light_mm_xyz.has_value() == reaching.has_value(), "a light and what it reaches go together");
+    require(!reaching.has_value() || fits(*reaching), "all pictures must have the same height and width");
+    require(offset_mm >= 0.0, "offset_mm must not be negative");
     const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     if (vectors.has_value()) source.normals = &*vectors;
@@ -32,7 +36,10 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
                                 error_mm.data(),
                                 value.data(),
                                 normal.data(),
-                                normal_mm.data()};
+                                normal_mm.data(),
+                                light_mm_xyz.has_value() ? light_mm_xyz->data() : nullptr,
+                                offset_mm,
+                                reaching.has_value() ? reaching->data() : nullptr};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
         volprep::render_surface(static_cast<const T*>(volume.data()), source, surface, threads);
@@ -47,7 +54,8 @@ void oracle_surface(nb::module_& module) {
                nb::arg("isovalue"), nb::arg("solid"), nb::arg("t_mm").noconvert(), nb::arg("error_mm").noconvert(),
                nb::arg("value").noconvert(), nb::arg("normal").noconvert(), nb::arg("normal_mm").noconvert(),
                nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-               nb::arg("threads") = 0,
+               nb::arg("light_mm_xyz") = nb::none(), nb::arg("offset_mm") = 0.0,
+               nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
                nb::sig("def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
                        "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
                        "extent_mm_xyz: collections.abc.Sequence[float], "
@@ -56,6 +64,8 @@ void oracle_surface(nb::module_& module) {
                        "value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], "
                        "normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', "
                        "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
+                       "light_mm_xyz: collections.abc.Sequence[float] | None = None, offset_mm: float = 0.0, "
+                       "reaching: numpy.typing.NDArray[numpy.float64] | None = None, "
                        "threads: int = 0) -> None"),
                described(R"(Write where each pixel's ray first meets an isosurface of the trilinear field.
 
@@ -78,6 +88,9 @@ normal, normal_mm
     and how much it changes per millimetre.
 kernel, normals, slope_scale
     What normals are, as in render_oracle; without them they are 0.
+light_mm_xyz, offset_mm, reaching
+    Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is
+    on the viewer's side of the surface, from `offset_mm` off the hit on, and 0 in shadow.
 )",
                          "a size does not fit")
                    .c_str());

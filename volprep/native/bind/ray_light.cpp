@@ -40,17 +40,19 @@ void light(const Samples& samples, const Offsets& offsets, const Lengths& length
 }
 
 void equations(const Samples& samples, const Offsets& offsets, const Lengths& lengths_mm, double scale,
-               const Table& table, const Table& target, const Matrix& matrix, const Vector& gradient, int threads) {
+               const Table& table, const Table& light, const Table& target, const Matrix& matrix,
+               const Vector& gradient, int threads) {
     const RaySamples rays = checked_rays(samples, offsets, lengths_mm, scale);
     const LightTable entries = checked_table(table);
     const std::size_t unknowns = gradient.shape(0);
+    require(static_cast<int64_t>(light.shape(0)) == rays.count, "light must have a row for each ray");
     require(static_cast<int64_t>(target.shape(0)) == rays.count, "target must have a row for each ray");
     require(unknowns >= 8 && unknowns % 4 == 0, "gradient must have four numbers for each of at least 2 knots");
     require(matrix.shape(0) == unknowns && matrix.shape(1) == unknowns, "matrix must be square, as long as gradient");
     require_threads(threads);
     const nb::gil_scoped_release released;
-    volprep::light_equations(rays, entries, target.data(), static_cast<int64_t>(unknowns / 4), matrix.data(),
-                             gradient.data(), threads);
+    volprep::light_equations(rays, entries, light.data(), target.data(), static_cast<int64_t>(unknowns / 4),
+                             matrix.data(), gradient.data(), threads);
 }
 
 bool solve(const Matrix& matrix, const Vector& rhs) {
@@ -93,14 +95,14 @@ ValueError
     If a shape does not fit.)");
     module.def(
         "light_equations", &equations, nb::arg("samples").noconvert(), nb::arg("offsets").noconvert(),
-        nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(),
+        nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(), nb::arg("light").noconvert(),
         nb::arg("target").noconvert(), nb::arg("matrix").noconvert(), nb::arg("gradient").noconvert(),
         nb::arg("threads") = 0,
         nb::sig("def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: "
                 "numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, "
-                "table: numpy.typing.NDArray[numpy.float64], target: numpy.typing.NDArray[numpy.float64], matrix: "
-                "numpy.typing.NDArray[numpy.float64], gradient: numpy.typing.NDArray[numpy.float64], threads: int = "
-                "0) -> None"),
+                "table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: "
+                "numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: "
+                "numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
         R"(Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
 
 Unknown are, at k knots at equal distances over the values and linear between them, the changes of red, of green, of blue,
@@ -111,6 +113,8 @@ Parameters
 ----------
 samples, offsets, lengths_mm, scale, table
     As for ray_light.
+light
+    float64 [n, 4], as ray_light writes it for this table.
 target
     float64 [n, 4].
 matrix

@@ -4,6 +4,8 @@
 #include "volprep/fit_level.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -89,6 +91,7 @@ struct Scratch {
         : plane(plane_size),
           row(row_size + 2),
           field(row_size),
+          values(row_size),
           weights(functions * samples),
           plane_pulls(plane_size),
           row_pulls(row_size + 2),
@@ -97,21 +100,52 @@ struct Scratch {
     std::vector<float> plane;
     std::vector<float> row;
     std::vector<float> field;
-    std::vector<float> weights;
+    std::vector<float> values;
+    std::vector<float> weights;  // of each function, by phases
     Pulls plane_pulls;
     Pulls row_pulls;
     Pulls phase_pulls;
 };
 
+// Bins that a row of the level reaches.
+struct BinRange {
+    int32_t lowest;
+    int32_t highest;
+};
+
+// Numbers that are not negative have the order of their bits, which compilers compare side by side.
+VOLPREP_CLONES BinRange bins_reached(const float* row, int64_t count) noexcept {
+    int32_t least = std::numeric_limits<int32_t>::max();
+    int32_t most = 0;
+    for (int64_t i = 0; i < count; ++i) {
+        const auto bits = std::bit_cast<int32_t>(row[i]);
+        least = std::min(least, bits);
+        most = std::max(most, bits);
+    }
+    return {static_cast<int32_t>(std::bit_cast<float>(least)), static_cast<int32_t>(std::bit_cast<float>(most))};
+}
+
 // What a transfer function makes of the bins k of the level: looks, how they change to the next bin, and the square of
 // that change.
 struct Slopes {
-    Slopes(const float* looks, int64_t bins) : looks(looks), bins(bins), slopes(look_size * bins), squares(bins) {
+    Slopes(const float* looks, int64_t bins)
+        : looks(looks), bins(bins), slopes(look_size * bins), squares(bins), next_change(bins) {
         for (int64_t k = 0; k + 1 < bins; ++k) {
             const LookVector slope = load_look(looks + look_size * (k + 1)) - load_look(looks + look_size * k);
             store_look(slope, slopes.data() + look_size * k);
             squares[k] = dot(slope, slope);
         }
+        auto next = static_cast<int32_t>(bins);
+        for (auto k = static_cast<int32_t>(bins - 1); k >= 0; --k) {
+            next = squares[k] != 0.0f ? k : next;
+            next_change[k] = next;
+        }
+    }
+
+    // Whether nothing there looks different from its neighbours: air, most of the time.
+    bool is_flat(const BinRange& range) const noexcept {
+        const auto last = static_cast<int32_t>(bins - 2);
+        return next_change[std::min(range.lowest, last)] > std::min(range.highest, last);
     }
 
     // The change at bin k times what is missing from its look to another.
@@ -123,6 +157,7 @@ struct Slopes {
     int64_t bins;
     std::vector<float> slopes;
     std::vector<float> squares;
+    std::vector<int32_t> next_change;  // the bin, or the first after it, that looks different from the next one
 };
 
 // Codes have the look of a bin: all products are known before. 4 MB for 1024 bins, of which a row meets few.
@@ -143,10 +178,6 @@ struct CodesRow {
     float bins_per_code;
 
     float value(int64_t x) const noexcept { return static_cast<float>(voxels[x]) * bins_per_code; }
-    float missing(const Function& function, int64_t, int64_t k, int64_t x) const noexcept {
-        const auto bin = static_cast<int64_t>(static_cast<int32_t>(value(x) + 0.5f));
-        return function.products[k * function.bins + bin];
-    }
 };
 
 struct MeansRow {
@@ -157,8 +188,8 @@ struct MeansRow {
     int64_t slice;  // samples of one
 
     float value(int64_t x) const noexcept { return values[x]; }
-    float missing(const Function& function, int64_t index, int64_t k, int64_t x) const noexcept {
-        return function.product(k, load_look(looks + look_size * (index * slice + x)));
+    LookVector look(int64_t index, int64_t x) const noexcept {
+        return load_look(looks + look_size * (index * slice + x));
     }
 };
 
@@ -172,36 +203,61 @@ MeansRow row_of(const Means& samples, const FitTask& task, int64_t z, int64_t y)
     return {samples.values + z * slice + row, samples.looks + look_size * (z * task.functions * slice + row), slice};
 }
 
+// The values of the samples of a phase.
 template <int64_t stride, typename Row>
-VOLPREP_CLONES void pull_values(const Row row, const Phase phase, float linear, const float* field,
+VOLPREP_CLONES void take_values(const Row row, int64_t begin, int64_t count, float* __restrict values) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        values[i] = row.value(begin + i * stride);
+    }
+}
+
+template <typename Row>
+void take_values(const Row row, int64_t begin, int64_t stride, int64_t count, float* __restrict values) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        values[i] = row.value(begin + i * stride);
+    }
+}
+
+VOLPREP_CLONES void pull_values(const float* values, const float* field, float linear, int64_t count,
                                 float* __restrict force, float* __restrict stiffness) noexcept {
-    for (int64_t i = 0; i < phase.count; ++i) {
-        force[i] = linear * (row.value(phase.begin + i * stride) - field[i]);
+    for (int64_t i = 0; i < count; ++i) {
+        force[i] = linear * (values[i] - field[i]);
         stiffness[i] = linear;
     }
 }
 
-template <typename Row>
-void pull_values(const Row row, const Phase phase, int64_t stride, float linear, const float* field,
-                 float* __restrict force, float* __restrict stiffness) noexcept {
-    for (int64_t i = 0; i < phase.count; ++i) {
-        force[i] = linear * (row.value(phase.begin + i * stride) - field[i]);
-        stiffness[i] = linear;
+VOLPREP_CLONES void add_looks(const float* products, const float* squares, int32_t bins, const float* values,
+                              const float* weights, const float* field, int64_t count, float* __restrict force,
+                              float* __restrict stiffness) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        const auto k = std::min(static_cast<int32_t>(field[i]), bins - 2);
+        const auto bin = static_cast<int32_t>(values[i] + 0.5f);
+        const float square = squares[k];
+        const float missing = products[k * bins + bin];
+        force[i] += weights[i] * (missing - (field[i] - static_cast<float>(k)) * square);
+        stiffness[i] += weights[i] * square;
     }
 }
 
-template <typename Row>
-void pull_looks(const Row row, const Phase phase, int64_t stride, const typename Row::Function& function, int64_t index,
-                const float* weights, const float* field, float* __restrict force,
+template <typename T>
+void pull_looks(const CodesRow<T>&, const Phase& phase, int64_t, const typename CodesRow<T>::Function& function,
+                int64_t, const float* values, const float* weights, const float* field, float* __restrict force,
+                float* __restrict stiffness) noexcept {
+    add_looks(function.products.data(), function.squares.data(), static_cast<int32_t>(function.bins), values, weights,
+              field, phase.count, force, stiffness);
+}
+
+void pull_looks(const MeansRow& row, const Phase& phase, int64_t stride, const Slopes& function, int64_t index,
+                const float*, const float* weights, const float* field, float* __restrict force,
                 float* __restrict stiffness) noexcept {
     const auto last = static_cast<int32_t>(function.bins - 2);
     const float* const squares = function.squares.data();
     for (int64_t i = 0; i < phase.count; ++i) {
-        const int64_t x = phase.begin + i * stride;
         const int32_t k = std::min(static_cast<int32_t>(field[i]), last);
         const float fraction = field[i] - static_cast<float>(k);
-        force[i] += weights[x] * (row.missing(function, index, k, x) - fraction * squares[k]);
-        stiffness[i] += weights[x] * squares[k];
+        const float missing = function.product(k, row.look(index, phase.begin + i * stride));
+        force[i] += weights[i] * (missing - fraction * squares[k]);
+        stiffness[i] += weights[i] * squares[k];
     }
 }
 
@@ -224,29 +280,34 @@ class Fit {
         }
     }
 
-    void iterate(float step, int threads) noexcept {
+    // Moves the voxels of some slices of the level.
+    void iterate(SliceRange wanted, float step, int threads) noexcept {
         pulls_.clear();
+        // What lies between the slice before them and the first of them pulls at that, too.
+        const int64_t from = std::max<int64_t>(wanted.begin - 1, 0);
         const int64_t first_cell = task_.first / task_.factors.z;
         for (int64_t parity = 0; parity < 2; ++parity) {
             // Even as the whole volume counts, so that a slab adds in the same order.
-            const int64_t begin = (first_cell + parity) % 2;
+            const int64_t begin = from + (first_cell + from + parity) % 2;
 #pragma omp parallel num_threads(threads)
             {
                 Scratch scratch(reduced_.slice(), reduced_.x, task_.shape.x, task_.functions);
 #pragma omp for schedule(dynamic)
-                for (int64_t cell = begin; cell < reduced_.z; cell += 2) {
+                for (int64_t cell = begin; cell < wanted.end; cell += 2) {
                     add_cell(cell, scratch);
                 }
             }
         }
         const auto largest = static_cast<float>(task_.bins - 1);
 #pragma omp parallel for num_threads(threads) schedule(static)
-        for (int64_t i = 0; i < reduced_.voxels(); ++i) {
+        for (int64_t i = wanted.begin * reduced_.slice(); i < wanted.end * reduced_.slice(); ++i) {
             if (pulls_.stiffness[i] > 0.0f) {
                 level_[i] = std::clamp(level_[i] + step * pulls_.force[i] / pulls_.stiffness[i], 0.0f, largest);
             }
         }
     }
+
+    int64_t slices() const noexcept { return reduced_.z; }
 
   private:
     void add_cell(int64_t cell, Scratch& scratch) noexcept {
@@ -272,16 +333,19 @@ class Fit {
         }
     }
 
-    // Repeats the weight of each block for its samples.
+    // Repeats the weight of each block for its samples, in the order of phases.
     void find_weights(int64_t z, int64_t y, Scratch& scratch) noexcept {
         const int64_t block =
             ((task_.first + z) / task_.weight_factors.z * task_.weight_shape.y + y / task_.weight_factors.y) *
             task_.weight_shape.x;
         for (int64_t function = 0; function < task_.functions; ++function) {
             const float* const of_blocks = task_.weights + function * task_.weight_shape.voxels() + block;
-            float* const of_samples = scratch.weights.data() + function * task_.shape.x;
-            for (int64_t x = 0; x < task_.shape.x; ++x) {
-                of_samples[x] = of_blocks[x / task_.weight_factors.x];
+            float* of_samples = scratch.weights.data() + function * task_.shape.x;
+            for (const Phase& phase : x_) {
+                for (int64_t i = 0; i < phase.count; ++i) {
+                    of_samples[i] = of_blocks[(phase.begin + i * task_.factors.x) / task_.weight_factors.x];
+                }
+                of_samples += phase.count;
             }
         }
     }
@@ -295,22 +359,29 @@ class Fit {
         row[0] = row[1];
         row[reduced_.x + 1] = row[reduced_.x];
         scratch.row_pulls.clear();
+        const BinRange range = bins_reached(row, reduced_.x + 2);
         const auto samples = row_of(samples_, task_, z, y);
         Pulls& pulls = scratch.phase_pulls;
+        int64_t first = 0;
         for (const Phase& phase : x_) {
             mix(row + phase.lower, row + phase.lower + 1, phase.weight, phase.count, scratch.field.data());
             const float* const field = scratch.field.data();
+            float* const values = scratch.values.data();
             if (task_.factors.x == 2) {
-                pull_values<2>(samples, phase, task_.linear, field, pulls.force.data(), pulls.stiffness.data());
+                take_values<2>(samples, phase.begin, phase.count, values);
             } else {
-                pull_values(samples, phase, task_.factors.x, task_.linear, field, pulls.force.data(),
-                            pulls.stiffness.data());
+                take_values(samples, phase.begin, task_.factors.x, phase.count, values);
             }
+            pull_values(values, field, task_.linear, phase.count, pulls.force.data(), pulls.stiffness.data());
             for (int64_t function = 0; function < task_.functions; ++function) {
-                pull_looks(samples, phase, task_.factors.x, functions_[function], function,
-                           scratch.weights.data() + function * task_.shape.x, field, pulls.force.data(),
+                if (functions_[function].is_flat(range)) {
+                    continue;
+                }
+                pull_looks(samples, phase, task_.factors.x, functions_[function], function, values,
+                           scratch.weights.data() + function * task_.shape.x + first, field, pulls.force.data(),
                            pulls.stiffness.data());
             }
+            first += phase.count;
             scratch.row_pulls.add(pulls, 0, 1.0f - phase.weight, phase.count, phase.lower);
             scratch.row_pulls.add(pulls, 0, phase.weight, phase.count, phase.lower + 1);
         }
@@ -337,8 +408,10 @@ template <typename Samples>
 void improve(const Samples& samples, const FitTask& task, int iterations, float step, float* level,
              int threads) noexcept {
     Fit<Samples> fit(samples, task, level);
-    for (int i = 0; i < iterations; ++i) {
-        fit.iterate(step, resolve_threads(threads));
+    for (int64_t left = iterations - 1; left >= 0; --left) {
+        // What is further away than steps are left has no influence any more.
+        fit.iterate({std::max<int64_t>(task.wanted.begin - left, 0), std::min(task.wanted.end + left, fit.slices())},
+                    step, resolve_threads(threads));
     }
 }
 

@@ -1,13 +1,12 @@
 // The mean value along each ray of a trilinear field. In a cell the field along a ray is a cubic on [-1, 1], whose mean
 // is c0 + c2 / 3; cells count by their lengths.
-#include "volprep/oracle_average.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
+#include "volprep/oracle_projection.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {
@@ -62,7 +61,7 @@ Mean find_mean(const oracle::Field<Voxel>& field, const oracle::Ray& ray, const 
 }  // namespace
 
 template <typename Voxel>
-void render_average(const Voxel* voxels, const OracleVolume& volume, const OracleAverage& average,
+void render_average(const Voxel* voxels, const OracleVolume& volume, const OracleProjection& average,
                     int threads) noexcept {
     const oracle::Field<Voxel> field = oracle::field_of(voxels, volume, nullptr);
     const oracle::Transfer all{};
@@ -77,7 +76,7 @@ void render_average(const Voxel* voxels, const OracleVolume& volume, const Oracl
 }
 
 #define VOLPREP_INSTANTIATE(Voxel) \
-    template void render_average<Voxel>(const Voxel*, const OracleVolume&, const OracleAverage&, int) noexcept;
+    template void render_average<Voxel>(const Voxel*, const OracleVolume&, const OracleProjection&, int) noexcept;
 VOLPREP_INSTANTIATE(uint8_t)
 VOLPREP_INSTANTIATE(int16_t)
 VOLPREP_INSTANTIATE(uint16_t)

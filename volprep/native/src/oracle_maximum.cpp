@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
+#include "volprep/oracle_projection.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {
@@ -125,7 +125,7 @@ Maximum find_maximum(const oracle::Field<Voxel>& field, const std::vector<Block>
 }  // namespace
 
 template <typename Voxel>
-void render_maximum(const Voxel* voxels, const OracleVolume& volume, const OracleMaximum& picture,
+void render_maximum(const Voxel* voxels, const OracleVolume& volume, const OracleProjection& picture,
                     int threads) noexcept {
     const std::vector<Block> blocks = find_blocks(voxels, volume, threads);
     const oracle::Field<Voxel> field = oracle::field_of(voxels, volume, nullptr);
@@ -147,7 +147,7 @@ void render_maximum(const Voxel* voxels, const OracleVolume& volume, const Oracl
 }
 
 #define VOLPREP_INSTANTIATE(Voxel) \
-    template void render_maximum<Voxel>(const Voxel*, const OracleVolume&, const OracleMaximum&, int) noexcept;
+    template void render_maximum<Voxel>(const Voxel*, const OracleVolume&, const OracleProjection&, int) noexcept;
 VOLPREP_INSTANTIATE(uint8_t)
 VOLPREP_INSTANTIATE(int16_t)
 VOLPREP_INSTANTIATE(uint16_t)

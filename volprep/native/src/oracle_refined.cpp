@@ -11,10 +11,13 @@
 //   dC = -C dm + (1 - A) tau c dt,   dA = -A dm + (1 - A) tau dt.
 //
 // A step takes tau, c and dm / dt as constant; of that the solution is exact, however large tau is.
+//
+// The transmittance of a shadow is exact: in each cell between a place and the light the optical depth is a polynomial.
 #include "volprep/oracle_refined.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -66,15 +69,18 @@ struct Parts {
 struct Wanted {
     const oracle::Transfer& transfer;
     const OracleRefined& picture;
-    double low;    // values of f = 0 and 1
-    double width;  // 0 where nothing rises
+    double low;                                            // values of f = 0 and 1
+    double width;                                          // 0 where nothing rises
+    std::function<double(const double[3])> transmittance;  // between a place and the light; none without shadows
 };
 
 double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Colour [3] of the medium, lit by a light at a place. `n` is of any length above 0.
+// Colour [3] of the medium, lit by a light at a place. `n` is of any length above 0. transmittance() is asked for what
+// faces the light.
+template <typename Transmittance>
 void light_at(const OracleLight& light, const double n[3], const double at_mm[3], const double direction[3],
-              double colour[3]) noexcept {
+              double colour[3], Transmittance&& transmittance) noexcept {
     const double length = std::sqrt(dot(n, n));
     const double side = dot(n, direction) > 0.0 ? -1.0 : 1.0;
     double normal[3];
@@ -87,7 +93,9 @@ void light_at(const OracleLight& light, const double n[3], const double at_mm[3]
     for (double& component : to_light) component = distance > 0.0 ? component / distance : 0.0;
     const double facing = dot(normal, to_light);
     double shine = 0.0;
+    double reaching = 0.0;
     if (facing > 0.0) {
+        reaching = transmittance();
         double middle[3];
         for (int axis = 0; axis < 3; ++axis) {
             middle[axis] =
@@ -95,10 +103,18 @@ void light_at(const OracleLight& light, const double n[3], const double at_mm[3]
         }
         const double cosine =
             light.halfway ? dot(normal, middle) / std::sqrt(dot(middle, middle)) : -dot(middle, direction);
-        shine = light.specular * std::pow(std::max(cosine, 0.0), light.shininess);
+        shine = light.specular * std::pow(std::max(cosine, 0.0), light.shininess) * reaching;
     }
-    const double diffuse = light.ambient + light.diffuse * std::max(facing, 0.0);
+    const double diffuse = light.ambient + light.diffuse * std::max(facing, 0.0) * reaching;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = std::min(colour[channel] * diffuse + shine, 1.0);
+}
+
+// What lies between is a shadow on everything, whether or not it has a normal.
+void shade_bare(const Wanted& wanted, const double at_mm[3], double colour[3]) noexcept {
+    if (!wanted.transmittance) return;
+    const double ambient = wanted.picture.light->ambient;
+    const double reaching = ambient + (1.0 - ambient) * wanted.transmittance(at_mm);
+    for (int channel = 0; channel < 3; ++channel) colour[channel] *= reaching;
 }
 
 void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double y,
@@ -108,21 +124,26 @@ void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const
     for (int channel = 0; channel < 3; ++channel) {
         colour[channel] = part.segment->colour[channel] + part.segment->colour_slope[channel] * offset;
     }
-    if (part.normals == kNone) return;
-    const double place = 0.5 * (part.from + part.to) + 0.5 * (part.to - part.from) * y;
-    double n[3];
-    for (int axis = 0; axis < 3; ++axis) n[axis] = parts.normals[part.normals].axes[axis].at(place);
+    double at_mm[3];
+    const double t_mm = part.t_mm + 0.5 * part.length_mm * y;
+    for (int axis = 0; axis < 3; ++axis) at_mm[axis] = ray.origin_mm[axis] + t_mm * ray.direction[axis];
+    double n[3] = {0.0, 0.0, 0.0};
+    if (part.normals != kNone) {
+        const double place = 0.5 * (part.from + part.to) + 0.5 * (part.to - part.from) * y;
+        for (int axis = 0; axis < 3; ++axis) n[axis] = parts.normals[part.normals].axes[axis].at(place);
+    }
     const double square = dot(n, n);
-    if (!(square > kLeastLength * kLeastLength)) return;
+    if (!(square > kLeastLength * kLeastLength)) {
+        shade_bare(wanted, at_mm, colour);
+        return;
+    }
     if (wanted.picture.light == nullptr) {
         const double cosine = std::fabs(dot(n, ray.direction)) / std::sqrt(square);
         for (int channel = 0; channel < 3; ++channel) colour[channel] *= cosine;
         return;
     }
-    double at_mm[3];
-    const double t_mm = part.t_mm + 0.5 * part.length_mm * y;
-    for (int axis = 0; axis < 3; ++axis) at_mm[axis] = ray.origin_mm[axis] + t_mm * ray.direction[axis];
-    light_at(*wanted.picture.light, n, at_mm, ray.direction, colour);
+    light_at(*wanted.picture.light, n, at_mm, ray.direction, colour,
+             [&] { return wanted.transmittance ? wanted.transmittance(at_mm) : 1.0; });
 }
 
 // One step of optical depth `depth`, over which the greatest value rises by `rise`.
@@ -264,6 +285,19 @@ void find_kinks(Parts& parts, double length_mm, double t_mm, double begin, doubl
     parts.kinks.push_back(end);
 }
 
+// The segment of a medium; within rounding of a jump: what lies ahead.
+const oracle::Segment* segment_of(const oracle::Cuts::Medium& medium, bool ascending) noexcept {
+    if (medium.segment != nullptr) return medium.segment;
+    return ascending ? &medium.jump->above : &medium.jump->below;
+}
+
+// Optical depth of the part of a cell's path from `from` to `to`, which lies on one segment.
+double depth_of(const oracle::CellPath& path, const oracle::Segment& segment, double from, double to) noexcept {
+    const oracle::Cubic whole = path.value.between(from, to);
+    const double mean = (path.base - segment.origin) + whole.c0 + whole.c2 / 3.0;
+    return (segment.extinction + segment.extinction_slope * mean) * 0.5 * path.length_mm * (to - from);
+}
+
 // Adds what of a cell is seen or rises; returns its optical depth. `greatest` is f so far.
 double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::size_t normals, const Wanted& wanted,
                 double& greatest, const oracle::Ray& ray) {
@@ -271,10 +305,7 @@ double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::si
     find_cuts(parts.cuts, path, wanted.transfer);
     visit_media(path, parts.cuts, [&](const oracle::Cuts::Medium& medium, double from, double to, bool ascending) {
         if (!(to > from)) return true;
-        // Within rounding of a jump: what lies ahead.
-        const oracle::Segment* segment = medium.segment != nullptr ? medium.segment
-                                         : ascending               ? &medium.jump->above
-                                                                   : &medium.jump->below;
+        const oracle::Segment* segment = segment_of(medium, ascending);
         double rises = to;  // where f begins to exceed the greatest so far, and where it is 1
         double ends = to;
         const double last = path.base + path.value.at(to);
@@ -297,12 +328,49 @@ double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::si
         add(from, rises, 0.0);
         if (rises < to) add(rises, ends, 1.0 / wanted.width);
         if (ends < to) add(ends, to, 0.0);
-        const oracle::Cubic whole = path.value.between(from, to);
-        const double mean = (path.base - segment->origin) + whole.c0 + whole.c2 / 3.0;
-        depth += (segment->extinction + segment->extinction_slope * mean) * 0.5 * path.length_mm * (to - from);
+        depth += depth_of(path, *segment, from, to);
         return true;
     });
     return depth;
+}
+
+// Transmittance of the field between two places: exact, because the field along a ray in a cell is a cubic.
+template <typename Voxel>
+double transmittance_between(const oracle::Field<Voxel>& field, const double from_mm[3], const double to_mm[3],
+                             const oracle::Transfer& transfer, oracle::Cuts& cuts) noexcept {
+    oracle::Ray ray{};
+    double between[3];
+    for (int axis = 0; axis < 3; ++axis) between[axis] = to_mm[axis] - from_mm[axis];
+    ray.length_mm = std::sqrt(dot(between, between));
+    if (!(ray.length_mm > 0.0)) return 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        ray.origin_mm[axis] = from_mm[axis];
+        ray.direction[axis] = between[axis] / ray.length_mm;
+    }
+    oracle::RayWalk walk;
+    if (!enter_box(walk, field, ray)) return 1.0;
+    double depth = 0.0;
+    while (walk.inside() && depth < kDeepest) {
+        if (field.empty_blocks[walk.block()] != 0) {
+            walk.leave_block(walk.block_end_mm());
+            continue;
+        }
+        const double end = walk.cell_end_mm();
+        double middle[3];
+        double half[3];
+        for (int axis = 0; axis < 3; ++axis) walk.axes[axis].inside(walk.t_mm, end, middle[axis], half[axis]);
+        oracle::CellPath path;
+        if (find_path(path, field, walk.axes, middle, half, walk.relative_error, transfer)) {
+            path.length_mm = end - walk.t_mm;
+            find_cuts(cuts, path, transfer);
+            visit_media(path, cuts, [&](const oracle::Cuts::Medium& medium, double begin, double stop, bool ascending) {
+                if (stop > begin) depth += depth_of(path, *segment_of(medium, ascending), begin, stop);
+                return true;
+            });
+        }
+        walk.leave_cell(end);
+    }
+    return std::exp(-depth);
 }
 
 template <typename Voxel>
@@ -357,12 +425,19 @@ void render_refined(const Voxel* voxels, const OracleVolume& volume, const Oracl
     const oracle::Normals normals = oracle::normals_of(volume.normals);
     oracle::Field<Voxel> field = oracle::field_of(voxels, volume, volume.normals == nullptr ? nullptr : &normals);
     field.empty_blocks = empty_blocks.data();
-    const Wanted wanted{prepared, picture, picture.low, picture.high - picture.low};
+    const bool shadows = picture.light != nullptr && picture.light->shadows;
     const int64_t width = picture.view.width;
     const int64_t pixels = picture.view.height * width;
 #pragma omp parallel num_threads(resolve_threads(threads))
     {
         Parts parts;
+        oracle::Cuts cuts;
+        Wanted wanted{prepared, picture, picture.low, picture.high - picture.low, {}};
+        if (shadows) {
+            wanted.transmittance = [&](const double from_mm[3]) {
+                return transmittance_between(field, from_mm, picture.light->place_mm, prepared, cuts);
+            };
+        }
 #pragma omp for schedule(dynamic, 64)
         for (int64_t pixel = 0; pixel < pixels; ++pixel) {
             const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);

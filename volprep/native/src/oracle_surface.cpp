@@ -24,12 +24,17 @@ struct Hit {
     double value = std::numeric_limits<double>::quiet_NaN();
     double normal[3] = {0.0, 0.0, 0.0};
     double normal_mm = 0.0;
+    bool inside = false;  // whether the viewer's side of it is the isovalue or more
 };
+
+// Where a ray begins: wherever it does, or on one side, where it must stay.
+enum class Side { any, below, above };
 
 // What is asked of every ray.
 struct Wanted {
     double isovalue;
     bool solid;
+    Side side;
     double margin;           // more than rounding moves a value of a block
     oracle::Transfer known;  // "empty" what lies on one side
 };
@@ -101,13 +106,15 @@ Hit find_hit(const oracle::Field<Voxel>& field, const std::vector<double>& lows,
         const bool crosses = find_path(path, field, walk.axes, middle, half, walk.relative_error, wanted.known);
         path.length_mm = end - walk.t_mm;
         const double entry = crosses ? path.base + path.value.at(-1.0) : path.low;
-        const bool enters_solid = !begun && wanted.solid && entry >= wanted.isovalue;
-        if (!begun) inside = entry >= wanted.isovalue;
+        const bool enters_solid = !begun && wanted.solid && wanted.side == Side::any && entry >= wanted.isovalue;
+        if (!begun) inside = wanted.side == Side::any ? entry >= wanted.isovalue : wanted.side == Side::above;
+        const bool wrong_side = !begun && (entry >= wanted.isovalue) != inside;
         begun = true;
         double place = -1.0;
-        if (enters_solid || (crosses && find_place(path, wanted.isovalue, inside, place, touches))) {
+        if (enters_solid || wrong_side || (crosses && find_place(path, wanted.isovalue, inside, place, touches))) {
             describe(hit, field, walk, path, place, middle, half);
             hit.value = wanted.isovalue;
+            hit.inside = inside && !enters_solid;
             if (enters_solid) {
                 oracle::Transfer all{};
                 find_path(path, field, walk.axes, middle, half, walk.relative_error, all);
@@ -120,6 +127,29 @@ Hit find_hit(const oracle::Field<Voxel>& field, const std::vector<double>& lows,
     }
     if (touches) hit.error_mm = kInfinity;
     return hit;
+}
+
+// Whether a light reaches a hit: from `offset_mm` off it on, all of the field on the way is on the viewer's side.
+template <typename Voxel>
+bool is_reached(const oracle::Field<Voxel>& field, const std::vector<double>& lows, const std::vector<double>& highs,
+                const oracle::Ray& seen, const Hit& hit, const OracleSurface& surface, const Wanted& wanted) noexcept {
+    oracle::Ray ray{};
+    for (int axis = 0; axis < 3; ++axis) {
+        ray.origin_mm[axis] = seen.origin_mm[axis] + hit.t_mm * seen.direction[axis];
+        ray.direction[axis] = surface.light_mm[axis] - ray.origin_mm[axis];
+    }
+    const double distance = std::hypot(ray.direction[0], ray.direction[1], ray.direction[2]);
+    ray.length_mm = distance - surface.offset_mm;
+    if (!(ray.length_mm > 0.0)) return true;
+    for (int axis = 0; axis < 3; ++axis) {
+        ray.direction[axis] /= distance;
+        ray.origin_mm[axis] += surface.offset_mm * ray.direction[axis];
+    }
+    oracle::Field<Voxel> unlit = field;
+    unlit.normals = nullptr;
+    Wanted passed = wanted;
+    passed.side = hit.inside ? Side::above : Side::below;
+    return std::isnan(find_hit(unlit, lows, highs, ray, passed).t_mm);
 }
 
 }  // namespace
@@ -143,7 +173,7 @@ void render_surface(const Voxel* voxels, const OracleVolume& volume, const Oracl
         highs[i] = std::max(end_a, end_b);
         size = std::max({size, std::fabs(end_a), std::fabs(end_b)});
     }
-    Wanted wanted{surface.isovalue, surface.solid, 1e-9 * size, {}};
+    Wanted wanted{surface.isovalue, surface.solid, Side::any, 1e-9 * size, {}};
     wanted.known.empty_ranges = {{-kInfinity, surface.isovalue - wanted.margin},
                                  {surface.isovalue + wanted.margin, kInfinity}};
     const int64_t width = surface.view.width;
@@ -157,6 +187,9 @@ void render_surface(const Voxel* voxels, const OracleVolume& volume, const Oracl
         surface.value[pixel] = hit.value;
         std::copy_n(hit.normal, 3, surface.normal + 3 * pixel);
         surface.normal_mm[pixel] = hit.normal_mm;
+        if (surface.light_mm == nullptr) continue;
+        const bool lit = std::isnan(hit.t_mm) || is_reached(field, lows, highs, ray, hit, surface, wanted);
+        surface.reaching[pixel] = lit ? 1.0 : 0.0;
     }
 }
 

@@ -187,20 +187,19 @@ void ray_light(const RaySamples& rays, const LightTable& table, double* light, i
     }
 }
 
-void light_equations(const RaySamples& rays, const LightTable& table, const double* target, int64_t knots,
-                     double* matrix, double* gradient, int threads) noexcept {
+void light_equations(const RaySamples& rays, const LightTable& table, const double* light, const double* target,
+                     int64_t knots, double* matrix, double* gradient, int threads) noexcept {
     std::vector<Sums> sums(groups, Sums(knots));
 #pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static, 1)
     for (int64_t group = 0; group < groups; ++group) {
         Slopes slopes(knots);
         for (int64_t ray = group; ray < rays.count; ray += groups) {
-            double light[4];
-            light_of(rays, table, ray, light);
-            find_slopes(rays, table, ray, light, slopes);
+            find_slopes(rays, table, ray, light + 4 * ray, slopes);
+            double residual[4];
             for (int c = 0; c < 4; ++c) {
-                light[c] -= target[4 * ray + c];
+                residual[c] = light[4 * ray + c] - target[4 * ray + c];
             }
-            sums[group].add(slopes, light);
+            sums[group].add(slopes, residual);
         }
     }
     for (int64_t group = 1; group < groups; ++group) {

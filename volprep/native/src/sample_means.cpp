@@ -2,8 +2,10 @@
 #include "volprep/sample_means.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include "volprep/box_reduce.hpp"
+#include "volprep/clones.hpp"
 #include "volprep/look.hpp"
 #include "volprep/threads.hpp"
 
@@ -20,20 +22,42 @@ Block block_of(int64_t index, int64_t factor, int64_t voxels) noexcept {
 }
 
 template <typename T>
-void mean_values(const Codes<T>& src, Shape3 shape, Block z, Block y, int64_t factor, float* values) noexcept {
-    const int64_t rows = (z.end - z.begin) * (y.end - y.begin);
-    for (int64_t i = 0; i < reduced_length(shape.x, factor); ++i) {
-        const Block x = block_of(i, factor, shape.x);
-        uint64_t sum = 0;
-        for (int64_t row = 0; row < rows; ++row) {
-            const int64_t slice = z.begin + row / (y.end - y.begin);
-            const T* const voxels = src.voxels + (slice * shape.y + y.begin + row % (y.end - y.begin)) * shape.x;
-            for (int64_t k = x.begin; k < x.end; ++k) {
-                sum += voxels[k];
-            }
+VOLPREP_CLONES void add_pairs(const T* voxels, int64_t count, uint64_t* __restrict sums) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        sums[i] += static_cast<uint64_t>(static_cast<uint32_t>(voxels[2 * i]) + voxels[2 * i + 1]);
+    }
+}
+
+// Adds the voxels of a row to the sums of their blocks.
+template <typename T>
+void add_voxels(const T* voxels, int64_t width, int64_t factor, uint64_t* sums) noexcept {
+    int64_t begin = 0;
+    if (factor == 2) {
+        add_pairs(voxels, width / 2, sums);
+        begin = width / 2 * 2;
+    }
+    for (; begin < width; begin += factor) {
+        for (int64_t x = begin; x < std::min(begin + factor, width); ++x) {
+            sums[begin / factor] += voxels[x];
         }
+    }
+}
+
+template <typename T>
+void mean_values(const Codes<T>& src, Shape3 shape, Block z, Block y, int64_t factor, uint64_t* sums,
+                 float* values) noexcept {
+    const int64_t rows = (z.end - z.begin) * (y.end - y.begin);
+    const int64_t width = reduced_length(shape.x, factor);
+    std::fill_n(sums, width, 0);
+    for (int64_t slice = z.begin; slice < z.end; ++slice) {
+        for (int64_t line = y.begin; line < y.end; ++line) {
+            add_voxels(src.voxels + (slice * shape.y + line) * shape.x, shape.x, factor, sums);
+        }
+    }
+    for (int64_t i = 0; i < width; ++i) {
+        const Block x = block_of(i, factor, shape.x);
         const auto count = static_cast<double>(rows * (x.end - x.begin));
-        values[i] = static_cast<float>(static_cast<double>(sum) / count * static_cast<double>(src.bins_per_code));
+        values[i] = static_cast<float>(static_cast<double>(sums[i]) / count * static_cast<double>(src.bins_per_code));
     }
 }
 
@@ -66,22 +90,27 @@ template <typename T>
 void sample_means(const Codes<T>& src, Shape3 shape, Shape3 factors, int64_t functions, int64_t bins,
                   const float* table, float* values, float* looks, int threads) noexcept {
     const Shape3 reduced = reduced_shape(shape, factors);
-#pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)
-    for (int64_t index = 0; index < reduced.z * reduced.y; ++index) {
-        const Block z = block_of(index / reduced.y, factors.z, shape.z);
-        const Block y = block_of(index % reduced.y, factors.y, shape.y);
-        mean_values(src, shape, z, y, factors.x, values + index * reduced.x);
-        for (int64_t function = 0; function < functions; ++function) {
-            float* const row = looks + look_size * reduced.x *
-                                           ((index / reduced.y * functions + function) * reduced.y + index % reduced.y);
-            std::fill_n(row, look_size * reduced.x, 0.0f);
-            for (int64_t slice = z.begin; slice < z.end; ++slice) {
-                for (int64_t line = y.begin; line < y.end; ++line) {
-                    add_looks(src.voxels + (slice * shape.y + line) * shape.x, src.bins_per_code, shape.x, factors.x,
-                              table + look_size * bins * function, row);
+#pragma omp parallel num_threads(resolve_threads(threads))
+    {
+        std::vector<uint64_t> sums(reduced.x);
+#pragma omp for schedule(dynamic)
+        for (int64_t index = 0; index < reduced.z * reduced.y; ++index) {
+            const Block z = block_of(index / reduced.y, factors.z, shape.z);
+            const Block y = block_of(index % reduced.y, factors.y, shape.y);
+            mean_values(src, shape, z, y, factors.x, sums.data(), values + index * reduced.x);
+            for (int64_t function = 0; function < functions; ++function) {
+                float* const row =
+                    looks + look_size * reduced.x *
+                                ((index / reduced.y * functions + function) * reduced.y + index % reduced.y);
+                std::fill_n(row, look_size * reduced.x, 0.0f);
+                for (int64_t slice = z.begin; slice < z.end; ++slice) {
+                    for (int64_t line = y.begin; line < y.end; ++line) {
+                        add_looks(src.voxels + (slice * shape.y + line) * shape.x, src.bins_per_code, shape.x,
+                                  factors.x, table + look_size * bins * function, row);
+                    }
                 }
+                divide(shape, z, y, factors.x, row);
             }
-            divide(shape, z, y, factors.x, row);
         }
     }
 }

@@ -15,10 +15,15 @@ from volprep_formats.package.texture import SampleFilter
 from volprep_formats.textures.gl_formats import size_bytes
 
 ITEM = "bricks"
+_REACH_OF_GRADIENTS = 2
+"""Differences one voxel apart, each of values between voxels."""
 
 
 def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3031 for bricks smaller than what the filter reads, VP3032 where they cannot be a 3D texture."""
+    """Raise VP3031 for bricks smaller than what the filter reads, VP3032 where they cannot be a 3D texture.
+
+    Raises VP3165 for light on bricks without ghost voxels.
+    """
     wanted = scene.bricks
     if wanted is None:
         return
@@ -27,6 +32,8 @@ def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3031", size=wanted.size, reach=wanted.reach, texels=texels)
     if not profile.max_3d_texture_size or "RGBA8" not in profile.texture_formats:
         raise VolprepError("VP3032", profile=profile.name)
+    if scene.render.lighting != "none" and wanted.reach < _REACH_OF_GRADIENTS:
+        raise VolprepError("VP3165", normals=scene.lighting.normals, reach=wanted.reach)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ The extinction changes through its square root, so that it stays positive; and w
 stays invisible, so that empty space is empty on every level.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from volprep.kernels import _native
@@ -43,19 +45,28 @@ def fitted_table(samples: RaySamples, target: Float64Array, common: Float64Array
         A table of the same shape. Its extinction is 0 wherever that of `common` is.
     """
     fit = _Fit(samples, target, common)
-    change = np.zeros(4 * fit.knots)
-    cost = fit.cost(change)
+    best = fit.tried(np.zeros(4 * fit.knots))
     damping = 1e-3
     for _ in range(_STEPS):
-        matrix, gradient = fit.equations(change)
-        found, damping = fit.step(change, cost, matrix, gradient, damping)
+        found, damping = fit.step(best, damping)
         if found is None:
             break
-        change, lower = found
-        gain, cost = (cost - lower) / cost, lower
+        gain, best = (best.cost - found.cost) / best.cost, found
         if gain < _LEAST_GAIN:
             break
-    return fit.table(change)
+    return best.table
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A change of the knots, and what it does."""
+
+    change: Float64Array
+    table: Float64Array
+    light: Float64Array
+    """Of the rays."""
+    cost: float
+    """Mean squared error of the light, and the roughness of the change."""
 
 
 class _Fit:
@@ -66,55 +77,62 @@ class _Fit:
         self._target = target
         self._common = common
         self.knots = min(_KNOTS, len(common))
-        self._positions = np.linspace(0.0, 1.0, len(common))
-        self._at_knots = np.linspace(0.0, 1.0, self.knots)
+        # Each entry lies between two knots.
+        at = np.linspace(0.0, self.knots - 1.0, len(common))
+        self._lower = np.minimum(at.astype(np.intp), self.knots - 2)
+        self._weight = (at - self._lower)[:, None]
         # The unit of the root, so that the cost of a change is the same whatever the extinction.
         self._unit = float(np.sqrt(common[:, 3].max())) or 1.0
         self._root = np.sqrt(common[:, 3])
 
-    def table(self, change: Float64Array) -> Float64Array:
-        """Return the table after a change of the knots."""
-        changes = np.column_stack(
-            [np.interp(self._positions, self._at_knots, part) for part in change.reshape(4, self.knots)]
-        )
+    def tried(self, change: Float64Array) -> _Tried:
+        """Change the knots."""
+        table = self._table(change)
+        light = self._samples.light(table)
+        rough = float((change * _roughness(change, self.knots)).sum())
+        return _Tried(change, table, light, float(((light - self._target) ** 2).sum()) / len(light) + rough)
+
+    def step(self, tried: _Tried, damping: float) -> tuple[_Tried | None, float]:
+        """Return a change that costs less, and the damping of the next step; none where none is found."""
+        matrix, gradient = self._equations(tried)
+        size = float(np.diagonal(matrix).mean())
+        while damping < 1e3:
+            damped, move = matrix + damping * size * np.eye(len(gradient)), gradient.copy()
+            if _native.solve_positive(damped, move):
+                found = self.tried(tried.change - move)
+                if found.cost < tried.cost:
+                    return found, max(damping / 5, 1e-6)
+            damping *= 10
+        return None, damping
+
+    def _table(self, change: Float64Array) -> Float64Array:
+        parts = np.ascontiguousarray(change.reshape(4, self.knots).T)
+        changes = parts[self._lower] + self._weight * np.diff(parts, axis=0)[self._lower]
         colour = np.clip(self._common[:, :3] + changes[:, :3], 0.0, 1.0)
         root = np.maximum(self._root + changes[:, 3] * self._unit, 0.0)
         root[self._root == 0.0] = 0.0
         return np.ascontiguousarray(np.column_stack([colour, root**2]))
 
-    def cost(self, change: Float64Array) -> float:
-        """Mean squared error of the light, and the roughness of the change."""
-        error = self._samples.light(self.table(change)) - self._target
-        return float((error**2).sum()) / len(error) + float((change * _roughness(change, self.knots)).sum())
-
-    def equations(self, change: Float64Array) -> tuple[Float64Array, Float64Array]:
+    def _equations(self, tried: _Tried) -> tuple[Float64Array, Float64Array]:
         """Gauss-Newton's matrix and gradient."""
         samples = self._samples
         n = 4 * self.knots
         matrix, gradient = np.empty((n, n)), np.empty(n)
-        table = self.table(change)
         _native.light_equations(
-            samples.values, samples.offsets, samples.lengths_mm, samples.scale, table, self._target, matrix, gradient
+            samples.values,
+            samples.offsets,
+            samples.lengths_mm,
+            samples.scale,
+            tried.table,
+            tried.light,
+            self._target,
+            matrix,
+            gradient,
         )
         units = np.ones(n)
         units[3 * self.knots :] = self._unit
         matrix *= units[:, None] * units
-        return matrix + _roughness(np.eye(n), self.knots), gradient * units + _roughness(change, self.knots)
-
-    def step(
-        self, change: Float64Array, cost: float, matrix: Float64Array, gradient: Float64Array, damping: float
-    ) -> tuple[tuple[Float64Array, float] | None, float]:
-        """Return a change that costs less, its cost, and the damping of the next step; none where none is found."""
-        size = float(np.diagonal(matrix).mean())
-        while damping < 1e3:
-            damped, move = matrix + damping * size * np.eye(len(gradient)), gradient.copy()
-            if _native.solve_positive(damped, move):
-                tried = change - move
-                lower = self.cost(tried)
-                if lower < cost:
-                    return (tried, lower), max(damping / 5, 1e-6)
-            damping *= 10
-        return None, damping
+        return matrix + _roughness(np.eye(n), self.knots), gradient * units + _roughness(tried.change, self.knots)
 
 
 def _roughness(change: Float64Array, knots: int) -> Float64Array:

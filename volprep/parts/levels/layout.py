@@ -7,12 +7,12 @@ from volprep.parts.bricks.decision import Bricks, as_bricks
 from volprep.parts.classification.decision import CLASSIFIED_BITS, tables_bytes
 from volprep.parts.levels.decision import candidate_levels, filter_of, fit_level
 from volprep.parts.normals.decision import beside_level, wanted_normals
+from volprep.parts.programs.decision import passes_before
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.parts.values.decision import ValueChoice
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
 from volprep.scene.scene import Scene
-from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
@@ -54,7 +54,7 @@ def lay_out(  # noqa: PLR0917 - the channel, the device class, and what was deci
     list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
     candidates = list_levels(channel, grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
     table_bytes = tables_bytes(scene.render, profile, values.entries)
-    units = (1 if table_bytes else 0) + TECHNIQUES[scene.render.technique].passes_before
+    units = (1 if table_bytes else 0) + passes_before(scene.render.technique, scene.lighting.shadows)
     beside = Beside(units=units, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
     with_normals = [beside_level(beside, level, wanted_normals(scene), layouts) for level in candidates]

@@ -48,6 +48,11 @@ class Look:
         _, bins, _ = self.table.shape
         return int(bins)
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether values alone count, and no transfer function."""
+        return len(self.table) == 0
+
 
 def largest_code(dtype: np.dtype[np.generic]) -> int:
     """Return the largest code of this type: 255 or 65535."""

@@ -5,9 +5,10 @@ moves; with a power of two as their sum, so that a constant stays what it is. Le
 factor along the axis.
 
 - bilinear: linear interpolation at the centre of the cell, as the two-step scheme of Schultz and Bailey's volume
-  renderer makes it: first within slices, then across them. Theirs rounds to bytes in between; this one rounds once, so
-  that the order of the steps does not matter. For f = 2 it is the mean; for larger factors it reads only the two voxels
-  beside the centre, where the box reads all f: what lies between is lost.
+  renderer makes it: first within slices, then across them. Theirs rounds to bytes in between and makes each level
+  from the one before (two-step-bilinear in reduce.py); this one rounds once, so that the order of the steps does not
+  matter. For f = 2 it is the mean; for larger factors it reads only the two voxels beside the centre, where the box
+  reads all f: what lies between is lost.
 - binomial: 1-3-3-1 for f = 2, and for f = 4, 8, ... what repeating that on unrounded levels comes to.
 - gaussian: standard deviation f / 2, cut off at three of them.
 - lanczos3: sinc(t) sinc(t / 3) for |t| < 3, t in voxels of the level; sharper, with negative weights.

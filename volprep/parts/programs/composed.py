@@ -1,9 +1,12 @@
 """A program as it ships: its record, and the text of each of its shaders."""
 
-from volprep.parts.programs.decision import pass_file
+from volprep.parts.programs.decision import VERTEX, pass_file, tile_files
 from volprep.shading.program import compose_program
+from volprep.shading.slices import OVER, TOWARDS
+from volprep.shading.tiles import GROUPS, TILE, TileTexts
+from volprep.shading.walk import PassText
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Pass, Program, ProgramDesign
+from volprep_formats.package.program import LightPass, Pass, Program, ProgramDesign, Tiles
 from volprep_formats.package.reader import Package
 
 
@@ -15,26 +18,50 @@ def composed(
     Without `skips` it looks at no skip table.
     """
     shaders = compose_program(package, design, render, skips=skips)
-    before = tuple(
-        Pass(
-            vertex=design.vertex,
-            fragment=pass_file(design, number),
-            geometry=each.geometry,
-            sampler=each.sampler,
-            target=each.target,
-            uniforms=each.uniforms,
-        )
-        for number, each in enumerate(shaders.before)
-    )
+    before = tuple(_pass(design, each, number) for number, each in enumerate(shaders.before))
+    texts = {design.vertex: shaders.vertex, design.fragment: shaders.fragment}
+    texts |= {made.fragment: each.fragment for each, made in zip(shaders.before, before, strict=True)}
+    light_pass = None
+    if shaders.light_pass is not None:
+        made = _pass(design, shaders.light_pass, len(before))
+        light_pass = LightPass(**dict(made), blend=TOWARDS, behind=OVER)
+        texts[made.fragment] = shaders.light_pass.fragment
+    tiles, sorting = _tiles(design, shaders.tiles)
     program = Program(
         **dict(design),
         uniforms=shaders.uniforms,
         samplers=shaders.samplers,
         geometry=shaders.geometry,
         before=before,
+        light_pass=light_pass,
+        tiles=tiles,
         blend=shaders.blend,
         slab_samples=shaders.slab_samples,
         step_mm_min=shaders.step_mm_min,
     )
-    passes = {each.fragment: made.fragment for each, made in zip(before, shaders.before, strict=True)}
-    return program, {design.vertex: shaders.vertex, design.fragment: shaders.fragment, **passes}
+    return program, texts | sorting
+
+
+def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:
+    """Return the record of a pass."""
+    return Pass(
+        vertex=design.vertex if text.vertex is None else VERTEX,
+        fragment=pass_file(design, number),
+        geometry=text.geometry,
+        sampler=text.sampler,
+        target=text.target,
+        uniforms=text.uniforms,
+        reads=text.reads,
+        size=text.size,
+    )
+
+
+def _tiles(design: ProgramDesign, made: TileTexts | None) -> tuple[Tiles | None, dict[str, str]]:
+    """Return the record of tiles, and the texts of what sorts them, by file."""
+    if made is None:
+        return None, {}
+    cost, offsets, place = tile_files(design)
+    record = Tiles(
+        size=TILE, groups=GROUPS, cost=cost, offsets=offsets, place=place, uniforms=made.uniforms, reads=made.reads
+    )
+    return record, dict(zip((cost, offsets, place), made.texts, strict=True))

@@ -2,19 +2,26 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import VolumePlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.program import Light, ProgramDesign, Sampling
+from volprep_formats.grid import Grid
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shadows, TechniqueName
 
-_PREFIX = {"ray-casting": "raycast"}
+_TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
+"""The technique that shadows need, where it is only one."""
+_PREFIX = {"ray-casting": "raycast", "tiles": "tiles"}
 VERTEX = "shaders/raycast.vert"
 """Vertex shader of programs that cast rays in one pass."""
 
 
-def require_technique(scene: Scene) -> None:
-    """Raise VP3130 for what the technique of the scene does not go with."""
+def require_technique(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3130 for what the technique of the scene does not go with, VP3164 where the profile cannot do it."""
     render = scene.render
     technique = TECHNIQUES[render.technique]
     possible = {
@@ -23,10 +30,51 @@ def require_technique(scene: Scene) -> None:
         "[grid]": scene.grid is None or "subvolumes" in technique.samplings,
         "[proxy]": scene.proxy is None or technique.name == "ray-casting",
         f"skip.kind {scene.skip.kind}": scene.skip.kind in {"auto", "none"} or technique.loops,
+        # Compressed levels are mosaics.
+        f"textures.compression {scene.textures.compression}": scene.textures.compression == "none"
+        or "mosaic" in technique.samplings,
     }
     for what, goes in possible.items():
         if not goes:
             raise VolprepError("VP3130", technique=technique.name, what=what)
+    if not profile.max_3d_texture_size and "mosaic" not in technique.samplings:
+        raise VolprepError("VP3164", technique=technique.name, profile=profile.name, problem="no 3D textures")
+
+
+def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3160 to VP3162 for shadows without a light, on devices that cannot, or with what they do not go with."""
+    shadows, render = scene.lighting.shadows, scene.render
+    if shadows == "none":
+        return
+    if light_of(scene) is None:
+        raise VolprepError("VP3160", shadows=shadows, lighting=render.lighting)
+    if profile.api != "es3.0":
+        raise VolprepError("VP3161", shadows=shadows, profile=profile.name, api=profile.api)
+    wanted = _TECHNIQUE_OF.get(shadows)
+    possible = {
+        f"technique {render.technique}": render.technique == wanted if wanted else TECHNIQUES[render.technique].loops,
+        # The pieces around a point do not hold what lies between them and the light.
+        "[grid]": scene.grid is None,
+    }
+    if shadows == "map":
+        possible |= {
+            # A map holds one distance for each ray of the light.
+            f"compositing {render.compositing}": COMPOSITINGS[render.compositing].isovalue,
+            "[proxy]": scene.proxy is None,
+        }
+    for what, goes in possible.items():
+        if not goes:
+            raise VolprepError("VP3162", shadows=shadows, what=what)
+
+
+def require_light_outside(scene: Scene, grid: Grid) -> None:
+    """Raise VP3163 for a light inside the volume, where shadows need its view: that would have no one direction."""
+    light = light_of(scene)
+    if light is None or light.shadows not in {"map", "half-angle"}:
+        return
+    place = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
+    if ((place >= 0.0) & (place <= grid.extent_mm_zyx[::-1])).all():
+        raise VolprepError("VP3163", shadows=light.shadows, light=light.place_mm_xyz)
 
 
 def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> Iterator[ProgramDesign]:
@@ -43,15 +91,28 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
         yield _program(f"{name}-{volume.level}", transfer, (volume,), scene)
 
 
+def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
+    """Return how many passes come before a picture, each of whose targets takes a texture unit."""
+    return TECHNIQUES[technique].passes_before + (shadows in {"map", "half-angle"})
+
+
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
     """Return the files of the shaders of a program, those of its passes too."""
-    passes = range(TECHNIQUES[program.technique].passes_before)
-    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes))
+    shadows = "none" if program.light is None else program.light.shadows
+    passes = range(passes_before(program.technique, shadows))
+    sorting = tile_files(program) if program.technique == "tiles" else ()
+    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes), *sorting)
 
 
 def pass_file(program: ProgramDesign, number: int) -> str:
     """Return the file of the fragment shader of a pass that comes first."""
     return f"{program.fragment.removesuffix('.frag')}-pass-{number}.frag"
+
+
+def tile_files(program: ProgramDesign) -> tuple[str, str, str]:
+    """Return the files of the compute shaders that sort tiles: cost, offsets, place."""
+    cost = f"{program.fragment.removesuffix('.frag')}-cost.comp"
+    return cost, "shaders/tiles-offsets.comp", "shaders/tiles-place.comp"
 
 
 def sampling_of(volume: VolumePlan) -> Sampling:
@@ -72,6 +133,7 @@ def light_of(scene: Scene) -> Light | None:
         diffuse=wanted.diffuse,
         specular=wanted.specular,
         shininess=wanted.shininess,
+        shadows=wanted.shadows,
     )
 
 
@@ -86,7 +148,7 @@ def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], scene: Sce
         normals_from=scene.lighting.normals if render.lighting != "none" else "volume",
         light=light_of(scene),
         technique=render.technique,
-        vertex=VERTEX if render.technique == "ray-casting" else f"shaders/{render.technique}.vert",
+        vertex=VERTEX if render.technique in _PREFIX else f"shaders/{render.technique}.vert",
         fragment=f"shaders/{name}.frag",
         levels=tuple(volume.level for volume in volumes),
         transfer=transfer,

@@ -80,15 +80,19 @@ def _trilinear(patch: Float64Array, places: Float64Array) -> Float64Array:
     centred = np.clip(places - 0.5, 0.0, last)
     lower = np.minimum(centred.astype(np.intp), np.maximum(last - 1, 0))
     z, y, x = (centred - lower).T
-    upper = np.minimum(lower + 1, last)
-    (z0, y0, x0), (z1, y1, x1) = lower.T, upper.T
-    low = _between(
-        _between(patch[z0, y0, x0], patch[z0, y0, x1], x), _between(patch[z0, y1, x0], patch[z0, y1, x1], x), y
-    )
-    high = _between(
-        _between(patch[z1, y0, x0], patch[z1, y0, x1], x), _between(patch[z1, y1, x0], patch[z1, y1, x1], x), y
-    )
-    return _between(low, high, z)
+    # Along an axis of one voxel the next one is itself.
+    steps = np.array([patch.shape[1] * patch.shape[2], patch.shape[2], 1])
+    next_z, next_y, next_x = np.where(last > 0, steps, 0).tolist()
+    first = lower @ steps
+    voxels = patch.ravel()
+
+    def row(beyond: int) -> Float64Array:
+        return _between(voxels.take(first + beyond), voxels.take(first + (beyond + next_x)), x)
+
+    def plane(beyond: int) -> Float64Array:
+        return _between(row(beyond), row(beyond + next_y), y)
+
+    return _between(plane(0), plane(next_z), z)
 
 
 def _between(one: Float64Array, other: Float64Array, share: Float64Array) -> Float64Array:

@@ -6,11 +6,12 @@ the file of the whole level or from the pieces that the box meets.
 
 from contextlib import ExitStack
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.truth.decoded import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.channel import Level
@@ -24,6 +25,8 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.record import Record
 from volprep_formats.textures.ktx2_box import Box, Ktx2Box
+
+Index = tuple[int, int, int]
 
 
 class LevelMark(Record):
@@ -73,21 +76,42 @@ class Cut:
     """[z, y, x], uint8, uint16 or float16, as the textures of the package hold them."""
     record: CutRecord
     """What it is."""
+    nearest: bool = False
+    """Whether voxels are labels."""
+
+    @property
+    def volume(self) -> Volume:
+        """The field that an app draws."""
+        record = self.record
+        if self.texels.dtype.kind != "f":
+            return Volume(self.texels, record.grid, record.slope, record.intercept, self.nearest)
+        # Half floats are normalised codes of 16 bits.
+        stored = self.texels.astype(np.float32)
+        return Volume(stored, record.grid, record.slope * 65535, record.intercept, self.nearest)
 
 
 def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> Cut:
     """Cut a box of at most `size` voxels along each axis around the voxel `center_xyz` of level 0.
 
-    A box that would reach beyond the volume is moved inside; an axis shorter than `size` is taken whole. Raises
-    VP4050 for a package without sub-volumes, VP4051 for a center outside the volume, VP4007 and VP4030 for files
-    that are damaged. Checksums are not compared: that would read every file whole.
+    A box that would reach beyond the volume is moved inside; an axis shorter than `size` is taken whole. Raises VP4051
+    for a center outside the volume, and what `cut_box` raises.
+    """
+    grid = package.manifest.grid
+    if package.manifest.subvolumes is None or grid is None:
+        raise VolprepError("VP4050", path=package.path)
+    return cut_box(package, _box(package, center_xyz, size, grid.shape_zyx))
+
+
+def cut_box(package: Package, box: Box) -> Cut:
+    """Cut a box of level 0, voxels along z, y and x.
+
+    Raises VP4050 for a package without sub-volumes, VP4007 and VP4030 for files that are damaged. Checksums are not
+    compared: that would read every file whole.
     """
     manifest = package.manifest
     files, level_grid, quantization = manifest.subvolumes, manifest.grid, manifest.quantization
     if files is None or level_grid is None or quantization is None:
         raise VolprepError("VP4050", path=package.path)
-    shape_zyx = level_grid.shape_zyx
-    box = _box(package, center_xyz, size, shape_zyx)
     start_zyx, stop_zyx = _corners(box)
     with ExitStack() as stack:
         grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
@@ -108,6 +132,7 @@ def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> 
             texel_bytes_read=sum(each.texel_bytes_read for each in found.opened),
             empty_pieces=found.empty,
         ),
+        grid.filter == "nearest",
     )
 
 
@@ -130,17 +155,19 @@ class _Reading:
         texels: NDArray[np.generic] = constant_piece(0, grid.gl, _shape(box))
         spans = [_met(cuts, along) for cuts, along in zip(grid.cuts_zyx, box, strict=True)]
         _, ny, nx = grid.counts_zyx
-        for k, z in spans[0]:
-            for j, y in spans[1]:
-                for i, x in spans[2]:
-                    piece = grid.subvolumes[i + nx * (j + ny * k)]
-                    part = texels[_moved((z, y, x), _corners(box)[0])]
-                    if piece.file is None:
-                        self.empty += 1
-                        part[...] = constant_piece(piece.minimum, grid.gl, (1, 1, 1))
-                        continue
-                    corner = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
-                    self._open(piece.file).read(_moved((z, y, x), corner), part)
+        met = {(k, j, i): (z, y, x) for k, z in spans[0] for j, y in spans[1] for i, x in spans[2]}
+        pieces = {(k, j, i): grid.subvolumes[i + nx * (j + ny * k)] for k, j, i in met}
+        empty = {place for place, piece in pieces.items() if piece.file is None}
+        self.empty += len(empty)
+        for place in empty:
+            part = texels[_moved(met[place], _corners(box)[0])]
+            part[...] = constant_piece(pieces[place].minimum, grid.gl, (1, 1, 1))
+        # After the empty ones, because of the layers that they share.
+        for place, piece in pieces.items():
+            if piece.file is not None:
+                span = _with_shared(grid, place, met[place], box, empty)
+                k, j, i = (cuts[at] for cuts, at in zip(grid.cuts_zyx, place, strict=True))
+                self._open(piece.file).read(_moved(span, (k, j, i)), texels[_moved(span, _corners(box)[0])])
         return texels
 
     def _open(self, path: str) -> Ktx2Box:
@@ -170,6 +197,21 @@ def _met(cuts: Cuts, along: slice) -> list[tuple[int, slice]]:
     owned = [(low, high if piece < len(cuts) - 2 else high + 1) for piece, (low, high) in enumerate(pairwise(cuts))]
     spans = [(piece, slice(max(low, along.start), min(high, along.stop))) for piece, (low, high) in enumerate(owned)]
     return [(piece, span) for piece, span in spans if span.start < span.stop]
+
+
+def _with_shared(grid: SubvolumeGrid, place: Index, span: Box, box: Box, empty: set[Index]) -> Box:
+    """Return the voxels that are read from a piece, with the shared ones above it where a piece there is empty.
+
+    An empty piece has one code for all, which is not what is between its voxels and those of its neighbour.
+    """
+    above = set(product(*((at, at + 1) for at in place)))
+    if above.isdisjoint(empty):
+        return span
+    z, y, x = (
+        slice(each.start, max(each.stop, min(cuts[at + 1] + 1, whole.stop)))
+        for each, cuts, at, whole in zip(span, grid.cuts_zyx, place, box, strict=True)
+    )
+    return z, y, x
 
 
 def _moved(box: Box, corner_zyx: tuple[int, int, int]) -> Box:

@@ -1,20 +1,44 @@
-"""Classes of devices, one TOML file each. Users may name one of these or give the path of their own."""
+"""Classes of devices, and single devices, a TOML file each. Users may name one of these or give the path of their own.
+
+A file has the fields of a profile, and may have a table [sources] that says for each where its number comes from. Those
+that come with volprep say it for every number; where nobody has published one, that is what stands there.
+"""
 
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.record import problems
+from volprep_formats.record import Record, problems
 from volprep_formats.toml_file import read_toml_file
 
 _FOLDER = Path(__file__).parent
+_SOURCES = "sources"
+
+
+class ProfileSheet(Record):
+    """A profile, and where its numbers come from."""
+
+    profile: DeviceProfile
+    """The profile."""
+    sources: dict[str, str] = Field(default_factory=dict)
+    """Where each number comes from, by the name of its field."""
+
+
+def class_names() -> tuple[str, ...]:
+    """Names of the built-in classes of devices, in alphabetical order."""
+    return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
+
+
+def device_names() -> tuple[str, ...]:
+    """Names of the built-in devices, and kinds of devices, whose limits have been published, in alphabetical order."""
+    return tuple(sorted(path.stem for path in _FOLDER.glob("devices/*.toml")))
 
 
 def profile_names() -> tuple[str, ...]:
-    """Names of the built-in profiles, in alphabetical order."""
-    return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
+    """Names of all built-in profiles: classes, then devices."""
+    return (*class_names(), *device_names())
 
 
 def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
@@ -23,12 +47,19 @@ def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
     Whatever ends in ".toml" is a path. Raises VP3010 for an unknown name, VP3011 for a file that cannot be read
     and VP3012 for one that is wrong in a key or value.
     """
-    if not name_or_path.endswith(".toml"):
-        if name_or_path not in profile_names():
-            raise VolprepError("VP3010", name=name_or_path, known=", ".join(profile_names()))
-        path = _FOLDER / f"{name_or_path}.toml"
-    else:
+    return load_sheet(name_or_path, base).profile
+
+
+def load_sheet(name_or_path: str, base: Path) -> ProfileSheet:
+    """Read a profile with its sources. Raises what `load_profile` raises."""
+    if name_or_path.endswith(".toml"):
         path = base / name_or_path
+    elif name_or_path in class_names():
+        path = _FOLDER / f"{name_or_path}.toml"
+    elif name_or_path in device_names():
+        path = _FOLDER / "devices" / f"{name_or_path}.toml"
+    else:
+        raise VolprepError("VP3010", name=name_or_path, known=", ".join(profile_names()))
     try:
         table = read_toml_file(path)
     except OSError as error:
@@ -36,6 +67,12 @@ def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
     except ValueError as error:
         raise VolprepError("VP3011", path=path, error=error) from error
     try:
-        return DeviceProfile.model_validate(table)
+        sources = table.pop(_SOURCES, {})
+        profile = DeviceProfile.model_validate(table)
+        sheet = ProfileSheet(profile=profile, sources=sources)
     except ValidationError as error:
         raise VolprepError("VP3012", path=path, problems=problems(error)) from error
+    unknown = sorted(sheet.sources.keys() - DeviceProfile.model_fields.keys())
+    if unknown:
+        raise VolprepError("VP3012", path=path, problems=f"{_SOURCES}.{unknown[0]}: there is no such key to source")
+    return sheet

@@ -4,27 +4,38 @@ A variant is the scene with some keys changed. What a package has of a choice is
 and for the package on trial alike, so that no name stands here twice.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import get_args
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.compression.decision import FORMATS
 from volprep.scene.scene import Scene
+from volprep.validation.altered import with_common_tables
 from volprep.validation.curves.records import Cost
+from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
-
-Changes = Mapping[str, object]
-"""Keys of a scene, as tables in tables."""
+from volprep_formats.package.program import NormalsFrom
+from volprep_formats.package.reader import Package
 
 _ALONE: Changes = {"pyramid": {"coarsest_longest_axis": 100_000}}
 """No coarser levels: they take most of the time of a build."""
 _LEVELS = 3
 _STEPS = (4.0, 2.0, 1.0, 0.5, 0.25)
-_FILTERS = ("box", "binomial", "gaussian", "lanczos3", "median", "feature-preserving", "least-squares", "appearance")
+_FILTERS = (
+    "box",
+    "two-step-bilinear",
+    "binomial",
+    "gaussian",
+    "lanczos3",
+    "median",
+    "feature-preserving",
+    "least-squares",
+    "appearance",
+)
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
 _BLOCKS = (2, 4, 8, 16)
 
@@ -41,6 +52,8 @@ class Variant:
     """Level that is drawn."""
     steps: tuple[float, ...] = (1.0,)
     """Steps, as multiples of the one that the package has for this level."""
+    altered: Callable[[Package], Package] | None = None
+    """What is done to the package, where no key of a scene makes the variant."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +75,8 @@ class Choice:
     whatever_it_costs: bool = False
     """Whether variants are made that the plan would refuse for their error: the tolerance is wide, step and bits are
     those of the scene."""
+    compared_at: int = 0
+    """Level at which variants are compared with the package on trial."""
     absent: str = "the scene does not have it"
     """Why there may be no variants."""
 
@@ -88,6 +103,30 @@ def _normals(scene: Scene) -> list[Variant]:
         for kernel in get_args(GradientKernel)
         for code in get_args(NormalCode)
         if code == "snorm8" or kernel == "thesis"
+    ]
+
+
+def _gradients(scene: Scene) -> list[Variant]:
+    if scene.render.lighting == "none":
+        return []
+    return [
+        Variant(name, {"normals": scene.normals if name == "volume" else None, "lighting": {"normals": name}, **_ALONE})
+        for name in get_args(NormalsFrom)
+    ]
+
+
+def _tables(scene: Scene) -> list[Variant]:
+    compositing = COMPOSITINGS[scene.render.compositing]
+    if (
+        scene.source.labels
+        or compositing.level_filter
+        or scene.render.classification not in {"lookup", "preintegrated"}
+    ):
+        return []
+    return [
+        Variant(name, {}, level, (2.0, 1.0), altered)
+        for level in (1, 2)
+        for name, altered in (("own table", None), ("common table", with_common_tables))
     ]
 
 
@@ -137,6 +176,15 @@ def _form_name(manifest: Manifest) -> str:
 def _normals_name(manifest: Manifest) -> str:
     found = [texture.normals for texture in manifest.textures if texture.normals is not None]
     return f"{found[0].kernel}, {found[0].code}" if found else "none"
+
+
+def _gradients_name(manifest: Manifest) -> str:
+    return manifest.programs[0].normals_from if manifest.programs[0].lighting != "none" else "none"
+
+
+def _tables_name(manifest: Manifest) -> str:
+    own = any(each.role in {"transfer", "preintegrated"} and each.level is not None for each in manifest.textures)
+    return "own table" if own else "common table"
 
 
 def _filter_name(manifest: Manifest) -> str:
@@ -199,6 +247,25 @@ CHOICES: tuple[Choice, ...] = (
         absent="the scene has no lighting",
     ),
     Choice(
+        "where normals come from",
+        "Is a volume of normals worth its bytes, or may the shader take differences?",
+        "milliseconds",
+        _gradients,
+        _gradients_name,
+        lambda _: "normals",
+        absent="the scene has no lighting",
+    ),
+    Choice(
+        "tables of levels",
+        "What does a table of its own gain a level?",
+        "milliseconds",
+        _tables,
+        _tables_name,
+        lambda _: "lookup table",
+        absent="levels of this scene have no tables of their own",
+        compared_at=1,
+    ),
+    Choice(
         "early ray termination",
         "At which opacity may a ray end?",
         "milliseconds",
@@ -232,6 +299,7 @@ CHOICES: tuple[Choice, ...] = (
         _filters,
         _filter_name,
         lambda _: "level 1",
+        compared_at=1,
         absent="labels and classified voxels have filters of their own",
     ),
 )

@@ -1,22 +1,18 @@
 """Measure every choice: build each variant from the scan, draw and time it, and compare it with the oracle."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
-from pydantic import ValidationError
-
-from volprep.pipeline.build import build
 from volprep.render.choose import ray_caster_of
 from volprep.render.timing import Spread
 from volprep.scene.channels import drawn_channels
 from volprep.scene.request import Request
-from volprep.scene.scene import Scene
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.metrics import flip_error
-from volprep.validation.curves.choices import CHOICES, Changes, Choice, Variant
+from volprep.validation.curves.choices import CHOICES, Choice, Variant
 from volprep.validation.curves.records import (
     Cost,
     Curve,
@@ -32,13 +28,13 @@ from volprep.validation.records import Driver
 from volprep.validation.scan import Judge
 from volprep.validation.subject import Subject, errors, render_settings
 from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.variants import Changes, Workshop, merged, with_changes
 from volprep.validation.views import driver_of
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Progress, Silent
-from volprep_formats.record import problems
+from volprep_formats.progress import Progress
 
 _LEAST_PICTURES, _SECONDS = 5, 0.6
 """Of each variant so many pictures at least are timed, and until so much time has passed."""
@@ -60,7 +56,7 @@ def measure_curves(
     spec, reduced_by = write_scan(channel.spec, folder / "scan.nrrd", progress)
     longest = max(manifest.source.info.grid.shape_zyx) // reduced_by
     alone: Changes = {"together": None, "pyramid": {"coarsest_longest_axis": max(1, -(-longest // 4))}}
-    request = Request(_changed(scene.with_source(spec), alone), judge.profile, judge.scene_path)
+    request = Request(with_changes(scene.with_source(spec), alone), judge.profile, judge.scene_path)
     bench = _Bench(request, folder, picture_size or judge.picture_size)
     progress.start("curves", sum(len(choice.variants(bench.scene)) for choice in CHOICES))
     curves = tuple(_curve(bench, choice, manifest, progress) for choice in CHOICES)
@@ -112,10 +108,8 @@ class _Bench:
 
     def __init__(self, request: Request, folder: Path, picture_size: int) -> None:
         self.scene = request.scene
-        self._request = request
-        self._folder = folder
-        self._built: dict[str, tuple[Package, float]] = {}
-        package, _ = self._package({})
+        self._workshop = Workshop(request, folder)
+        package = self._workshop.make({}).package
         self.transfer = package.manifest.transfer_functions[0].name
         scan = read_scan(request.scene.source, light_of_scan(package.manifest))
         self.subject = Subject(package, scan, picture_size)
@@ -130,14 +124,14 @@ class _Bench:
 
     def driver(self) -> Driver:
         """Return who draws."""
-        package, _ = self._package({})
+        package = self._workshop.make({}).package
         with ray_caster_of(package, None, self.transfer)(package, transfer=self.transfer) as renderer:
             return driver_of(renderer)
 
     def points(self, choice: Choice, variant: Variant, chosen: str) -> Iterator[CurvePoint]:
         """Build a variant, and draw it with each of its steps."""
-        changes = _merged(variant.changes, self._wide) if choice.whatever_it_costs else variant.changes
-        package, seconds = self._package(changes)
+        made = self._workshop.make(merged(variant.changes, self._wide) if choice.whatever_it_costs else variant.changes)
+        package = made.package if variant.altered is None else variant.altered(made.package)
         name = choice.named(package.manifest)
         level = f"level {variant.level}" if variant.level or not name else ""
         series = ", ".join(filter(None, (name, level)))
@@ -163,8 +157,8 @@ class _Bench:
                     gpu=None if times.gpu is None else _milliseconds(times.gpu),
                     upload_bytes=_upload_bytes(package.manifest, variant.level),
                     package_bytes=sum(record.size_bytes for record in package.manifest.files),
-                    build_seconds=seconds,
-                    chosen=name == chosen and ratio == 1.0 and variant.level == _drawn_level(choice),
+                    build_seconds=made.seconds,
+                    chosen=name == chosen and ratio == 1.0 and variant.level == choice.compared_at,
                     on_front=False,
                 )
 
@@ -175,38 +169,6 @@ class _Bench:
             subject = Subject(package, replace(self.subject.scan, normals=light), self.subject.shape_hw[0])
             self._truths[repr(light)] = subject.truth(self.transfer, SWEEP_VIEW).rgba
         return self._truths[repr(light)]
-
-    def _package(self, changes: Changes) -> tuple[Package, float]:
-        """Build the scene with some changes, once; return the package, and the seconds that took."""
-        scene = _changed(self.scene, changes)
-        key = scene.model_dump_json()
-        if key not in self._built:
-            target = self._folder / f"{len(self._built)}.volpkg"
-            began = time.perf_counter()
-            build(replace(self._request, scene=scene), target, Silent())
-            self._built[key] = Package.open(target), time.perf_counter() - began
-        return self._built[key]
-
-
-def _drawn_level(choice: Choice) -> int:
-    """Return the level at which a choice is compared with the package on trial."""
-    return 1 if choice.cost == "seconds" else 0
-
-
-def _changed(scene: Scene, changes: Changes) -> Scene:
-    """Return the scene with keys changed: tables are merged, other values replaced. Raises VP3003 for what is none."""
-    try:
-        return Scene.model_validate(_merged(scene.model_dump(), changes))
-    except ValidationError as error:
-        raise VolprepError("VP3003", path=scene.name, problems=problems(error)) from error
-
-
-def _merged(table: Mapping[str, object], changes: Changes) -> dict[str, object]:
-    merged = dict(table)
-    for key, value in changes.items():
-        before = merged.get(key)
-        merged[key] = _merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
-    return merged
 
 
 def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:

@@ -46,15 +46,17 @@ class _Means:
         return None
 
 
-def write_scan(spec: SourceSpec, path: Path, progress: Progress) -> tuple[SourceSpec, int]:
-    """Write the scan, or means of its voxels, to the NRRD file `path`.
+def write_scan(
+    spec: SourceSpec, path: Path, progress: Progress, most_voxels: int | None = None
+) -> tuple[SourceSpec, int]:
+    """Write the scan, or means of its voxels so that there are at most MOST_VOXELS, to the NRRD file `path`.
 
     Return the source that reads it, and how many voxels along each axis a mean is of.
     """
     with opened_channel("scan", spec, None, progress) as source:
         voxels = int(np.prod(source.info.grid.shape_zyx))
-        factor = max(1, int(np.ceil((voxels / MOST_VOXELS) ** (1 / 3) - 1e-6)))
-        progress.start("scan for the curves", -(-source.info.grid.shape_zyx[0] // factor))
+        factor = max(1, int(np.ceil((voxels / (most_voxels or MOST_VOXELS)) ** (1 / 3) - 1e-6)))
+        progress.start("scan for variants", -(-source.info.grid.shape_zyx[0] // factor))
         nrrd.write(_Means(source, factor, labels=spec.labels), path, progress)
     return SourceSpec(path=str(path), format="nrrd", labels=spec.labels), factor
 

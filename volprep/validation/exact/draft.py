@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from io import BufferedReader, BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from volprep_formats.package.manifest import FileRecord, FileRole, Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import Contents, open_contents
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.textures import ktx2
 
 Chunk = bytes | memoryview
 _SMALL_BYTES = 16 * 1024 * 1024
@@ -70,15 +72,14 @@ class ComparingDraft(Draft):
         return self._package.read_bytes(path) if path in self._streamed else super().read_bytes(path)
 
     def _compared(self, path: str, chunks: Iterable[Chunk]) -> FileDifference | None:
-        held = self._held.get(path)
-        if held is None:
+        if path not in self._held:
             self.compared[path] = sum(memoryview(chunk).nbytes for chunk in chunks)
             return FileDifference(self.compared[path], None, self.compared[path])
-        with open_contents(self._package.path, path) as contents:
+        with _as_written(self._package.path, path) as contents:
             counted = [*_compare(contents, chunks)]
         size = sum(octets for octets, _, _ in counted)
         self.compared[path] = size
-        count = sum(differing for _, differing, _ in counted) + max(0, held.size_bytes - size)
+        count = sum(differing for _, differing, _ in counted) + max(0, contents.size_bytes - size)
         if not count:
             return None
         places = [first for _, _, first in counted if first is not None]
@@ -114,6 +115,16 @@ class _Kept:
     def small(self) -> bytes | None:
         """Return all of them; None if they were too many."""
         return None if self._kept is None else b"".join(self._kept)
+
+
+def _as_written(package: Path, path: str) -> Contents:
+    """Open a file of the package; of a texture that was supercompressed for transport, what the stage had written."""
+    contents = open_contents(package, path)
+    if not path.endswith(".ktx2") or not ktx2.is_supercompressed(contents.read(ktx2.HEADER_BYTES)):
+        return contents
+    with contents:
+        data = ktx2.plain(contents.read(), path)
+    return Contents(path, BufferedReader(BytesIO(data)), 0, len(data))
 
 
 def _compare(contents: Contents, chunks: Iterable[Chunk]) -> Iterator[tuple[int, int, int | None]]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.costs.count import draw_costs
 
 _ROUNDING = 1e-9
 """Relative difference of numbers that two machines may compute differently."""
@@ -16,6 +17,8 @@ _NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan", "fid
 def manifest_differences(found: Manifest, derived: Manifest) -> list[str]:
     """Return what the manifest `found` says otherwise than `derived`, a sentence for each field."""
     exclude = _NOT_DERIVED
+    # Seal adds them, which is the last stage and draws.
+    derived = derived.model_copy(update={"costs": draw_costs(derived)})
     one, other = (each.model_dump(mode="json", exclude=exclude) for each in (found, derived))
     return [*_differences(one, other, "")]
 

@@ -11,12 +11,19 @@ namespace volprep {
 // Numbers that a transfer function makes of a value.
 inline constexpr int64_t look_size = 4;
 
+// SliceRange begin to end - 1.
+struct SliceRange {
+    int64_t begin;
+    int64_t end;
+};
+
 // What is fitted to what. Values are counted in bins 0 to bins - 1. Each transfer function has a look F[bin], linear
 // between bins.
 struct FitTask {
     Shape3 shape;           // samples: voxels of level 0, or means of some
     int64_t first;          // number of the first slice of them, a multiple of the factor
     Shape3 factors;         // samples that make one voxel of the level
+    SliceRange wanted;      // of the level
     float linear;           // weight of the square of the difference of values, in bins
     int64_t bins;           // at least 2
     int64_t functions;      // number of transfer functions, 0 or more
@@ -39,7 +46,8 @@ struct Means {
     const float* looks;   // [z][functions][y][x][look_size]
 };
 
-// Improves `level`, float32 in bins with reduced_shape(shape, factors), `iterations` times. With u the trilinear field
+// Improves the wanted slices of `level`, float32 in bins with reduced_shape(shape, factors), `iterations` times; others
+// as far as they have influence. With u the trilinear field
 // of the level at a sample (outside its outer centres: their value), k = floor(u), d = F[k + 1] - F[k], v the value and
 // V the look of the sample, each voxel moves by
 //   step · Σ h (linear (v - u) + Σ weight d · (V - F[k] - (u - k) d)) / Σ h (linear + Σ weight d · d)

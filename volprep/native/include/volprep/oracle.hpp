@@ -66,18 +66,4 @@ template <typename Voxel>
 void render_oracle(const Voxel* voxels, const OracleVolume& volume, const OracleTransfer& transfer, double tolerance,
                    const OraclePicture& picture, int threads) noexcept;
 
-struct OracleMaximum {
-    OracleView view;
-    double* value;  // [height, width], physical; NaN where the ray misses the box
-    double* bound;  // [height, width], of the value; 0 where the ray misses the box
-};
-
-// For each pixel the greatest physical value of the trilinear field along the part of its ray that lies in the box
-// (src/oracle_maximum.cpp). Of `volume`, `nearest` and `normals` must not be set. The bound covers rounding, with a ray
-// that starts at the float64 origin and direction of its pixel; whether a ray that touches the box in one point misses
-// it is decided in float64. Voxels and threads as above.
-template <typename Voxel>
-void render_maximum(const Voxel* voxels, const OracleVolume& volume, const OracleMaximum& maximum,
-                    int threads) noexcept;
-
 }  // namespace volprep

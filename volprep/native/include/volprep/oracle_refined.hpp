@@ -8,7 +8,8 @@ namespace volprep {
 // A light at a place in box space. Both sides of a surface are lit. With N the normal towards the viewer, L the
 // direction to the light, and c the colour of the medium: min(c (ambient + diffuse max(N . L, 0)) + specular
 // s^shininess, 1), where s is max(R . V, 0) with L mirrored at N (Phong), or N . H halfway between L and V (Blinn and
-// Phong), and 0 where N . L is not above 0.
+// Phong), and 0 where N . L is not above 0. With shadows the diffuse and the specular part are multiplied by T, the
+// transmittance between the place and the light; what has no normal is multiplied by ambient + (1 - ambient) T.
 struct OracleLight {
     double place_mm[3];
     double ambient;
@@ -16,6 +17,7 @@ struct OracleLight {
     double specular;
     double shininess;
     bool halfway;
+    bool shadows;
 };
 
 struct OracleRefined {

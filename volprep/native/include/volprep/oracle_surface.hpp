@@ -14,7 +14,10 @@ struct OracleSurface {
         error_mm;    // [height, width], how far rounding may move it; infinite where it may decide whether there is one
     double* value;   // [height, width], physical, there; NaN where the ray meets no surface
     double* normal;  // [height, width, (x, y, z)], interpolated there; 0 where nothing is lit
-    double* normal_mm;  // [height, width], how much the normal changes per millimetre
+    double* normal_mm;                 // [height, width], how much the normal changes per millimetre
+    const double* light_mm = nullptr;  // place of a light whose shadows are asked for, or none
+    double offset_mm = 0.0;            // what is nearer to a hit than this throws no shadow on it
+    double* reaching = nullptr;        // [height, width], 1 where the light reaches the hit, 0 in shadow
 };
 
 // For each pixel the first place along the part of its ray in the box where the field goes from below `isovalue` to it

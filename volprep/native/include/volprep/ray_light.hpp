@@ -26,11 +26,11 @@ void ray_light(const RaySamples& rays, const LightTable& table, double* light, i
 
 // Gauss-Newton's equations for a change of the table that is linear between `knots` values at equal distances, from 0
 // to 1: of red, green and blue by a change of the colour, and of the extinction as a change of its square root. With
-// r = light - target and J its derivative by the 4 · knots unknowns (all of red, of green, of blue, of the root):
-// matrix [4 · knots][4 · knots] = JᵀJ / count, gradient [4 · knots] = Jᵀr / count.
-// The sums do not depend on the number of threads.
-void light_equations(const RaySamples& rays, const LightTable& table, const double* target, int64_t knots,
-                     double* matrix, double* gradient, int threads) noexcept;
+// `light` as ray_light gives it for this table, r = light - target and J its derivative by the 4 · knots unknowns (all
+// of red, of green, of blue, of the root): matrix [4 · knots][4 · knots] = JᵀJ / count, gradient [4 · knots] = Jᵀr /
+// count. The sums do not depend on the number of threads.
+void light_equations(const RaySamples& rays, const LightTable& table, const double* light, const double* target,
+                     int64_t knots, double* matrix, double* gradient, int threads) noexcept;
 
 // Solves matrix · x = rhs in place (rhs becomes x) for a symmetric positive definite matrix [n][n], by Cholesky's
 // decomposition, which overwrites the lower triangle. Gives false where the matrix is not positive definite.

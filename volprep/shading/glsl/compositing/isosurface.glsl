@@ -1,21 +1,31 @@
 //: The first place where the value passes ISOVALUE. Sections: about; start, before the loop; sample, in it, the
 //: segment whose middle is i; stop, where the ray ends; picture. Of a segment both ends are sampled; `front` is the
-//: value at its first one, from refinement.glsl. Slots, where it is lit: refinement; hit, the section hit; light,
-//: which changes the colour of `medium` at the place `hit`.
+//: value at its first one, from refinement.glsl. Slots: touch; and, where it is lit, refinement; hit, the section hit;
+//: light, which changes the colour of `medium` at the place `hit`.
 //#section about
 // The first place on the pixel's ray where the value passes ISOVALUE, from either side, as the transfer function shows
 // ISOVALUE with the opacity of REFERENCE_MM. Gives premultiplied linear light.
 const float ISOVALUE = $ISOVALUE;
 const float REFERENCE_MM = $REFERENCE_MM;
+//#part touch
+
 //#part refinement
 //#section start
-// The segment in which the ray meets the surface; none so far.
+// The segment in which the ray meets the surface, and a place in it that is behind; none so far.
 float passed = 0.0;
+float behind = 0.0;
 //#section sample
 float back = stored_value(start + stride * (i + 0.5));
 if ((front < ISOVALUE) != (back < ISOVALUE)) {
   passed = i;
+  behind = i + 0.5;
+} else {
+  // As steep as it is here, the value may pass and come back between the samples.
+  bool is_near = min(abs(front - ISOVALUE), abs(back - ISOVALUE)) < abs(front - before) + abs(back - front);
+  behind = touched(start, stride, i, front < ISOVALUE, is_near ? 7 : 0);
+  passed = behind > 0.0 ? i : 0.0;
 }
+before = front;
 front = back;
 //#section stop
 if (passed > 0.0) {
@@ -31,4 +41,4 @@ if (passed > 0.0) {
   $PICTURE = vec4(medium.rgb * opacity, opacity);
 }
 //#section hit
-vec3 hit = passed_between(start + stride * (passed - 0.5), start + stride * (passed + 0.5));
+vec3 hit = passed_between(start + stride * (passed - 0.5), start + stride * behind);

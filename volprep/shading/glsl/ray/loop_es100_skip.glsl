@@ -5,6 +5,8 @@ for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
     break;
   }
   //#part look
+  float run_start = next;
+  next += RUN;
   for (float k = 0.0; k < RUN; k++) {
     float i = run_start + k;
     if (i > $LAST) {

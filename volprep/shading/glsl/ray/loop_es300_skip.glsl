@@ -1,6 +1,13 @@
-//: As loop_es300, for rays that skip: the outer loop looks at the table, the inner one takes a run of samples.
+//: As loop_es300, for rays that skip. Pixels are drawn in groups, whose rays wait for each other: all jump first, as
+//: often as each must, and then all take a run of samples. Where each did what came next for it, groups took as many
+//: runs as there are jumps and runs: a tenth to a sixth of the time (tests/benchmarks/bench_vtk.py).
 while (next < $LAST) {
-  //#part look
+  while (next < $LAST) {
+    //#part look
+    break;
+  }
+  float run_start = next;
+  next += RUN;
   for (float i = run_start; i < min(next, $LAST); i++) {
     //#part sample
     //#part stop

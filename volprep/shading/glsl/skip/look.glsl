@@ -8,5 +8,3 @@ if (entry > 0.0) {
   next += empty_samples(at, block_stride, block, entry) + 1.0;
   continue;
 }
-float run_start = next;
-next += RUN;

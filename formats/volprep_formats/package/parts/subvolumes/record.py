@@ -25,6 +25,7 @@ Cuts = tuple[Index, ...]
 Move = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 PointKind = Literal["corner", "edge", "column edge", "plane", "interior"]
 Degrees = Annotated[float, Field(ge=0.0, le=180.0)]
+Pixels = Annotated[float, Field(gt=0.0)]
 
 
 class Subvolume(Record):
@@ -54,7 +55,7 @@ class ViewThresholds(Record):
     """Which way "forward" leads: the direction of view (x, y, z), along the index axes, becomes up to three moves.
 
     theta = acos(z), phi = atan2(y, x), in degrees. Between moves along one and along two axes lie the directions
-    22.5° from an axis.
+    22.5° from an axis. And when another level is drawn: by the size of its voxels, the shortest side, in pixels.
     """
 
     plus_z_below_theta: Degrees = 67.5
@@ -69,6 +70,11 @@ class ViewThresholds(Record):
     """The move is -x if the absolute value of phi is above this."""
     y_between_phi: tuple[Degrees, Degrees] = (22.5, 157.5)
     """The move is +y or -y, by the sign of phi, if the absolute value of phi lies between these."""
+    finer_above_pixels: Pixels = 2.0
+    """The next finer level is drawn if a voxel of the level is larger than so many pixels. Level 0 is the pieces."""
+    coarser_below_pixels: Pixels = 0.75
+    """The next coarser level is drawn if a voxel of the level is smaller than so many pixels. That is less than half of
+    the other number, so that a small change of the zoom does not change the level to and fro."""
 
 
 class SubvolumeGrid(Record):

@@ -1,4 +1,4 @@
-#include "volprep/oracle_average.hpp"
+#include "volprep/oracle_projection.hpp"
 
 #include "described.hpp"
 #include "oracle_source.hpp"
@@ -7,34 +7,39 @@ namespace volprep::bind {
 namespace {
 
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
-            const Matrix4& box_from_clip, const Pixels& value, const Pixels& bound, int threads) {
+            const Matrix4& box_from_clip, const std::string& projection, const Pixels& value, const Pixels& bound,
+            int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(projection == "maximum" || projection == "average", "projection must be maximum or average");
     require(bound.shape(0) == value.shape(0) && bound.shape(1) == value.shape(1),
             "value and bound must have the same height and width");
     const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
-    const OracleAverage average{view_of(value, box_from_clip), value.data(), bound.data()};
+    const OracleProjection picture{view_of(value, box_from_clip), value.data(), bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::render_average(static_cast<const T*>(volume.data()), source, average, threads);
+        const auto project = projection == "maximum" ? &volprep::render_maximum<T> : &volprep::render_average<T>;
+        project(static_cast<const T*>(volume.data()), source, picture, threads);
     });
 }
 
 }  // namespace
 
-void oracle_average(nb::module_& module) {
-    module.def("render_average", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
+void oracle_projection(nb::module_& module) {
+    module.def("render_projection", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
                nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(),
-               nb::arg("value").noconvert(), nb::arg("bound").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def render_average(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
+               nb::arg("projection"), nb::arg("value").noconvert(), nb::arg("bound").noconvert(),
+               nb::arg("threads") = 0,
+               nb::sig("def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
                        "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
                        "extent_mm_xyz: collections.abc.Sequence[float], "
-                       "box_from_clip: numpy.typing.NDArray[numpy.float64], "
+                       "box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, "
                        "value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "threads: int = 0) -> None"),
-               described(R"(Write the mean physical value along each pixel's ray and a bound on its error.
+               described(R"(Write one physical value for each pixel's ray and a bound on its error.
 
-The mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact up to `bound`.
+The greatest value or the mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact
+up to `bound`.
 
 Parameters
 ----------
@@ -44,10 +49,12 @@ spacing_mm_xyz, extent_mm_xyz
     Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
 box_from_clip
     float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+projection
+    "maximum" or "average".
 value, bound
     float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
 )",
-                         "a size does not fit")
+                         "a size does not fit, or the projection is none of these")
                    .c_str());
 }
 

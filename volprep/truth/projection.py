@@ -1,6 +1,7 @@
-"""The picture that maximum intensity projection should give, in float64, with a bound on its own error.
+"""The picture that a projection should give, in float64, with a bound on its own error.
 
-What the picture shows is what VTK, 3D Slicer and DICOM workstations show:
+A projection shows one value for each ray: the greatest, the least, or the mean. What is said here of the greatest holds
+of the others, too. What the picture shows is what VTK, 3D Slicer and DICOM workstations show:
 
 1. M is the greatest *physical* value of the trilinear field along the part of the pixel's ray that lies in the box.
    With a positive slope it is also the greatest stored value. With a negative slope it is the *least* stored value: a
@@ -18,9 +19,13 @@ For the usual grey picture of vessels, let the colour go from black to white ove
 Colours are linear in light between control points: a ramp that is even on an sRGB screen needs several points.
 
 In each cell between eight voxels the field along a ray is a cubic, whose maximum is at an end or at a root of its
-derivative (native/src/oracle_maximum.cpp). So the maximum is exact but for rounding. Labels have no maximum: the number
-of a label is not a quantity.
+derivative (native/src/oracle_maximum.cpp). Its integral is known, too (native/src/oracle_average.cpp). So both are
+exact but for rounding. The least value is the negative of the greatest of the negated scan. The mean, which is the
+integral divided by the length of the path, looks like an X-ray picture, whatever the depth of the volume; the mean of a
+constant is the constant. Labels have no projection: the number of a label is not a quantity.
 """
+
+from typing import Literal
 
 import numpy as np
 
@@ -31,11 +36,15 @@ from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction
 
+Projection = Literal["maximum", "minimum", "average"]
+"""Which value of a ray counts."""
+
 REFERENCE_MM = 1.0
-"""The path whose opacity a maximum has where the scene states no length."""
+"""The path whose opacity a value has where the scene states no length."""
 
 
-def maximum_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
+def projected_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
+    projection: Projection,
     volume: Texels,
     grid: Grid,
     slope: float,
@@ -46,18 +55,20 @@ def maximum_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
     *,
     reference_mm: float = REFERENCE_MM,
 ) -> OraclePicture:
-    """Draw the greatest value along each pixel's ray, with a bound on the error of each pixel.
+    """Draw one value along each pixel's ray, with a bound on the error of each pixel.
 
-    The maximum is known up to some 1e-12 of the range of the voxels around it. What the transfer function can change
+    The value is known up to some 1e-12 of the range of the voxels around it. What the transfer function can change
     over that interval is the pixel's bound: some 1e-12 for a smooth function. If a jump lies within the interval, the
-    bound has the whole jump, because nobody can tell on which side the maximum is. Where all voxels around the ray are
-    equal, the maximum is exact, and a jump at this very value costs nothing.
+    bound has the whole jump, because nobody can tell on which side the value is. Where all voxels around the ray are
+    equal, it is exact, and a jump at this very value costs nothing.
 
     The bound does not cover the silhouette: whether a ray that touches the box within rounding hits it is decided in
     float64.
 
     Parameters
     ----------
+    projection
+        Which value of the ray counts.
     volume
         Stored values [z, y, x], C order: uint8, int16, uint16 or float32. physical = slope · stored + intercept.
     grid
@@ -69,7 +80,7 @@ def maximum_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
     shape_hw
         Height and width of the picture in pixels.
     reference_mm
-        Length of the path whose opacity a maximum has.
+        Length of the path whose opacity a value has.
 
     Raises
     ------
@@ -78,11 +89,12 @@ def maximum_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
     ValueError
         If the volume does not have the grid's shape, or the reference length is not above 0.
     """
-    value, error = greatest_values(volume, grid, slope, intercept, box_from_clip, shape_hw)
+    value, error = projected_values(projection, volume, grid, slope, intercept, box_from_clip, shape_hw)
     return shown_picture(value, error, transfer_function, reference_mm)
 
 
-def greatest_values(  # noqa: PLR0917 - as maximum_picture
+def projected_values(  # noqa: PLR0917 - as projected_picture
+    projection: Projection,
     volume: Texels,
     grid: Grid,
     slope: float,
@@ -90,23 +102,25 @@ def greatest_values(  # noqa: PLR0917 - as maximum_picture
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the greatest physical value along each ray, NaN where it misses the box, and a bound on its error.
+    """Return one physical value for each ray, NaN where it misses the box, and a bound on its error.
 
-    Both are [height, width]. Errors are those of `maximum_picture`.
+    Both are [height, width]. Errors are those of `projected_picture`.
     """
     if volume.shape != grid.shape_zyx:
         msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
         raise ValueError(msg)
     require_finite(volume)
+    sign = -1.0 if projection == "minimum" else 1.0
     value, error = np.empty(shape_hw), np.empty(shape_hw)
-    _native.render_maximum(
+    _native.render_projection(
         volume,
-        slope,
-        intercept,
+        sign * slope,
+        sign * intercept,
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
+        "average" if projection == "average" else "maximum",
         value,
         error,
     )
-    return value, error
+    return sign * value, error

@@ -1,0 +1,63 @@
+"""volprep walk: pictures of a walk over the sub-volumes of a package."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
+from volprep_cli.inspect import PackageFolder
+from volprep_formats.diagnostics import VolprepError
+
+if TYPE_CHECKING:
+    from volprep.pipeline.walk import WalkPicture, WalkReport
+
+
+def walk(
+    package: PackageFolder,
+    steps: Annotated[
+        Path, typer.Argument(help="Walk: a TOML file with a table [[step]] for each picture.", metavar="WALK")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder to write: walk-001.png, ..., walk.json.", metavar="FOLDER")
+    ],
+    *,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Walk over the sub-volumes of a package as a user of an app does, and judge each picture.
+
+    The level follows the zoom, and a move leads along the direction of view, as far as it is legal. Each picture is
+    compared with the integral, in double precision, of what the package holds of it.
+
+    Exit status 0: every picture is within the scene's tolerance. 1: a picture is not.
+    """
+    from volprep.pipeline.walk import walk as draw_walk
+
+    with progress() as watcher:
+        report = draw_walk(package, steps, output, watcher, force=force)
+    if as_json:
+        print_json(report.model_dump(mode="json", exclude_none=True))
+    else:
+        print_table(("picture", "shows", "voxel", "moves", "RMSE / largest"), [_row(each) for each in report.pictures])
+        print_line(f"{output}: {len(report.pictures)} pictures, {report.driver}")
+    if report.failed:
+        end_beyond(_why_not(report), as_json=as_json)
+
+
+def _row(picture: "WalkPicture") -> tuple[str, ...]:
+    moves = " ".join(picture.made) or ("none is legal" if picture.asked else "")
+    errors = f"{picture.rmse:.2g} / {picture.maximum:.2g}{'' if picture.passed else ', beyond'}"
+    return picture.file, picture.shown, f"{picture.voxel_pixels:.2g} px", moves, errors
+
+
+def _why_not(report: "WalkReport") -> VolprepError:
+    worst = max(report.failed, key=lambda picture: picture.rmse)
+    return VolprepError(
+        "VP5051",
+        failed=len(report.failed),
+        count=len(report.pictures),
+        file=worst.file,
+        rmse=f"{worst.rmse:.4g}",
+        maximum=f"{worst.maximum:.4g}",
+    )

@@ -1,0 +1,1 @@
+"""What a picture costs a device: bytes to upload, and memory."""

@@ -1,0 +1,169 @@
+"""Every technique with every compositing that it has, on a head and on an engine, each with its error, in one picture.
+
+contact-sheet.png has a row for each technique and a column for each compositing; contact-sheet.json the numbers. What
+is published with an error of its own is compared with that, too: with its twin in double precision.
+"""
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from volprep.compositing import COMPOSITINGS
+from volprep.techniques import TECHNIQUES, Technique
+from volprep.truth.camera import standard_views
+from volprep.truth.oracle import Medium
+from volprep.truth.picture import encoded
+from volprep_formats.arrays import Float32Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.program import CompositingName, TechniqueName
+
+from .bench import ALONE, Bench, View, rmse
+from .volumes import Volume, scan
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_PIXELS = 128
+_VIEW = "anterior-left"
+_STEP_VOXELS = 0.25
+_INCHES = 1.45
+_GREY = """reference_mm = 1.0
+points = [{ value = 0.0, colour = [0.0, 0.0, 0.0], opacity = 0.0 },
+    { value = 1.0, colour = [1.0, 1.0, 1.0], opacity = 1.0 }]"""
+_SURFACE = """reference_mm = 1.0
+isovalue = {at}
+points = [{{ value = 0.0, colour = "#c08a6a", opacity = 1.0 }}, {{ value = 1.0, colour = "#fff0d8", opacity = 1.0 }}]"""
+_RANGE = 'values = "range"\n'
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One picture of the sheet."""
+
+    scan: str
+    """Scan and size."""
+    technique: TechniqueName
+    """Technique."""
+    compositing: CompositingName
+    """Compositing."""
+    rmse: float | None
+    """Error against the oracle of the compositing; None where it cannot be drawn."""
+    twin_rmse: float | None
+    """Error against the twin of the technique, where it has one."""
+    refused: str | None = None
+    """Why there is no picture."""
+
+
+def write_contact_sheet(bench: Bench, folder: Path) -> Path:
+    """Draw everything, write the picture and its numbers, and return the picture's path."""
+    head, engine = scan("MR head").reduced(2), scan("engine").reduced(2 if bench.quick else 1)
+    subjects = {"head": head} if bench.quick else {"head": head, "engine": engine}
+    drawn: list[tuple[Tile, Float32Array | None]] = []
+    for which, volume in subjects.items():
+        for technique in TECHNIQUES.values():
+            drawn += [
+                _tile(bench, which, volume, technique, compositing)
+                for compositing in COMPOSITINGS
+                if compositing in technique.compositings
+            ]
+    path = folder / "contact-sheet.png"
+    _write_picture(path, drawn)
+    data = {"driver": bench.driver, "pixels": _PIXELS, "tiles": [asdict(tile) for tile, _ in drawn]}
+    path.with_suffix(".json").write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    return path
+
+
+def _tile(
+    bench: Bench, which: str, volume: Volume, technique: Technique, compositing: CompositingName
+) -> tuple[Tile, Float32Array | None]:
+    # Around a body there is air: the least value of every ray from outside is that of air.
+    shown = volume.middle(min(volume.stored.shape) // 2) if compositing == "minimum" else volume
+    step = technique.step_voxels or _STEP_VOXELS
+    render = f'technique = "{technique.name}"\ncompositing = "{compositing}"\nstep_voxels = {step}\n'
+    if COMPOSITINGS[compositing].isovalue and COMPOSITINGS[compositing].lit:
+        render += 'lighting = "headlight"\n'
+    try:
+        package = bench.package(shown, _look(which, compositing), render=render, more=ALONE)
+        level = package.manifest.levels[0]
+        camera_of = standard_views(level.grid)[_VIEW]
+        # The field holds the volume from all sides; what is seen of it fills two thirds.
+        view = View(replace(camera_of, height_mm=0.7 * camera_of.height_mm), (_PIXELS, _PIXELS))
+        with bench.renderer(package) as renderer:
+            camera = view.camera.box_from_clip(level.grid, 1.0)
+            picture = renderer.render(camera, view.shape_hw)
+    except VolprepError as error:
+        return Tile(shown.name, technique.name, compositing, None, None, str(error)), None
+    truth = bench.truth(package, shown, view)
+    twin_rmse = None
+    if technique.twin is not None and compositing == "emission-absorption" and package.manifest.render is not None:
+        medium = Medium(shown.stored, shown.info.slope, shown.info.intercept, package.manifest.transfer_functions[0])
+        # The volume of the package may be cropped: its cube of slices is that of its own box.
+        twin = technique.twin(
+            _cropped(medium, shown, package.manifest.levels[0].grid.origin_mm_xyz, level.grid.shape_zyx),
+            level.grid,
+            camera,
+            view.shape_hw,
+            package.manifest.render.step_of(0),
+        )
+        twin_rmse = rmse(picture, twin)
+    return Tile(shown.name, technique.name, compositing, rmse(picture, truth), twin_rmse), picture
+
+
+def _cropped(
+    medium: Medium, volume: Volume, origin_mm_xyz: tuple[float, float, float], shape_zyx: tuple[int, int, int]
+) -> Medium:
+    grid = volume.info.grid
+    start = np.linalg.inv(grid.world_from_index) @ [*origin_mm_xyz, 1.0]
+    x, y, z = (round(each) for each in start[:3])
+    part = medium.volume[z : z + shape_zyx[0], y : y + shape_zyx[1], x : x + shape_zyx[2]]
+    return Medium(np.ascontiguousarray(part), medium.slope, medium.intercept, medium.transfer_function)
+
+
+def _look(which: str, compositing: CompositingName) -> str:
+    record = COMPOSITINGS[compositing]
+    if record.isovalue:
+        return _RANGE + _SURFACE.format(at=0.12 if which == "head" else 0.4)
+    if record.fixed_path or compositing == "average":
+        return _RANGE + _GREY
+    return "mr-head" if which == "head" else "micro-ct"
+
+
+def _write_picture(path: Path, drawn: list[tuple[Tile, Float32Array | None]]) -> None:
+    from matplotlib.figure import Figure
+
+    scans = list(dict.fromkeys(tile.scan.partition(",")[0] for tile, _ in drawn))
+    techniques, compositings = list(TECHNIQUES), list(COMPOSITINGS)
+    rows = [(name, technique) for name in scans for technique in techniques]
+    figure = Figure(figsize=(_INCHES * (len(compositings) + 1), 1.18 * _INCHES * len(rows)), dpi=110)
+    figure.patch.set_facecolor("white")
+    axes = figure.subplots(len(rows), len(compositings), squeeze=False)
+    for row, (name, technique) in enumerate(rows):
+        axes[row, 0].set_ylabel(f"{name}\n{technique}", fontsize=6)
+        for column, compositing in enumerate(compositings):
+            _plain(axes[row, column])
+            if row == 0:
+                axes[row, column].text(
+                    0.5, 1.2, compositing, transform=axes[row, column].transAxes, ha="center", fontsize=7, weight="bold"
+                )
+    for tile, picture in drawn:
+        row = rows.index((tile.scan.partition(",")[0], tile.technique))
+        place = axes[row, compositings.index(tile.compositing)]
+        if picture is not None and tile.rmse is not None:
+            place.imshow(encoded(picture, "black"), interpolation="nearest")
+            twin = "" if tile.twin_rmse is None else f"; as published {tile.twin_rmse * 255:.2f}"
+            place.set_title(f"{tile.rmse * 255:.2f}{twin}", fontsize=6, pad=2)
+        else:
+            place.set_title((tile.refused or "")[:6], fontsize=6, pad=2)
+    figure.text(0.5, 0.995, "RMSE against the oracle, in 255ths", ha="center", va="top", fontsize=8)
+    figure.tight_layout(rect=(0, 0, 1, 0.985))
+    figure.savefig(path)
+
+
+def _plain(axes: "Axes") -> None:
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(False)

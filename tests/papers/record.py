@@ -1,0 +1,74 @@
+"""What a paper's page holds: tables, curves, and what of the paper's finding holds here."""
+
+from dataclasses import dataclass, field
+
+from volprep.report.plots import Line
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One picture: how long it takes, and how wrong it is."""
+
+    ms: float
+    """Milliseconds of a picture."""
+    rmse: float | None = None
+    """Against the oracle on the scan, premultiplied linear; None where there is no truth to compare with."""
+    samples: float | None = None
+    """Samples that a pixel takes on the average, where they were counted."""
+
+    @property
+    def fps(self) -> float:
+        """Pictures in a second."""
+        return 1000.0 / self.ms
+
+
+Cell = Measured | str | float | None
+"""A time with its error, a word, a number; None where it was not measured."""
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """A table with the rows and the columns of the paper's."""
+
+    title: str
+    """What it is, with its number in the paper."""
+    heads: tuple[str, ...]
+    """Heads of the columns."""
+    rows: tuple[tuple[Cell, ...], ...]
+    """Its rows."""
+    note: str = ""
+    """What differs from the paper's."""
+
+
+@dataclass(frozen=True)
+class PaperCurves:
+    """A figure of the paper: curves."""
+
+    title: str
+    """What it is, with its number in the paper."""
+    x: str
+    """What is on the horizontal axis."""
+    y: str
+    """What is on the vertical axis."""
+    lines: tuple[Line, ...]
+    """The curves."""
+    note: str = ""
+    """What differs from the paper's."""
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper, measured again."""
+
+    name: str
+    """Short name, of file and command."""
+    title: str
+    """Title of the paper."""
+    authors: str
+    """Authors and year."""
+    parts: tuple[PaperTable | PaperCurves, ...]
+    """Tables and curves, in the order of the paper."""
+    finding: str
+    """What of the paper's finding holds on this driver, what does not, and why."""
+    waiting: tuple[str, ...] = field(default=())
+    """What the paper has and this page has not, and why."""

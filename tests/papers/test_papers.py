@@ -1,0 +1,79 @@
+"""The papers' tables on a ball of 12 voxels: rows, columns and pages, not times."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.papers import noguera
+from tests.papers.bench import Bench, techniques_of
+from tests.papers.page import write_page
+from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
+from tests.papers.volumes import Volume
+from volprep.report.plots import Line
+from volprep.techniques import TECHNIQUES
+from volprep_formats.grid import Grid
+from volprep_formats.source import SourceInfo
+
+
+@pytest.fixture
+def ball():
+    z, y, x = np.meshgrid(*[np.linspace(-1.2, 1.2, 36)] * 3, indexing="ij")
+    stored = (255 * np.exp(-2 * (z**2 + y**2 + x**2))).astype(np.uint8)
+    grid = Grid.of(stored.shape, (1.0, 0.5, 2.0), (10.0, 20.0, 30.0), ((0, 1, 0), (1, 0, 0), (0, 0, 1)))
+    return Volume("ball", "36×36×36", stored, SourceInfo(format="raw", grid=grid, stored_type="uint8"))
+
+
+def test_a_smaller_volume_fills_the_box_of_the_whole(ball):
+    for smaller in (ball.reduced(3), ball.resized((6, 9, 4))):
+        np.testing.assert_allclose(smaller.info.grid.corner_mm_xyz, ball.info.grid.corner_mm_xyz)
+        assert smaller.info.grid.extent_mm_zyx == pytest.approx(ball.info.grid.extent_mm_zyx)
+    assert ball.reduced(3).stored.shape == (12, 12, 12)
+    assert ball.resized((6, 9, 4)).stored.shape == (6, 9, 4)
+
+
+def test_the_middle_stays_where_it_is(ball):
+    part = ball.middle(10)
+    assert part.stored.shape == (10, 10, 10)
+    place = ball.info.grid.world_from_index @ [13, 13, 13, 1]
+    np.testing.assert_allclose(part.info.grid.origin_mm_xyz, place[:3])
+
+
+def test_a_paper_has_a_row_for_each_registered_technique_and_an_error_beside_each_time(ball, tmp_path, monkeypatch):
+    monkeypatch.setattr(noguera, "scan", lambda _: ball)
+    monkeypatch.setattr(noguera, "RESOLUTIONS", ((24, 32),))
+    bench = Bench(tmp_path, quick=True)
+    paper = noguera.measure(bench)
+    published, others = (part for part in paper.parts if isinstance(part, PaperTable))
+    assert published.heads == ("resolution", *[f"{what}, {n}" for what in ("rays", "slices") for n in (10, 20, 40, 80)])
+    texts = {str(row[0]).partition(", ")[2] for row in others.rows}
+    assert texts | {TECHNIQUES["ray-casting"].text, TECHNIQUES["view-slices-as-published"].text} == {
+        TECHNIQUES[name].text for name in techniques_of("mosaic")
+    }
+    cells = [cell for table in (published, others) for row in table.rows for cell in row[1:]]
+    assert all(isinstance(cell, Measured) and cell.ms > 0 and cell.rmse is not None for cell in cells)
+    rays, slices = published.rows[0][1:5], published.rows[0][5:]
+    assert rays[-1].rmse < rays[0].rmse / 4
+    assert rays[-1].rmse < slices[-1].rmse
+    page = write_page(paper, [], tmp_path, bench.driver, quick=True)
+    assert "24" in page.read_text(encoding="utf-8")
+    data = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
+    assert data["driver"] == bench.driver != ""
+    assert data["parts"][0]["rows"][0][1]["rmse"] == rays[0].rmse
+
+
+def test_a_page_shows_cells_curves_and_what_is_missing(tmp_path):
+    table = PaperTable("Table 9", ("row", "a", "b", "c"), (("one", Measured(20.0, 0.0125, 7.0), None, "no <way>"),))
+    curves = PaperCurves("Figure 9", "n", "ms", (Line("first", ((0.0, 0.0), (1.0, 2.0))),))
+    paper = Paper("p", "A paper", "Nobody 2020", (table, curves), "It holds.", ("Figure 10 waits.",))
+    text = write_page(paper, [], tmp_path, "some driver", quick=False).read_text(encoding="utf-8")
+    for expected in (
+        "50.0 fps",
+        "0.0125",
+        "7.00 samples",
+        "no &lt;way&gt;",
+        "first",
+        "some driver",
+        "Figure 10 waits.",
+    ):
+        assert expected in text, expected

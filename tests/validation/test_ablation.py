@@ -1,0 +1,289 @@
+"""Leaving out: items are taken out and put in, measured against the planned package, and judged."""
+
+import json
+
+import pytest
+from phantom_scene import write_phantom_scene
+
+from volprep.pipeline.build import build
+from volprep.report.ablation_page import ablation_page
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.scene.scene import Scene
+from volprep.validation.ablation import gauge, measure
+from volprep.validation.ablation.items import ITEMS
+from volprep.validation.ablation.judge import (
+    MOST_CHANGE,
+    judged_added,
+    judged_without,
+    level_outcome,
+    table_outcome,
+)
+from volprep.validation.ablation.measure import measure_ablation
+from volprep.validation.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
+from volprep.validation.records import Driver, PackageFacts, Report, Verdict
+from volprep.validation.scan import find_scan
+from volprep_cli.main import command_line
+from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+NAMED = {item.name: item for item in ITEMS}
+FEW = ("empty border", "16-bit values", "skip table", "bricks")
+"""Each is a build or two."""
+TOLERANCE = Tolerance(rmse=0.02, maximum=0.25)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ablation")
+    target = folder / "phantom.volpkg"
+    build(load_request(write_phantom_scene(folder, "gles3")), target, Silent())
+    return target
+
+
+@pytest.fixture(scope="module")
+def found(package, tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "ITEMS", tuple(NAMED[name] for name in FEW))
+        patch.setattr(gauge, "_LEAST_TURNS", 2)
+        patch.setattr(gauge, "_SECONDS", 0.0)
+        folder = tmp_path_factory.mktemp("scratch")
+        return measure_ablation(Package.open(package).manifest, find_scan(package, None), folder, Silent(), 48)
+
+
+def row_of(found: Ablation, name: str) -> AblationRow:
+    return next(row for row in found.rows if name_of(row) == name)
+
+
+def test_each_item_of_the_package_has_a_row_and_says_which_way_it_went(found) -> None:
+    names = [name_of(row) for row in found.rows]
+    assert len(names) == len(set(names))
+    assert not row_of(found, "empty border").kept
+    assert not row_of(found, "bricks").kept
+    assert row_of(found, "skip table of core").kept
+    assert {f"level {k} of shell" for k in (1, 2)} <= set(names)
+    assert {"level 0", "lookup table shell", "lookup table core", "shaders"} <= set(names)
+    assert all(row.finding for row in found.rows)
+
+
+def test_what_no_program_can_draw_without_earns_its_place(found) -> None:
+    for name in ("level 0", "lookup table core", "shaders"):
+        row = row_of(found, name)
+        assert row.outcome == "earns its place"
+        assert "VP5018" in row.finding
+
+
+def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
+    for name in ("empty border", "bricks"):
+        row = row_of(found, name)
+        assert row.outcome == "rightly left out", row.finding
+        assert row.change_maximum <= MOST_CHANGE
+        assert row.other.gpu_bytes > found.planned.gpu_bytes
+        assert row.other.package_bytes > found.planned.package_bytes
+
+
+def test_a_skip_table_changes_no_pixel(found) -> None:
+    row = row_of(found, "skip table of core")
+    assert row.change_maximum == 0.0
+    assert row.other.ratio.turns == 2
+    assert row.other.package_bytes < found.planned.package_bytes
+
+
+def test_more_bits_change_pictures_and_the_change_is_told(found) -> None:
+    row = row_of(found, "16-bit values")
+    assert row.change_rmse > 0
+    assert row.other.rmse <= found.planned.rmse
+    assert row.outcome in {"rightly left out", "traded for bytes"}
+
+
+def test_the_package_with_everything_is_larger_in_every_way(found) -> None:
+    assert found.everything_has == ("empty border", "16-bit values")
+    for field in ("package_bytes", "upload_bytes", "gpu_bytes"):
+        assert getattr(found.everything, field) > 1.5 * getattr(found.planned, field)
+
+
+def test_the_page_shows_every_row_and_the_data_come_back_as_they_were(found, package) -> None:
+    facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
+    page = ablation_page(Report.model_construct(package=facts, generator="volprep"), found)
+    for row in found.rows:
+        assert name_of(row) in page
+    assert "with everything" in page
+    assert Ablation.model_validate_json(found.model_dump_json()) == found
+
+
+def test_devices_without_shaders_are_refused(package, tmp_path) -> None:
+    manifest = Package.open(package).manifest
+    profile = manifest.profile.model_copy(update={"name": "old", "api": "es1.1"})
+    with pytest.raises(VolprepError, match="VP6080 leaving out can be measured with shaders only"):
+        measure_ablation(
+            manifest.model_copy(update={"profile": profile}), find_scan(package, None), tmp_path, Silent(), 32
+        )
+
+
+def measured(ratio: tuple[float, float, float] | None = (1.0, 1.0, 1.0), **changes: float) -> Measurement:
+    spread = None if ratio is None else Ratio(low=ratio[0], median=ratio[1], high=ratio[2], turns=15)
+    given = {"package_bytes": 100, "upload_bytes": 100, "gpu_bytes": 100, "milliseconds": 1, "rmse": 0.001}
+    return Measurement(**{**given, "maximum": 0.01, **changes}, ratio=spread)
+
+
+def a_row(other: Measurement, change: float, *, kept: bool, chosen_by: str = "plan") -> AblationRow:
+    return AblationRow(
+        item="thing",
+        kept=kept,
+        chosen_by=chosen_by,
+        reason=None,
+        other=other,
+        change_rmse=change / 2,
+        change_maximum=change,
+        outcome="cannot be had",
+        finding="",
+    )
+
+
+PLANNED = measured(None)
+FASTER, SLOWER, ALIKE = (0.7, 0.75, 0.8), (1.2, 1.25, 1.3), (0.95, 1.0, 1.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "ratio", "chosen_by", "outcome"),
+    [
+        (0.0, ALIKE, "plan", "rightly left out"),
+        (0.9 * MOST_CHANGE, SLOWER, "plan", "rightly left out"),
+        (1.1 * MOST_CHANGE, SLOWER, "plan", "wrongly left out"),
+        (0.0, FASTER, "plan", "wrongly left out"),
+        (0.0, FASTER, "scene", "rightly left out"),
+        (0.0, (0.7, 0.85, 0.95), "plan", "rightly left out"),
+    ],
+)
+def test_what_was_left_out_must_change_nothing_and_gain_nothing(change, ratio, chosen_by, outcome) -> None:
+    row = a_row(measured(ratio), change, kept=False, chosen_by=chosen_by)
+    assert judged_added(row, "time", PLANNED, TOLERANCE, lossy=False).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("change", "outcome"),
+    [(2 * MOST_CHANGE, "rightly left out"), (0.019, "traded for bytes"), (0.021, "wrongly left out")],
+)
+def test_what_trades_accuracy_may_take_half_of_the_tolerance(change, outcome) -> None:
+    # The root mean square of these rows is half of their largest change.
+    row = a_row(measured(ALIKE), change, kept=False)
+    assert judged_added(row, "truth", PLANNED, TOLERANCE, lossy=True).outcome == outcome
+
+
+def test_memory_that_could_be_saved_without_loss_was_wrongly_not_saved() -> None:
+    smaller = a_row(measured(ALIKE, gpu_bytes=50), 0.0, kept=False)
+    assert judged_added(smaller, "memory", PLANNED, TOLERANCE, lossy=True).outcome == "wrongly left out"
+    larger = a_row(measured(ALIKE, gpu_bytes=150), 0.0, kept=False)
+    assert judged_added(larger, "memory", PLANNED, TOLERANCE, lossy=True).outcome == "rightly left out"
+
+
+@pytest.mark.parametrize(
+    ("gain", "other", "change", "outcome"),
+    [
+        ("time", measured(SLOWER), 0.0, "earns its place"),
+        ("time", measured(ALIKE), 0.0, "not told apart"),
+        ("time", measured(FASTER), 0.0, "does not earn its place"),
+        ("time", measured(FASTER, rmse=0.03), 0.0, "earns its place"),
+        ("time", measured(FASTER, maximum=0.3), 0.0, "earns its place"),
+        ("memory", measured(FASTER, gpu_bytes=101), 0.0, "earns its place"),
+        ("memory", measured(SLOWER, gpu_bytes=100), 0.0, "does not earn its place"),
+        ("truth", measured(FASTER, rmse=0.002), 3 * MOST_CHANGE, "earns its place"),
+        ("truth", measured(SLOWER, rmse=0.002), 1.5 * MOST_CHANGE, "does not earn its place"),
+        ("truth", measured(SLOWER, rmse=0.0005), 3 * MOST_CHANGE, "does not earn its place"),
+        ("wish", measured(FASTER), 0.0, "earns its place"),
+    ],
+)
+def test_what_is_kept_must_be_missed(gain, other, change, outcome) -> None:
+    row = a_row(other, change, kept=True)
+    assert judged_without(row, gain, PLANNED, TOLERANCE, ["editing is nothing"]).outcome == outcome
+
+
+def test_a_wish_that_changes_nothing_does_not_earn_its_place() -> None:
+    row = a_row(measured(ALIKE), 0.0, kept=True)
+    assert judged_without(row, "wish", PLANNED, TOLERANCE, []).outcome == "does not earn its place"
+
+
+@pytest.mark.parametrize(
+    ("ratio", "upload", "outcome"),
+    [
+        (SLOWER, 90, "earns its place"),
+        (FASTER, 50, "earns its place"),
+        (FASTER, 51, "does not earn its place"),
+        (ALIKE, 51, "not told apart"),
+    ],
+)
+def test_a_level_is_faster_or_half_the_upload_of_the_next_finer_one(ratio, upload, outcome) -> None:
+    assert level_outcome(a_row(measured(ratio), 0.0, kept=True), 0, upload).outcome == outcome
+
+
+def test_a_level_is_nearer_to_the_scan_with_its_own_table() -> None:
+    row = a_row(PLANNED, 0.0, kept=True)
+    assert table_outcome(row, 0.01, 0.02).outcome == "earns its place"
+    assert table_outcome(row, 0.02, 0.01).outcome == "does not earn its place"
+
+
+def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
+    scene = Scene.model_validate(
+        {
+            "name": "s",
+            "source": {"path": "x"},
+            "transfer": [{"name": "t", "points": [{"value": 0, "colour": "#ffffff", "extinction_per_mm": 0.1}]}],
+        }
+    )
+    for item in ITEMS:
+        assert item.gain(scene) in {"time", "memory", "truth", "wish"}
+        assert item.chosen_by(scene) in {"plan", "scene"}
+        assert item.without
+        assert item.added(scene) is not None
+
+
+def reported(ablation: Ablation | None, monkeypatch) -> None:
+    """Let the command line get a report with this ablation, and nothing else."""
+    verdict = Verdict.model_construct(passed=True)
+    driver = Driver(vendor="v", renderer="r", version="3")
+    report = Report.model_construct(
+        verdict=verdict,
+        ablation=ablation,
+        programs=(),
+        witness=None,
+        derivation=None,
+        tolerance=TOLERANCE,
+        driver=driver,
+    )
+    monkeypatch.setattr("volprep.report.validate.validate", lambda *_, **wishes: report if wishes["ablate"] else None)
+
+
+def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys) -> None:
+    wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out"})
+    right = [row for row in found.rows if row.outcome not in FAULTS]
+    reported(found.model_copy(update={"rows": (*right, wrong)}), monkeypatch)
+    with pytest.raises(VolprepError, match=r"VP6081 .*wrong about 1 items: bricks") as caught:
+        command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+    assert caught.value.status is ExitStatus.TOLERANCE
+    said = capsys.readouterr().out
+    assert "with everything" in said
+    assert "without skip table of core" in said
+
+
+def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys) -> None:
+    right = [row for row in found.rows if row.outcome not in FAULTS]
+    reported(found.model_copy(update={"rows": tuple(right)}), monkeypatch)
+    command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+    assert "rightly left out" in capsys.readouterr().out
+
+
+def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, package, tmp_path, monkeypatch) -> None:
+    facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
+    stub = Report.model_construct(package=facts, generator="volprep", ablation=None)
+    monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub)
+    monkeypatch.setattr("volprep.report.validate.measure_ablation", lambda *_: found)
+    monkeypatch.setattr("volprep.report.validate.page", lambda report, **_: str(report.ablation == found))
+    for _ in range(2):
+        validate(package, tmp_path / "phantom.report", Silent(), picture_size=32, ablate=True)
+    names = sorted(path.name for path in (tmp_path / "phantom.report").iterdir())
+    assert names == ["ablation.html", "index.html", "pictures", "report.json"]
+    assert (tmp_path / "phantom.report" / "index.html").read_text() == "True"
+    data = json.loads((tmp_path / "phantom.report" / "report.json").read_text())
+    assert len(data["ablation"]["rows"]) == len(found.rows)

@@ -1,0 +1,68 @@
+"""A small picture of the volume between lines that have all pixels, with shaders (Moser and Weiskopf 2008, section 4).
+
+The small picture is a texture, filtered linearly and blended by its own alpha; nothing is read back.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from volprep.render.box_lines import BoxLines
+from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText
+from volprep.render.layers import clip_from_box_of
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.package.program import Blend
+
+_FOLDER = Path(__file__).parent / "glsl"
+_OVER = Blend(order="back-to-front", colour=("ONE", "ONE_MINUS_SRC_ALPHA"), alpha=("ONE", "ONE_MINUS_SRC_ALPHA"))
+
+
+class Overlay:
+    """The programs of lines and of an enlarged picture, in one context. GLSL ES 1.00, which all versions compile."""
+
+    def __init__(self, gl: Gl, lines: LinkedProgram, enlarged: LinkedProgram, buffer: int) -> None:
+        self._gl, self._lines, self._enlarged, self._buffer = gl, lines, enlarged, buffer
+
+    def draw(
+        self, small: PictureTarget, target: PictureTarget, box_from_clip: Float64Array, lines: Sequence[BoxLines]
+    ) -> None:
+        """Draw lines behind the volume, over them the small picture, and over that the lines before the volume."""
+        clip_from_box = clip_from_box_of(box_from_clip).astype(np.float32)
+        self._draw_lines(target, clip_from_box, [(each.behind, each.colour) for each in lines], clears=True)
+        bindings = Bindings({"u_small": ("TEXTURE_2D", small.texture)}, {})
+        corners = Corners(TRIANGLE, _OVER, clears=False)
+        self._gl.draw_corners(self._enlarged, bindings, target, self._buffer, corners)
+        self._draw_lines(target, clip_from_box, [(each.before, each.colour) for each in lines], clears=False)
+
+    def _draw_lines(
+        self,
+        target: PictureTarget,
+        clip_from_box: Float32Array,
+        lines: Sequence[tuple[Float32Array, tuple[float, float, float]]],
+        *,
+        clears: bool,
+    ) -> None:
+        # Emptied even where there are no lines.
+        nothing = (np.empty((0, 3), np.float32), (0.0, 0.0, 0.0))
+        for number, (ends, colour) in enumerate(lines or [nothing]):
+            values = {"u_clip_from_box": clip_from_box, "u_colour": np.array(colour, np.float32)}
+            corners = Corners(ends, clears=clears and number == 0, lines=True)
+            self._gl.draw_corners(self._lines, Bindings({}, values), target, self._buffer, corners)
+
+
+@contextmanager
+def overlay(gl: Gl) -> Iterator[Overlay]:
+    """Compile the programs."""
+    with (
+        gl.program("lines", _shader("lines_vertex"), _shader("lines")) as lines,
+        gl.program("enlarged", _shader("enlarged_vertex"), _shader("enlarged")) as enlarged,
+        gl.corners() as buffer,
+    ):
+        yield Overlay(gl, lines, enlarged, buffer)
+
+
+def _shader(name: str) -> ShaderText:
+    path = _FOLDER / f"{name}.glsl"
+    return ShaderText(path.name, path.read_text(encoding="ascii"))

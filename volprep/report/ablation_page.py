@@ -1,0 +1,48 @@
+"""ablation.html: what each item of a package is worth, made from the measurement alone."""
+
+from volprep.report.environment import environment
+from volprep.truth.oracle import DEFAULT_TOLERANCE
+from volprep.validation.ablation.records import FAULTS, Ablation, name_of
+from volprep.validation.folder import DATA_FILE
+from volprep.validation.records import Report
+
+_CLOCKS = {"wall": "the clock on the wall", "processor": "the processor's time, because the driver draws with it"}
+
+
+def ablation_page(report: Report, found: Ablation) -> str:
+    """Write the page as HTML; it needs nothing from outside."""
+    return (
+        environment(DEFAULT_TOLERANCE)
+        .get_template("ablation.html.j2")
+        .render(
+            report=report,
+            found=found,
+            kept=[row for row in found.rows if row.kept],
+            left_out=[row for row in found.rows if not row.kept],
+            name_of=name_of,
+            faults=FAULTS,
+            clock=_CLOCKS[found.clock],
+            summary=_summary(found),
+            data_file=DATA_FILE,
+        )
+    )
+
+
+def _summary(found: Ablation) -> str:
+    """Say in a sentence or two what follows."""
+    wrong = found.faults
+    judged = [row for row in found.rows if row.other is not None or row.kept]
+    verdict = (
+        f"Of {len(judged)} items the plan is wrong, by its own measure, about {', '.join(wrong)}."
+        if wrong
+        else f"The plan is right about all {len(judged)} items that could be judged."
+    )
+    everything = found.everything
+    if everything is None or everything.ratio is None:
+        return verdict
+    upload = everything.upload_bytes / max(found.planned.upload_bytes, 1)
+    package = everything.package_bytes / max(found.planned.package_bytes, 1)
+    return (
+        f"{verdict} With everything at once the package has {package:.1f} times the bytes, an app uploads "
+        f"{upload:.1f} times as many, and a picture takes {everything.ratio.median:.2f} times as long."
+    )

@@ -1,0 +1,68 @@
+"""Variants of a scene: packages that differ from it in some keys, each built once, from the same scan."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from volprep.pipeline.build import build
+from volprep.scene.request import Request
+from volprep.scene.scene import Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.record import problems
+
+Changes = Mapping[str, object]
+"""Keys of a scene, as tables in tables."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A variant."""
+
+    package: Package
+    """Its package."""
+    seconds: float
+    """What the build took."""
+
+
+class Workshop:
+    """Builds variants of one scene in a folder."""
+
+    def __init__(self, request: Request, folder: Path) -> None:
+        """Take the scene with its profile, and an empty folder."""
+        self.scene = request.scene
+        self._request = request
+        self._folder = folder
+        self._made: dict[str, Made] = {}
+
+    def make(self, changes: Changes) -> Made:
+        """Build the scene with some changes; what was built is not built again. Raises what a build raises."""
+        scene = with_changes(self.scene, changes)
+        key = scene.model_dump_json()
+        if key not in self._made:
+            target = self._folder / f"{len(self._made)}.volpkg"
+            began = time.perf_counter()
+            build(replace(self._request, scene=scene), target, Silent())
+            self._made[key] = Made(Package.open(target), time.perf_counter() - began)
+        return self._made[key]
+
+
+def with_changes(scene: Scene, changes: Changes) -> Scene:
+    """Return the scene with keys changed: tables are merged, other values replaced. Raises VP3003 for what is none."""
+    try:
+        return Scene.model_validate(merged(scene.model_dump(), changes))
+    except ValidationError as error:
+        raise VolprepError("VP3003", path=scene.name, problems=problems(error)) from error
+
+
+def merged(table: Mapping[str, object], changes: Changes) -> dict[str, object]:
+    """Return a table with changes, tables in it merged."""
+    result = dict(table)
+    for key, value in changes.items():
+        before = result.get(key)
+        result[key] = merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
+    return result
