@@ -1,61 +1,17 @@
 /** The manifest: from bytes that nobody vouches for to a record whose fields are what this reader expects. */
 import { VolpkgError } from "./error.js";
+import { PROGRAM, among, breach, count, counts, number, path, positive, shadersOf, text, three, tuple, whole } from "./shapes.js";
 
 /** @typedef {import("./types.js").Manifest} Manifest */
-/** @typedef {(value: any) => boolean} Test */
-/**
- * What a value must be: what a test finds, a list of one shape, or an object, whose "key?" may be absent.
- * @typedef {Test | ShapeList | ShapeObject} Shape
- */
-/** @typedef {Shape[]} ShapeList */
-/** @typedef {{[key: string]: Shape}} ShapeObject */
+/** @typedef {import("./shapes.js").Test} Test */
+/** @typedef {import("./shapes.js").ShapeObject} ShapeObject */
+/** @typedef {import("./shapes.js").Use} Use */
 
 export const MAX_MANIFEST_BYTES = 4 << 20;
-const SIZE = 2 ** 31 - 1;
-
-/** @type {Test} */
-export const text = (v) => typeof v === "string";
-/** @type {Test} */
-export const number = (v) => Number.isFinite(v);
-/** @type {Test} */
-export const positive = (v) => Number.isFinite(v) && v > 0;
-/** @type {Test} */
-export const whole = (v) => Number.isSafeInteger(v) && v >= 0;
-/** @type {Test} */
-export const count = (v) => Number.isSafeInteger(v) && v > 0 && v <= SIZE;
-/** @type {Test} */
-export const path = (v) => text(v) && /^[a-z0-9_-]+(\.[a-z0-9_-]+)*(\/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$/.test(v);
 /** @type {Test} */ const digest = (v) => text(v) && /^[0-9a-f]{64}$/.test(v);
-/** @param {string} words @returns {Test} */
-export const among = (words) => (v) => words.split(" ").includes(v);
-/** @param {number} n @param {Test} each @returns {Test} */
-export const tuple = (n, each) => (v) => Array.isArray(v) && v.length === n && v.every(each);
-export const three = tuple(3, number);
-export const counts = tuple(3, count);
-
 const GRID = { shape_zyx: counts, spacing_mm_zyx: tuple(3, positive), origin_mm_xyz: three, direction: tuple(3, three), extent_mm_zyx: tuple(3, positive) };
 const FUNCTION = { name: text, points: [{ value: number, colour: three, extinction_per_mm: number }], "reference_mm?": positive, "isovalue?": number };
 const GL = { target: among("TEXTURE_2D TEXTURE_3D"), internal_format: text, "format?": text, "type?": text };
-const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm box_from_light light_from_box picture_width picture_height";
-const UNIFORMS = [{ name: text, type: among("float vec3 mat4"), source: among(SOURCES) }];
-export const PROGRAM = {
-  name: text,
-  sampling: among("texture3d mosaic subvolumes bricks"),
-  "technique?": text,
-  "classification?": text,
-  "compositing?": text,
-  "light?": { place_mm_xyz: three },
-  "rays?": among("box mesh"),
-  vertex: path,
-  fragment: path,
-  levels: [whole],
-  transfer: text,
-  uniforms: UNIFORMS,
-  samplers: [{ name: text, role: among("volume bricks transfer preintegrated skip normals subvolume"), "transfer?": text, "part?": whole }],
-  "step_mm_min?": number,
-  // What more there is to them is checked where they are drawn.
-  "before?": [{ vertex: path, fragment: path, sampler: text, uniforms: UNIFORMS }],
-};
 const MOSAIC = { tile_shape_yx: tuple(2, count), slices: count, "gutter?": whole, "padding_yx?": tuple(2, whole), tiles_x: count, tiles_y: count, texture_shape_yx: tuple(2, count) };
 /** Keys of parts of which few packages have any. What they hold: parts.js. */
 const PARTS = ["skipping", "editing", "subvolumes", "proxy"];
@@ -131,31 +87,6 @@ function refuse(name, problem) {
 }
 
 /**
- * What breaks the shape first, or nothing.
- * @param {any} value @param {Shape} shape @param {string} at
- * @returns {string | undefined}
- */
-export function breach(value, shape, at) {
-  if (typeof shape === "function") return shape(value) ? undefined : `${at || "the whole"} is missing or of the wrong kind`;
-  if (Array.isArray(shape)) {
-    if (!Array.isArray(value)) return `${at} is no list`;
-    for (let i = 0; i < value.length; i++) {
-      const found = breach(value[i], shape[0], `${at}[${i}]`);
-      if (found) return found;
-    }
-    return undefined;
-  }
-  if (typeof value !== "object" || value === null || Array.isArray(value)) return `${at || "the whole"} is no object`;
-  for (const [key, inner] of Object.entries(shape)) {
-    const name = key.replace("?", "");
-    if (!Object.hasOwn(value, name) && name !== key) continue;
-    const found = breach(Object.hasOwn(value, name) ? value[name] : undefined, inner, at ? `${at}.${name}` : name);
-    if (found) return found;
-  }
-  return undefined;
-}
-
-/**
  * Whether an object of a JSON text has a key twice: JSON.parse takes the last one, other parsers the first.
  * @param {string} json that JSON.parse takes
  */
@@ -176,11 +107,6 @@ function repeatsKey(json) {
   }
   return false;
 }
-
-/** A file, and the role in which it is used. @typedef {[file: string, role: string]} Use */
-
-/** Files of programs and of the passes before them. @param {import("./types.js").Program[]} programs @returns {Use[]} */
-export const shadersOf = (programs) => programs.flatMap((each) => [each, ...(each.before ?? [])].flatMap(({ vertex, fragment }) => /** @type {Use[]} */ ([[vertex, "shader"], [fragment, "shader"]])));
 
 /** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
 function* contradictions(manifest, more) {

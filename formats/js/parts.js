@@ -1,7 +1,7 @@
 /** What the manifest says of parts of which few packages have any: empty-space skipping, editing, sub-volumes, meshes. */
-import { PROGRAM, count, counts, number, path, positive, shadersOf, text, three, tuple, whole } from "./manifest.js";
+import { PROGRAM, count, counts, number, path, positive, shadersOf, text, three, tuple, whole } from "./shapes.js";
 
-/** @type {import("./manifest.js").ShapeObject} */
+/** @type {import("./shapes.js").ShapeObject} */
 export const PARTS = {
   "skipping?": {
     "epsilon?": number,
@@ -20,16 +20,16 @@ export const PARTS = {
 /**
  * Files that parts use, and in which role.
  * @param {import("./types.js").Manifest} manifest
- * @returns {import("./manifest.js").Use[]}
+ * @returns {import("./shapes.js").Use[]}
  */
 export function usesOf({ editing, subvolumes, proxy }) {
   return [
     ...(subvolumes ? shadersOf(subvolumes.programs ?? []) : []),
-    ...(subvolumes?.pieces ?? []).map((file) => /** @type {import("./manifest.js").Use} */ ([file, "subvolume"])),
-    ...(editing?.histograms ?? []).map(({ file }) => /** @type {import("./manifest.js").Use} */ ([file, "histogram"])),
-    ...(subvolumes ? [/** @type {import("./manifest.js").Use} */ ([subvolumes.grid, "grid"])] : []),
+    ...(subvolumes?.pieces ?? []).map((file) => /** @type {import("./shapes.js").Use} */ ([file, "subvolume"])),
+    ...(editing?.histograms ?? []).map(({ file }) => /** @type {import("./shapes.js").Use} */ ([file, "histogram"])),
+    ...(subvolumes ? [/** @type {import("./shapes.js").Use} */ ([subvolumes.grid, "grid"])] : []),
     ...(proxy ? shadersOf(proxy.programs ?? []) : []),
-    ...(proxy?.meshes ?? []).flatMap(({ file }) => (file ? [/** @type {import("./manifest.js").Use} */ ([file, "mesh"])] : [])),
-    ...(proxy ? [/** @type {import("./manifest.js").Use} */ ([proxy.depth, "shader"])] : []),
+    ...(proxy?.meshes ?? []).flatMap(({ file }) => (file ? [/** @type {import("./shapes.js").Use} */ ([file, "mesh"])] : [])),
+    ...(proxy ? [/** @type {import("./shapes.js").Use} */ ([proxy.depth, "shader"])] : []),
   ];
 }

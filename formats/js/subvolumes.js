@@ -1,7 +1,7 @@
 /** Level 0 in pieces: those around one point of the grid. SPEC section 18. */
 import { VolpkgError } from "./error.js";
 import { toHalf } from "./halves.js";
-import { breach } from "./manifest.js";
+import { breach } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
 /** @typedef {import("./package.js").Package} Package */
@@ -21,7 +21,7 @@ import { breach } from "./manifest.js";
 const NOWHERE = 1e9;
 const whole = (/** @type {unknown} */ v) => Number.isSafeInteger(v) && /** @type {number} */ (v) >= 0;
 const text = (/** @type {unknown} */ v) => typeof v === "string";
-/** @type {import("./manifest.js").Shape} */
+/** @type {import("./shapes.js").Shape} */
 const GRID = { format: text, shape_zyx: [whole], cuts_zyx: [[whole]], gl: { target: text, internal_format: text, format: text, type: text }, "filter?": text, subvolumes: [{ minimum: whole, "file?": text }] };
 
 /** @param {Package} pack @param {AbortSignal} [signal] @returns {Promise<SubvolumeGrid>} */

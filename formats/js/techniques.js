@@ -6,7 +6,7 @@ import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { layers } from "./layers.js";
-import { among, breach, count, tuple } from "./manifest.js";
+import { among, breach, count, tuple } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Value} Value */
 /** @typedef {import("./formats.js").Gl} Gl */
@@ -33,7 +33,7 @@ const EDGE = 1e-6;
 
 const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
-/** @type {import("./manifest.js").Shape} */
+/** @type {import("./shapes.js").Shape} */
 const PROGRAM = {
   "geometry?": GEOMETRY,
   "before?": [{ geometry: GEOMETRY, target: among("rgba8 rgba32f") }],
