@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.preintegrated import colour_of_entries
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -153,6 +152,8 @@ def table_function(
     else:
         values = np.linspace(0.0, 1.0, len(entries))
         media = entries.astype(np.float64)
+        from volprep.transfer.preintegrated import colour_of_entries  # noqa: PLC0415 - loads kernels; a cut needs none
+
         colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
