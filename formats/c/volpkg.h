@@ -84,7 +84,8 @@ typedef enum volpkg_code {
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
-    VOLPKG_PACKED = 7062         /* textures of Zstandard frames, which are not used in place: zip them anew */
+    VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which are not used in place: zip them anew */
+    VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
 } volpkg_code;
 
 /* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
@@ -804,8 +805,8 @@ volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, i
                           volpkg_error* error);
 
 /*
- * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if there is none, or only one that
- * is compressed: draw with volpkg_choose then. Do so, too, if volpkg_near_plane_cuts.
+ * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if there is none, with VOLPKG_DRACO
+ * if it is compressed: draw with volpkg_choose then. Do so, too, if volpkg_near_plane_cuts.
  */
 volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transfer, int32_t level,
                                volpkg_drawing* drawing, volpkg_error* error);
@@ -988,6 +989,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the step is too small for the program, or no positive number";
         case VOLPKG_PACKED:
             return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
+        case VOLPKG_DRACO:
+            return "the mesh is compressed with Draco; the picture from the box is the same";
     }
     return "unknown";
 }
@@ -4854,9 +4857,11 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
     for (i = 0; i < proxy->meshes.count; ++i)
         if (proxy->meshes.at[i].level == drawing->level->index && volpkg__is(proxy->meshes.at[i].transfer, transfer))
             drawing->mesh = &proxy->meshes.at[i];
-    if (drawing->mesh == NULL || drawing->mesh->draco)
-        return volpkg__cannot_draw(error, transfer, "its mesh is compressed or missing for the level, which",
-                                   drawing->level->index);
+    if (drawing->mesh == NULL)
+        return volpkg__cannot_draw(error, transfer, "its mesh is missing for the level, which", drawing->level->index);
+    if (drawing->mesh->draco)
+        return volpkg__fail(error, VOLPKG_DRACO, drawing->mesh->path,
+                            "compressed with Draco: draw from the box, or build with draco = \"none\"", NAN, NAN);
     return VOLPKG_OK;
 }
 

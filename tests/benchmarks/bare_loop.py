@@ -27,13 +27,13 @@ def bare(package: Package, program: Program) -> Package:
         "  picture = sum / max(count, 1.0);\n}\n"
     )
     changed = _without_skip(package, program)
-    return Altered(package, program.fragment, f"{head}{found}{rest.partition(chr(10))[0]}\n\n{loop}", changed)
+    return Altered(package, {program.fragment: f"{head}{found}{rest.partition(chr(10))[0]}\n\n{loop}"}, changed)
 
 
 def taking_all(package: Package, program: Program) -> Package:
     """Return the package whose rays take every sample: they look at no skip table and run to their end."""
     whole = compose_program(package, program, render_settings(package), ends_early=False, skips=False)
-    return Altered(package, program.fragment, whole.fragment, _without_skip(package, program))
+    return Altered(package, {program.fragment: whole.fragment}, _without_skip(package, program))
 
 
 def _without_skip(package: Package, program: Program) -> Program:

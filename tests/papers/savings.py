@@ -142,4 +142,4 @@ def _altered(package: Package, program: Program, way: Way) -> Package:
     assert _WHERE_SEEN in text
     if not way.seen:
         text = text.replace(_WHERE_SEEN, "{")
-    return Altered(package, program.fragment, text)
+    return Altered(package, {program.fragment: text})

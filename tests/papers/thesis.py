@@ -113,7 +113,7 @@ def _calculated(package: Package) -> Package:
     # The texture stays in the sum, so that no uniform of the program becomes idle; it is read once for a pixel.
     text = text.replace(_VOLUME_FETCH, _SPHERE)
     text = _PICTURE.sub(r"\1\2 + 1e-9 * textureLod(u_volume, vec3(0.5), 0.0).r;", text)
-    return Altered(package, program.fragment, text)
+    return Altered(package, {program.fragment: text})
 
 
 def _table4(bench: Bench, volume: Volume, pixels: int, techniques: tuple[TechniqueName, ...]) -> PaperTable:
