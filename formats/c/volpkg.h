@@ -4509,8 +4509,7 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
     return VOLPKG_OK;
 }
 
-/* Other steps are those of coarser levels that there are, finest first; and of a level 0 that there is in pieces only.
- */
+/* Other steps are those of coarser levels that there are, finest first; of level 0 if there are only pieces of it. */
 static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
     int32_t i, k, last = -1;
     for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
