@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from volprep.pipeline.walk import WalkReport
 from volprep.plan.device_records import DeviceRecord
+from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import CurvesReport
 from volprep.validation.records import Report
@@ -17,13 +18,12 @@ from volprep.validation.stress_records import StressReport
 from volprep.validation.truth_records import TruthIndex
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
-from volprep_formats.package.profile import DeviceProfile
 
 FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {
     "device.schema.json": DeviceRecord,
     "manifest.schema.json": Manifest,
-    "profile.schema.json": DeviceProfile,
+    "profile.schema.json": ProfileFile,
     "curves.schema.json": CurvesReport,
     "report.schema.json": Report,
     "scene.schema.json": Scene,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from volprep.render.probe_results import ProfileProbes
-from volprep.scene.profiles import ProfileSheet, class_names, device_names, load_profile, load_sheet, profile_names
+from volprep.scene.profiles import ProfileFile, class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record
 
@@ -46,7 +46,7 @@ class Examination(Record):
     """One for each thing that was looked for, always in the same order; one more for each thing that is drawn wrong."""
     probes: tuple[ProfileProbes, ...]
     """What was drawn for each class of devices, where there is a context of its OpenGL ES."""
-    profiles: tuple[ProfileSheet, ...]
+    profiles: tuple[ProfileFile, ...]
     """The profiles that come with volprep, and where each of their numbers comes from."""
 
 

@@ -84,7 +84,8 @@ typedef enum volpkg_code {
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
-    VOLPKG_PACKED = 7062         /* textures of Zstandard frames, which are not used in place: zip them anew */
+    VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which are not used in place: zip them anew */
+    VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
 } volpkg_code;
 
 /* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
@@ -804,8 +805,8 @@ volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, i
                           volpkg_error* error);
 
 /*
- * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if there is none, or only one that
- * is compressed: draw with volpkg_choose then. Do so, too, if volpkg_near_plane_cuts.
+ * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if there is none, with VOLPKG_DRACO
+ * if it is compressed: draw with volpkg_choose then. Do so, too, if volpkg_near_plane_cuts.
  */
 volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transfer, int32_t level,
                                volpkg_drawing* drawing, volpkg_error* error);
@@ -988,6 +989,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the step is too small for the program, or no positive number";
         case VOLPKG_PACKED:
             return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
+        case VOLPKG_DRACO:
+            return "the mesh is compressed with Draco; the picture from the box is the same";
     }
     return "unknown";
 }
@@ -4506,11 +4509,14 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
     return VOLPKG_OK;
 }
 
-/* Other steps are those of coarser levels that there are, finest first. */
+/* Other steps are those of coarser levels that there are, finest first; and of a level 0 that there is in pieces only.
+ */
 static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
     int32_t i, k, last = -1;
     for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
-        int32_t level = p->render->level_steps.at[i].level, found = 0;
+        int32_t level = p->render->level_steps.at[i].level;
+        int32_t found = level == 0 && p->subvolumes != NULL && p->subvolumes->programs.count > 0 &&
+                        volpkg__level_of(channel, 0) == NULL;
         for (k = 1; k < channel->levels.count; ++k) found |= channel->levels.at[k].index == level;
         VOLPKG__RULE(found && level > last, "render", "its level_steps are not of coarser levels, finest first");
         last = level;
@@ -4852,9 +4858,11 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
     for (i = 0; i < proxy->meshes.count; ++i)
         if (proxy->meshes.at[i].level == drawing->level->index && volpkg__is(proxy->meshes.at[i].transfer, transfer))
             drawing->mesh = &proxy->meshes.at[i];
-    if (drawing->mesh == NULL || drawing->mesh->draco)
-        return volpkg__cannot_draw(error, transfer, "its mesh is compressed or missing for the level, which",
-                                   drawing->level->index);
+    if (drawing->mesh == NULL)
+        return volpkg__cannot_draw(error, transfer, "its mesh is missing for the level, which", drawing->level->index);
+    if (drawing->mesh->draco)
+        return volpkg__fail(error, VOLPKG_DRACO, drawing->mesh->path,
+                            "compressed with Draco: draw from the box, or build with draco = \"none\"", NAN, NAN);
     return VOLPKG_OK;
 }
 

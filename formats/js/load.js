@@ -59,8 +59,8 @@ export async function load(wanted) {
   const linked = await linking;
   const isPlain = ONE_TRIANGLE.includes(choice.program.technique ?? "ray-casting") && !choice.program.before?.length;
   const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
-  const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice) : null;
   const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${choice.textures[i].name}: ${note}`] : [])))];
+  const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice, notes) : null;
   const lightOf = choice.program.uniforms.some(({ source }) => source === "light_mm") ? (await import("./light.js")).lightOf : null;
   return { choice, linked, technique, textures, mesh, clip, notes, lightOf };
 }

@@ -92,7 +92,6 @@ const MANIFEST = {
     },
   ],
   programs: [PROGRAM],
-  "costs?": [{ transfer: text, level: whole, upload_bytes: whole, gpu_bytes: whole }],
   "preview?": path,
   files: [{ path, role: text, size_bytes: whole, sha256: digest }],
 };

@@ -1,6 +1,6 @@
 /**
  * Proxy geometry: rays begin at a mesh around what is seen. SPEC section 15. Meshes that are compressed with Draco are
- * left out, and the picture is drawn from the box: it is the same, and a decoder would weigh more than all of this.
+ * left out, with a note, and the picture is drawn from the box: it is the same, and a decoder would weigh more than all of this.
  */
 import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
@@ -20,12 +20,17 @@ const UNITS = 4;
 /**
  * The mesh of a choice, or null if rays begin at the box.
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice
+ * @param {string[]} notes gets what is left out
  */
-export async function loadMesh({ gl, pack, device, use, signal }, { program: { transfer }, level }) {
+export async function loadMesh({ gl, pack, device, use, signal }, { program: { transfer }, level }, notes) {
   const { proxy, grid } = pack.manifest;
   const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
   const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
-  if (!proxy || !record || !program || record.draco) return null;
+  if (!proxy || !record || !program) return null;
+  if (record.draco) {
+    notes.push(new VolpkgError("VP7064", { file: record.file }).message);
+    return null;
+  }
   const parts = record.file ? partsOf(await pack.read(record.file, { signal }), record.file, record.triangles ?? 0) : [];
   const vertex = await pack.text(program.vertex, { signal });
   const [fragment, depth] = [await pack.text(program.fragment, { signal }), await pack.text(proxy.depth, { signal })];

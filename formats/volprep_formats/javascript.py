@@ -27,6 +27,7 @@ _BEFORE_A_VALUE = {
     *("new", "of", "return", "throw", "typeof", "void", "yield"),
 }
 """Words behind which a slash begins a regular expression; behind any other word it divides."""
+_BEFORE_A_BLOCK = {")", "else", "try", "finally"}
 _HEADS = {"if", "for", "while", "await"}
 _JOINS = {",", ";", ":", "?", "&&", "||", "??", "."}
 _NEVER_LAST = {"{", "(", "[", "=", "=>", "&", "|", "^", "<", ">", "*", "%", "!", "~", *_JOINS}
@@ -45,6 +46,8 @@ def stripped(text: str) -> str:
     gap = ""
     parentheses: list[str] = []
     head = ""
+    blocks: list[bool] = []
+    is_block = False
     for each in _private(_tokens(text)):
         if each.isspace():
             gap = "\n" if "\n" in gap + each else " "
@@ -56,6 +59,15 @@ def stripped(text: str) -> str:
             parentheses.append(made[-1] if made else "")
         elif each == ")" and parentheses:
             head = parentheses.pop()
+        if each == "function" and made and made[-1] in _NEVER_LAST - {"{", ";"}:
+            raise ScriptError("a function without a name of its own")
+        if each == "{":
+            blocks.append(bool(made) and made[-1] in _BEFORE_A_BLOCK)
+        elif made and made[-1] == "}" and gap == "\n" and is_block:
+            # Behind a block nothing has to end a statement.
+            gap = ""
+        if each == "}":
+            is_block = blocks.pop() if blocks else False
         if made and gap and (between := _between(made[-1], each, gap)):
             made.append(between)
         # What is assigned only once may as well be assigned again: one word for both packs better.

@@ -232,7 +232,8 @@ def write_profile(folder: Path, **changes: int) -> str:
     """Write a profile as gles3 with other limits; return its name in a scene."""
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
     for key, value in changes.items():
-        text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, flags=re.MULTILINE)
+        # The second one says where the number comes from.
+        text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, count=1, flags=re.MULTILINE)
     (folder / "small.toml").write_text(text, encoding="utf-8")
     return "small.toml"
 

@@ -180,7 +180,7 @@ def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_pa
 
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_early_end(tmp_path, technique):
-    scene = scene_with(tmp_path, f'technique = "{technique}"')
+    scene = scene_with(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')
     text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[64, 64, 64]").replace("[source]", EMPTY, 1)
     scene.write_text(text, encoding="utf-8")
     codes = np.zeros((64, 64, 64), np.uint8)

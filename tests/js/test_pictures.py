@@ -1,6 +1,8 @@
 """A page draws what the reference renderer draws, with everything that a package may have."""
 
+import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -187,3 +189,19 @@ def test_each_level_is_drawn_with_its_own_step(browser, server, scene_package) -
     for level, step in steps.items():
         found = drawn_in_page(browser, server, package.path, [], options={"level": level})
         assert found.said["step"] == step
+
+
+def test_a_mesh_that_is_compressed_is_left_out_and_named(browser, server, scene_package, tmp_path) -> None:
+    package = scene_package("meshes")
+    copy = Path(shutil.copytree(package.path, tmp_path / "p.volpkg"))
+    manifest = json.loads((copy / "manifest.json").read_text())
+    for mesh in manifest["proxy"]["meshes"]:
+        # What is in the file is then not looked at.
+        mesh["draco"] = True
+    (copy / "manifest.json").write_text(json.dumps(manifest))
+    matrices = box_from_clip_of(package)[:2]
+    found = drawn_in_page(browser, server, copy, matrices, options={"program": "core"})
+    assert [note.split()[0] for note in found.said["notes"]] == ["VP7064"]
+    assert 'draco = "none"' in found.said["notes"][0]
+    wanted = drawn_by_reference(package, matrices, transfer="core")
+    assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS

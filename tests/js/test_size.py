@@ -105,6 +105,8 @@ def test_a_stripped_module_is_the_same_program(tmp_path) -> None:
         ("(/** @type {any} */ (gl)).x; f(/** @type {Y} */ (a.b).c)", "(gl).x;f(a.b.c)\n"),
         ("f /** @type {Y} */ (a)", "f (a)\n".replace(" ", "")),
         ("class A { #long = 1; get b() { return `${this.#long}` } }", "class A{#a=1;get b(){return`${this.#a}`}}\n"),
+        ("if (a) {\n  b();\n}\nc = { d: 1 }\ne()", "if(a){b()}c={d:1}\ne()\n"),
+        ("f(() => {\n  b();\n})\nclass A {\n  m() {}\n  n() {}\n}\nx()", "f(()=>{b()})\nclass A{m(){}n(){}}\nx()\n"),
         ("function f() { a(); }", "function f(){a()}\n"),
         ("{ while (a()); } { for (;;) { b(); } }", "{while(a());}{for(;;){b()}}\n"),
         ("const a = `${b.const}`; a;", "let a=`${b.const}`;a;\n"),
@@ -115,7 +117,7 @@ def test_comments_and_spaces_go_and_nothing_else(script: str, expected: str) -> 
     assert stripped(script) == expected
 
 
-@pytest.mark.parametrize("script", ["} / 2", '"open', "`open ${a", "x = /open", "{"])
+@pytest.mark.parametrize("script", ["} / 2", '"open', "`open ${a", "x = /open", "{", "x = function () {}"])
 def test_what_may_mean_two_things_is_refused(script: str) -> None:
     with pytest.raises(ScriptError):
         stripped(script)

@@ -1,6 +1,7 @@
 import json
 import os
 import tomllib
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
+from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.volpkg import open_level
@@ -113,6 +115,27 @@ def test_the_sidecar_of_a_raw_file_is_a_table_of_a_scene(package, tmp_path) -> N
     info, codes = read_back(path, RawLayout.model_validate_json(json.dumps(table)))
     np.testing.assert_array_equal(codes, CODES)
     np.testing.assert_allclose(info.grid.spacing_mm_zyx, GRID.spacing_mm_zyx, rtol=0)
+
+
+@pytest.mark.parametrize("in_one_file", [False, True])
+def test_a_texture_is_read_slice_by_slice(tmp_path, in_one_file) -> None:
+    voxels = np.random.default_rng(8).integers(0, 256, (64, 150, 130)).astype(np.uint8)
+    folder = tmp_path / "deep.volpkg"
+    ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
+    tiny_package(folder, voxels, ramp, ES3)
+    if in_one_file:
+        names = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*")) if path.is_file()]
+        with (tmp_path / "deep.volpkg.zip").open("wb") as file:
+            write_single_file(folder, names, file, Silent())
+        folder = tmp_path / "deep.volpkg.zip"
+    tracemalloc.start()
+    with open_level(folder) as source:
+        tracemalloc.reset_peak()
+        for z in range(0, 64, 2):
+            assert np.array_equal(source.read_slab(z, z + 2), voxels[z : z + 2])
+        peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < voxels.nbytes / 4
 
 
 def test_a_package_is_a_source_of_another_import(package) -> None:

@@ -26,7 +26,7 @@ def test_a_built_in_profile_has_the_name_of_its_file(name) -> None:
 @pytest.mark.parametrize("name", profile_names())
 def test_every_number_of_a_built_in_profile_has_a_source(name) -> None:
     sheet = load_sheet(name, Path("/nowhere"))
-    said = {field for field in DeviceProfile.model_fields if field in sheet.profile.model_fields_set} - {"name"}
+    said = {field for field in DeviceProfile.model_fields if field in sheet.model_fields_set} - {"name"}
     assert sheet.sources.keys() == said
     assert all(len(source) >= 10 for source in sheet.sources.values())
 

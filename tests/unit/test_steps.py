@@ -155,3 +155,23 @@ def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_
         assert rays.max() <= last
         assert np.abs(np.diff(rays, axis=0)).max() <= step_mm / h + 1e-9
         assert np.abs(np.diff(rays, axis=0)).mean() > 0.1 * step_mm / h
+
+
+def test_a_level_0_in_pieces_has_a_step_of_its_own_beside_that_of_the_finest_level_that_is_held_whole():
+    choices = [StepChoice(0, 0.5, "", in_pieces=True), StepChoice(1, 0.9, ""), StepChoice(2, 2.0, "")]
+    assert common_steps([choices]) == (0.9, (LevelStep(level=0, step_mm=0.5), LevelStep(level=2, step_mm=2.0)))
+    same = [StepChoice(0, 0.9, "", in_pieces=True), StepChoice(1, 0.9, "")]
+    assert common_steps([same]) == (0.9, ())
+
+
+def test_the_step_of_pieces_is_measured_at_their_own_resolution():
+    small = GLES3.model_copy(update={"max_3d_texture_size": 32})
+    info = SourceInfo(format="raw", grid=GRID, stored_type="uint8")
+    gauge = Gauge(info)
+    gauge.add(waves(3.0))
+    measured = gauge.result("0" * 64)
+    pieces, whole = (plan_of_one(scene_of(grid={"size": 16}), profile, info, measured) for profile in (small, GLES3))
+    assert (pieces.levels[0].index, whole.levels[0].index) == (1, 0)
+    assert pieces.render.step_of(0) == whole.render.step_of(0) < pieces.render.step_mm
+    plain = plan_of_one(scene_of(), small, info, measured)
+    assert plain.render.step_of(0) == plain.render.step_mm

@@ -224,6 +224,12 @@ def test_a_level_is_nearer_to_the_scan_with_its_own_table() -> None:
     assert table_outcome(row, 0.02, 0.01).outcome == "does not earn its place"
 
 
+def test_what_the_scene_asks_for_is_no_fault_of_the_plan(found) -> None:
+    wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out"})
+    of_plan = wrong.model_copy(update={"item": "mine", "chosen_by": "plan"})
+    assert found.model_copy(update={"rows": (wrong, of_plan)}).faults == ("mine",)
+
+
 def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
     scene = Scene.model_validate(
         {
@@ -256,7 +262,7 @@ def reported(ablation: Ablation | None, monkeypatch) -> None:
 
 
 def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys) -> None:
-    wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out"})
+    wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out", "chosen_by": "plan"})
     right = [row for row in found.rows if row.outcome not in FAULTS]
     reported(found.model_copy(update={"rows": (*right, wrong)}), monkeypatch)
     with pytest.raises(VolprepError, match=r"VP6081 .*wrong about 1 items: bricks") as caught:

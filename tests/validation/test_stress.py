@@ -11,7 +11,9 @@ from command_line import volprep
 from volprep.render.renderer import Renderer
 from volprep.report.stress import stress
 from volprep.scene.profiles import load_profile
+from volprep.techniques import TECHNIQUES
 from volprep.validation.stress_cases import CASES
+from volprep.validation.stress_drawing import PRECISIONS, Trials
 from volprep.validation.stress_records import StressReport
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
@@ -22,12 +24,16 @@ CASE = {case.name: case for case in CASES}
 
 @pytest.fixture(autouse=True)
 def _small_pictures(monkeypatch):
-    monkeypatch.setattr("volprep.validation.stress._SIZE", 32)
+    monkeypatch.setattr("volprep.validation.stress.PICTURE_SIZE", 32)
 
 
-def tried(folder: Path, *names: str, profile: str = "gles3") -> StressReport:
+USUAL = Trials(techniques=("ray-casting",), precisions=("highp",), levels=False)
+"""What scenes have that ask for nothing."""
+
+
+def tried(folder: Path, *names: str, profile: str = "gles3", trials: Trials = USUAL) -> StressReport:
     chosen = [case for case in CASES if case.name in names]
-    return stress(chosen, load_profile(profile, folder), folder / "stress.report", Silent())
+    return stress(chosen, load_profile(profile, folder), folder / "stress.report", Silent(), trials)
 
 
 def test_cases_have_names_of_their_own_and_each_depth_follows_a_fainter_one():
@@ -61,16 +67,54 @@ def test_a_shell_thinner_than_the_samples_is_missed_by_them_and_seen_between_the
     assert preintegrated.total.rmse < lookup.total.rmse / 5
 
 
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_each_technique_level_and_precision_is_drawn_and_judged(tmp_path, profile):
+    report = tried(tmp_path, "depth-1e-1", profile=profile, trials=Trials())
+    assert report.passed
+    drawings = report.results[0].drawings
+    assert {each.technique for each in drawings} == set(TECHNIQUES)
+    assert {each.precision for each in drawings} == set(PRECISIONS)
+    assert len({each.level for each in drawings}) == 3
+    assert len({each.name for each in drawings}) == len(drawings)
+    for each in drawings:
+        judged = each.precision == "highp" and TECHNIQUES[each.technique].order is None
+        assert (each.limit is not None) == judged
+        assert (each.precise is not None) == (each.technique in {"slabs", "axis-slices", "view-slices"} and judged)
+    layers = [each for each in drawings if each.technique == "view-slices"]
+    # Four times as many layers are rounded as often again.
+    assert all(each.points[-1].rmse > 2 * each.precise.rmse for each in layers)
+    assert "mediump-coordinates" in (tmp_path / "stress.report" / "index.html").read_text()
+
+
+def test_a_technique_that_errs_fails_where_ray_casting_does_not(tmp_path, monkeypatch):
+    right = Renderer.render
+
+    def render(self, *arguments):
+        return right(self, *arguments) * np.float32(0.9 if self.program.technique == "two-pass" else 1.0)
+
+    monkeypatch.setattr(Renderer, "render", render)
+    trials = replace(USUAL, techniques=("ray-casting", "two-pass"))
+    report = tried(tmp_path, "depth-1e1", trials=trials)
+    assert not report.passed
+    assert {each.technique for each in report.results[0].drawings if not each.passed} == {"two-pass"}
+
+
+def test_no_case_is_begun_when_the_time_is_over(tmp_path):
+    report = tried(tmp_path, "depth-1e0", "one-voxel", trials=replace(USUAL, seconds=0.0))
+    assert report.results == ()
+    assert report.left_out == ("depth-1e0", "one-voxel")
+
+
 def test_a_scan_without_a_true_picture_must_be_refused(tmp_path):
     report = tried(tmp_path, "no-number", "infinity")
     assert [result.refused for result in report.results] == ["VP1090", "VP1090"]
     assert report.passed
     assert report.driver is None
     drawn = replace(CASE["one-voxel"], refused="VP1090")
-    report = stress([drawn], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent())
+    report = stress([drawn], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent(), USUAL)
     assert not report.passed
     accepted = replace(CASE["no-number"], refused=None)
-    report = stress([accepted], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent())
+    report = stress([accepted], load_profile("gles3", tmp_path), tmp_path / "stress.report", Silent(), USUAL)
     assert not report.passed
 
 
@@ -104,7 +148,17 @@ def test_depths_must_rise_in_opacity(tmp_path, monkeypatch):
 
 
 def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, capsys):
-    words = ["stress", "--case", "one-voxel", "--report", str(tmp_path / "report")]
+    words = [
+        "stress",
+        "--case",
+        "one-voxel",
+        "--technique",
+        "ray-casting",
+        "--precision",
+        "highp",
+        "--report",
+        str(tmp_path / "report"),
+    ]
     done = volprep(*words, "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["passed"] is True
@@ -120,6 +174,8 @@ def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, 
     ("words", "status", "text"),
     [
         (["--case", "no-such-case"], 2, "one-voxel"),
+        (["--technique", "none"], 2, "view-slices"),
+        (["--precision", "lowp"], 2, "mediump"),
         (["--profile", "gles1"], ExitStatus.SCENE, "VP6017 profile gles1 has no shaders"),
     ],
 )

@@ -5,9 +5,12 @@ import shutil
 
 import numpy as np
 import pytest
+from phantom_scene import write_phantom_scene
 from view_page import drag, opened, picture, press, served, text_of
 
+from volprep.pipeline.build import build
 from volprep.plan.device_files import read_devices
+from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 from volprep_formats.package.storage.files import MANIFEST
@@ -268,3 +271,27 @@ def test_without_a_report_the_page_draws_and_says_how_to_get_one(browser, phanto
         assert "volprep validate" in text_of(browser, "measure")
         settings = json.loads(browser.run("return (await fetch('view.json')).text()"))
     assert settings["report"] is None
+
+
+def test_a_package_without_such_a_light_has_no_control_for_it(page) -> None:
+    assert not page.run("return document.getElementById('light').checkVisibility()")
+
+
+def test_a_light_is_moved_and_put_back(browser, tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -90.0, 40.0]\nnormals = "central"\n'
+    scene.write_text(f"{scene.read_text()}\n{lit}")
+    build(load_request(scene), tmp_path / "lit.volpkg", Silent())
+    with served(tmp_path / "lit.volpkg") as server:
+        assert opened(browser, server.url) == "ready"
+        before = picture(browser)
+        assert browser.run("return document.getElementById('light').checkVisibility()")
+        browser.run("""
+            const around = document.getElementById("light-around");
+            around.value = 150;
+            around.dispatchEvent(new Event("input"));
+        """)
+        assert "behind" in text_of(browser, "light-around-text")
+        assert np.abs(picture(browser) - before).max() > 0.1
+        browser.run("document.getElementById('light-reset').click()")
+        np.testing.assert_array_equal(picture(browser), before)

@@ -21,6 +21,7 @@ from volprep.parts.values.decision import ValueChoice, choose_values
 from volprep.parts.values.items import Grounds, describe_codes
 from volprep.pipeline.items import describe
 from volprep.plan.functions import describe_functions
+from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, CropPlan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
@@ -82,9 +83,20 @@ def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid)
         scan.name, scan.scene, profile, scan.info, scan.measured, scan.functions, values, crop, grid
     )
     compression = choose_compression(grounds, scan.whole)
-    levels = compression.layout.levels
-    steps = choose_steps(scan.scene, scan.functions, scan.info, scan.measured, grid=grid, levels=levels)
-    return _Volume(scan, profile, grid, values, compression, steps)
+    layout = compression.layout
+    bits = values.quantize.bits
+    subvolumes = plan_subvolumes(scan.scene, profile, grid, bits, layout.volumes, scan.functions)
+    finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
+    steps = choose_steps(
+        scan.scene,
+        scan.functions,
+        scan.info,
+        scan.measured,
+        grid=grid,
+        levels=layout.levels,
+        in_pieces=[level for level in finest if level.index < layout.levels[0].index],
+    )
+    return _Volume(scan, profile, grid, values, compression, subvolumes, steps)
 
 
 @dataclass(frozen=True)
@@ -131,6 +143,7 @@ class _Volume:
     grid: Grid
     values: ValueChoice
     compression: CompressionChoice
+    subvolumes: SubvolumesPlan | None
     steps: tuple[StepChoice, ...]
 
     @property
@@ -178,7 +191,7 @@ class _Volume:
             quantize=values.quantize,
             levels=levels,
             volumes=tables.classified(volumes),
-            subvolumes=plan_subvolumes(scene, self.profile, self.grid, values.quantize.bits, volumes, functions),
+            subvolumes=self.subvolumes,
             lookups=tables.lookups,
             preintegrated=tables.preintegrated,
             palettes=tables.palettes,

@@ -7,13 +7,20 @@ from volprep.report.stress_page import stress_page
 from volprep.validation.folder import report_folder
 from volprep.validation.stress import measure_stress
 from volprep.validation.stress_cases import StressCase
+from volprep.validation.stress_drawing import Trials
 from volprep.validation.stress_records import StressReport
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.progress import Progress
 
 
-def stress(cases: Sequence[StressCase], profile: DeviceProfile, report_path: Path, progress: Progress) -> StressReport:
+def stress(
+    cases: Sequence[StressCase],
+    profile: DeviceProfile,
+    report_path: Path,
+    progress: Progress,
+    trials: Trials = Trials(),  # noqa: B008 - it is frozen
+) -> StressReport:
     """Build, draw and judge `cases` for a class of devices, and write the report to the folder `report_path`.
 
     Raises VP6017 for a profile without shaders, VP6020 and VP6021 when the report cannot be written, and what the
@@ -22,6 +29,6 @@ def stress(cases: Sequence[StressCase], profile: DeviceProfile, report_path: Pat
     if not profile.has_shaders:
         raise VolprepError("VP6017", profile=profile.name)
     with report_folder(report_path) as folder:
-        report = measure_stress(cases, profile, folder, progress)
+        report = measure_stress(cases, profile, folder, progress, trials)
         folder.write(report, stress_page(report))
     return report

@@ -39,7 +39,7 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
     if program.light is None:
         return Feature({**slots, "light": "light/headlight:sample"}, words, samplers=found.samplers)
-    shadows = shadows_of(program)
+    shadows = shadows_of(program, grid)
     return Feature(
         slots={
             **slots,

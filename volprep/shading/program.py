@@ -15,7 +15,7 @@ from volprep.shading.compositing import compositing
 from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
-from volprep.shading.shadows import MAP_SIZE, SHADOW_MAP, layer_feature, map_feature
+from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
 from volprep.shading.together import drawn_together
@@ -145,7 +145,7 @@ def _shadow_map(
         _from_light(features),
         vertex=walk.vertex,
         reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
-        size=MAP_SIZE,
+        size=light_texels(program, grid),
     )
 
 
@@ -161,7 +161,7 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
         "rgba16f",
         _from_light(features),
         reads=tuple(sampler.name for feature in sampled for sampler in feature.samplers),
-        size=MAP_SIZE,
+        size=light_texels(program, grid),
     )
 
 

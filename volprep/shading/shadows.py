@@ -7,19 +7,29 @@ which holds one distance for each: enough for a surface, and as exact as its tex
 twice the cost of slices.
 """
 
+import math
+
 from volprep.shading.compose import Slot, literal
 from volprep.shading.compositing import SURFACES
 from volprep.shading.feature import Feature
+from volprep_formats.grid import Grid
 from volprep_formats.package.program import ProgramDesign, Uniform
 
 SHADOW_MAP = "u_shadow"
 """Sampler of a shadow map."""
-MAP_SIZE = 1024
-"""Texels along an edge of a shadow map."""
+_LEAST, _MOST = 256, {"map": 1024, "half-angle": 512}
+"""Texels along an edge of what a light sees. Each layer of half-angle slices is drawn into it."""
 _LIGHT = Uniform(name="u_light_mm", type="vec3", source="light_mm")
 
 
-def shadows_of(program: ProgramDesign) -> Feature:
+def light_texels(program: ProgramDesign, grid: Grid) -> int:
+    """Return the texels along an edge of what the light of a program sees: two for a voxel, as far as they may be."""
+    shadows = "none" if program.light is None else program.light.shadows
+    voxels = math.hypot(*grid.extent_mm_zyx) / min(grid.spacing_mm_zyx)
+    return min(max(_LEAST, 1 << math.ceil(math.log2(2.0 * voxels))), _MOST.get(shadows, _LEAST))
+
+
+def shadows_of(program: ProgramDesign, grid: Grid) -> Feature:
     """Return how the light of a program with a light is kept away; without shadows, nothing but empty words."""
     if program.light is None or program.light.shadows == "none":
         return Feature({"shadow": None}, {"REACHING": "", "SHADED": ""}, uniforms=(_LIGHT,))
@@ -30,7 +40,7 @@ def shadows_of(program: ProgramDesign) -> Feature:
         projects = Uniform(name="u_light_from_box", type="mat4", source="light_from_box")
         return Feature({**slots, "shadow": "light/half_angle"}, words, uniforms=(_LIGHT, projects))
     if program.light.shadows == "map":
-        words |= {"SIDE": "", "SIZE": literal(MAP_SIZE)}
+        words |= {"SIDE": "", "SIZE": literal(light_texels(program, grid))}
         projects = Uniform(name="u_light_from_box", type="mat4", source="light_from_box")
         return Feature({**slots, "shadow": "light/shadow_map"}, words, uniforms=(_LIGHT, projects))
     if program.compositing in SURFACES:

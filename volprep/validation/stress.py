@@ -7,7 +7,8 @@ them.
 """
 
 import tempfile
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -17,6 +18,7 @@ import numpy as np
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
+from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.scene.scene import PyramidSettings, RenderWishes, Scene
 from volprep.scene.transfer import SceneTransfer
@@ -29,28 +31,22 @@ from volprep.validation.precise import most_precise
 from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
 from volprep.validation.stress_cases import CLASSIFICATIONS, StressCase
-from volprep.validation.stress_records import StressDrawing, StressPoint, StressReport, StressResult
-from volprep.validation.subject import Subject, errors
+from volprep.validation.stress_drawing import PICTURE_SIZE, ROUNDING, TRANSFER, VIEWS, Trials, point_of, views_of, worst
+from volprep.validation.stress_records import StressDrawing, StressReport, StressResult
+from volprep.validation.stress_ways import varied_drawings
+from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.verdict import share_of
 from volprep.validation.views import driver_of
 from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress, Silent
 from volprep_formats.source import RawLayout, SourceSpec
 
-_VIEWS = ("anterior", "superior", SWEEP_VIEW)
 _RATIOS = (2.0, 1.0, 0.5, 0.25)
-_DRAWS = 3
-_SIZE = 96
-_GAIN = 4.0
-_TRANSFER = "hard"
-_ROUNDING: dict[Target, float] = {"rgba8": 1 / 255, "rgba16f": 2.0**-9, "rgba32f": 2.0**-12}
-"""How far the laws may be off: a step of the target, or what a thousand additions may round away."""
+GAIN = 4.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +63,7 @@ class _Drawn:
 
 
 def measure_stress(
-    cases: Sequence[StressCase], profile: DeviceProfile, folder: ReportFolder, progress: Progress
+    cases: Sequence[StressCase], profile: DeviceProfile, folder: ReportFolder, progress: Progress, trials: Trials
 ) -> StressReport:
     """Build, draw and judge `cases` for a class of devices; pictures go to `folder`.
 
@@ -76,25 +72,32 @@ def measure_stress(
     results: list[StressResult] = []
     drawn: dict[tuple[str | None, ClassificationName], _Drawn] = {}
     progress.start("stress", len(cases))
+    started = time.monotonic()
     for case in cases:
+        if trials.seconds is not None and time.monotonic() - started > trials.seconds:
+            break
         refused = None
+        others: list[StressDrawing] = []
         try:
             for classification in CLASSIFICATIONS:
                 fainter = drawn.get((case.fainter, classification))
-                with _built(case, classification, profile) as subject:
-                    found = _draw(case, classification, subject, folder, fainter)
+                with _built(case, classification, profile, trials) as subject:
+                    truths = {view: subject.truth(TRANSFER, view).rgba for view in VIEWS}
+                    found = _draw(case, classification, subject, truths, folder, fainter)
+                    others += varied_drawings(case, classification, subject, truths, trials)
                 drawn[case.name, classification] = found
         except VolprepError as error:
             if error.status not in {ExitStatus.SOURCE, ExitStatus.SCENE}:
                 raise
             refused = error.code
+        first = tuple(each.drawing for (name, _), each in drawn.items() if name == case.name)
         results.append(
             StressResult(
                 case=case.name,
                 hard=case.hard,
                 refused=refused,
                 must_refuse=case.refused,
-                drawings=tuple(each.drawing for (name, _), each in drawn.items() if name == case.name),
+                drawings=(*first, *others),
             )
         )
         progress.advance()
@@ -102,18 +105,21 @@ def measure_stress(
     return StressReport(
         generator=f"volprep {version('volprep')}",
         profile=profile.name,
-        picture_size=_SIZE,
+        picture_size=PICTURE_SIZE,
         oracle_tolerance=DEFAULT_TOLERANCE,
         laws_target="rgba8" if anyone is None else anyone.target,
-        difference_gain=_GAIN,
+        difference_gain=GAIN,
         passed=all(result.passed for result in results),
         results=tuple(results),
+        left_out=tuple(case.name for case in cases[len(results) :]),
         driver=None if anyone is None else anyone.driver,
     )
 
 
 @contextmanager
-def _built(case: StressCase, classification: ClassificationName, profile: DeviceProfile) -> Iterator[Subject]:
+def _built(
+    case: StressCase, classification: ClassificationName, profile: DeviceProfile, trials: Trials
+) -> Iterator[Subject]:
     """Build the package of a case, as a user would from a file; it goes when the block ends."""
     voxels = case.voxels()
     with tempfile.TemporaryDirectory() as name:
@@ -128,63 +134,63 @@ def _built(case: StressCase, classification: ClassificationName, profile: Device
         scene = Scene(
             name=case.name,
             source=spec,
-            transfer=(SceneTransfer(name=_TRANSFER, points=case.points),),
-            pyramid=PyramidSettings(coarsest_longest_axis=max(shape_zyx)),
+            transfer=(SceneTransfer(name=TRANSFER, points=case.points),),
+            pyramid=_levels(max(shape_zyx), wanted=trials.levels and case.techniques),
             render=RenderWishes(classification=classification, lighting="headlight" if case.lit else "none"),
         )
-        build(Request(scene, profile, folder / "scene.toml"), folder / "case.volpkg", Silent())
+        devices = profile if case.profile is None else load_profile(case.profile, folder)
+        build(Request(scene, devices, folder / "scene.toml"), folder / "case.volpkg", Silent())
         package = Package.open(folder / "case.volpkg")
-        yield Subject(package, read_scan(package.manifest, spec, Silent()), _SIZE)
+        yield Subject(package, read_scan(package.manifest, spec, Silent()), PICTURE_SIZE)
 
 
-def _draw(
+def _levels(longest_axis: int, *, wanted: bool) -> PyramidSettings:
+    """Ask for two coarser levels of means, which need no trials of their own, or for none."""
+    coarsest = max(longest_axis // 4, 1) if wanted else longest_axis
+    return PyramidSettings(coarsest_longest_axis=coarsest, filter="box")
+
+
+def _draw(  # noqa: PLR0917 - the case, its truth, and where pictures go
     case: StressCase,
     classification: ClassificationName,
     subject: Subject,
+    truths: Mapping[str, FloatArray],
     folder: ReportFolder,
     fainter: _Drawn | None,
 ) -> _Drawn:
-    truths = {view: subject.truth(_TRANSFER, view).rgba for view in _VIEWS}
+    name = f"{PICTURES}/{case.name}-{classification}.png"
     limit = case.limits[classification]
     with _renderer(subject, "rgba8") as renderer:
-        pictures = {view: renderer.render(subject.views[view], subject.shape_hw) for view in _VIEWS}
-        points = tuple(_point(renderer, subject, truths[SWEEP_VIEW], ratio) for ratio in _RATIOS)
+        pictures = {view: renderer.render(subject.views[view], subject.shape_hw) for view in VIEWS}
+        points = tuple(
+            point_of(renderer, subject, truths[SWEEP_VIEW], ratio, subject.render.step_mm) for ratio in _RATIOS
+        )
         driver = driver_of(renderer)
     found = most_precise(lambda target: (target, _views(subject, target)))
     target, precise = found or ("rgba8", np.stack(list(pictures.values())))
     less = None if fainter is None else fainter.precise
     drawing = StressDrawing(
         classification=classification,
-        total=max(
-            (errors(pictures[view], truths[view]) for view in _VIEWS),
-            key=lambda total: share_of(total, limit or Tolerance()),
-        ),
+        total=worst(np.stack(list(pictures.values())), truths, limit),
         limit=limit,
-        laws=tuple(broken_laws(precise, _ROUNDING[target], less, 1 - (subject.render.opacity_cutoff or 1.0))),
+        laws=tuple(broken_laws(precise, ROUNDING[target], less, 1 - (subject.render.opacity_cutoff or 1.0))),
         points=points,
-        picture=f"{PICTURES}/{case.name}-{classification}.png",
+        picture=name,
     )
-    folder.picture(drawing.picture, _strip(truths[SWEEP_VIEW], pictures[SWEEP_VIEW]))
+    folder.picture(name, _strip(truths[SWEEP_VIEW], pictures[SWEEP_VIEW]))
     return _Drawn(drawing, precise, target, driver)
 
 
 def _renderer(subject: Subject, target: Target) -> Renderer:
     level = min(subject.programs[0].levels)
-    return Renderer(subject.package, level=level, transfer=_TRANSFER, target=target)
+    return Renderer(subject.package, level=level, transfer=TRANSFER, target=target)
 
 
 def _views(subject: Subject, target: Target) -> FloatArray:
     with _renderer(subject, target) as renderer:
-        return np.stack([renderer.render(subject.views[view], subject.shape_hw) for view in _VIEWS])
-
-
-def _point(renderer: Renderer, subject: Subject, truth: FloatArray, ratio: float) -> StressPoint:
-    camera, step_mm = subject.views[SWEEP_VIEW], ratio * subject.render.step_mm
-    picture = renderer.render(camera, subject.shape_hw, step_mm)
-    draw_ms = renderer.time_ms(camera, subject.shape_hw, step_mm, repeats=_DRAWS)
-    return StressPoint(step_ratio=ratio, rmse=errors(picture, truth).rmse, draw_ms=draw_ms)
+        return views_of(renderer, subject)
 
 
 def _strip(truth: FloatArray, picture: FloatArray) -> UInt8Array:
-    difference = coloured(largest_difference(picture, truth), _GAIN)
+    difference = coloured(largest_difference(picture, truth), GAIN)
     return np.concatenate([encoded(truth, "black"), encoded(picture, "black"), difference], axis=1)

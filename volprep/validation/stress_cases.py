@@ -18,7 +18,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import ClassificationName
 
-Voxels = NDArray[np.uint16] | NDArray[np.int16] | Float32Array
+Voxels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.int16] | Float32Array
 Limits = Mapping[ClassificationName, Tolerance | None]
 
 CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "preintegrated")
@@ -55,6 +55,13 @@ class StressCase:
     """Whether a headlight lights it."""
     fainter: str | None = None
     """Name of the case that is the same with less extinction, and must be no more opaque."""
+    profile: str | None = None
+    """Class of devices that it is for, whatever is asked; None for any."""
+    levels_judged: bool = True
+    """Whether coarse levels have the same limits. Where several features lie in a step of theirs, the colour of a
+    segment of the length that the pre-integrated table is made for is not that of their longer segments."""
+    techniques: bool = True
+    """Whether other techniques and coarser levels are drawn, too; not where that takes minutes and says no more."""
     refused: str | None = None
     """Code of the error with which it must be refused; None where it must be drawn."""
 
@@ -87,6 +94,13 @@ def _with_one(value: float) -> Callable[[], Float32Array]:
         return ones
 
     return voxels
+
+
+def _waves() -> NDArray[np.uint8]:
+    """Return four slices of 2048² voxels, which share their texels."""
+    z, y, x = np.ogrid[:4, :2048, :2048]
+    waves = 127.5 + 60.0 * np.sin(x / 9.0) + 60.0 * np.cos(y / 11.0 + z / 3.0)
+    return np.rint(waves).astype(np.uint8)
 
 
 def _comb(peaks: range, half_width: float, extinction_per_mm: float) -> tuple[ScenePoint, ...]:
@@ -131,6 +145,7 @@ CASES: tuple[StressCase, ...] = (
         hard="four shells, each a fiftieth of a voxel thick and opaque to a half",
         voxels=_field(_centred),
         points=_comb(range(3, 10, 2), 0.02, 35.0),
+        levels_judged=False,
         limits=_BETWEEN_SAMPLES,
     ),
     StressCase(
@@ -188,6 +203,7 @@ CASES: tuple[StressCase, ...] = (
         hard="values over all 16 bits, of which the transfer function shows a window of 100: a shell of 0.03 voxels",
         voxels=lambda: (_field(_centred)() * np.float32(3150)).astype(np.uint16),
         points=(_point(30000, 0.0), _point(30050, 20.0, "#ff60a0"), _point(30100, 0.0)),
+        levels_judged=False,
         limits=_BETWEEN_SAMPLES,
     ),
     StressCase(
@@ -209,6 +225,31 @@ CASES: tuple[StressCase, ...] = (
         hard="values of which the square is infinite in float32",
         voxels=lambda: _field(_centred)() * np.float32(1e36),
         points=(_point(0, 0.3, "#c0ff40"), _point(1.2e37, 0.0)),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="sixty-decades",
+        hard="values of 1e-30 and of 1e30 in one scan",
+        voxels=lambda: np.where(np.indices((_SIZE, _SIZE, _SIZE)).sum(axis=0) % 16 < 8, 1e-30, 1e30).astype(np.float32),
+        points=(_point(0, 0.02, "#4080ff"), _point(1e30, 0.2, "#ff8040")),
+        limits=_USUAL,
+    ),
+    StressCase(
+        name="faint-slices",
+        hard="a faint block; slices blend it in 64 to 1024 layers, each fainter than a step of 8 bits",
+        voxels=_field(lambda _: constant(100.0), (256, 16, 16), (0.25, 4.0, 4.0)),
+        points=(_point(0, 0.011, "#ff8040"), _point(200, 0.011, "#ff8040")),
+        spacing_mm_zyx=(0.25, 4.0, 4.0),
+        limits=_EXACT,
+    ),
+    StressCase(
+        name="wide-mosaic",
+        hard="a mosaic of 2048² texels, each of which 16-bit coordinates cannot tell from its neighbour",
+        voxels=_waves,
+        points=(_point(90, 0.0, "#4080ff"), _point(200, 0.005, "#ff8040")),
+        spacing_mm_zyx=(100.0, 1.0, 1.0),
+        profile="gles2-2048",
+        techniques=False,
         limits=_USUAL,
     ),
     StressCase(

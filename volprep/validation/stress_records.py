@@ -8,8 +8,11 @@ from volprep.validation.records import Driver, ErrorNumbers, NonNegative, Target
 from volprep.validation.verdict import passes
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, TechniqueName
 from volprep_formats.record import Record
+
+Precision = Literal["highp", "mediump", "mediump-coordinates"]
+"""Numbers of a shader: as it ships, or rounded as a phone may."""
 
 
 class StressPoint(Record):
@@ -28,21 +31,45 @@ class StressDrawing(Record):
 
     classification: ClassificationName
     """What becomes a colour: each sample, or each segment between two."""
+    technique: TechniqueName = "ray-casting"
+    """How the program goes through the volume."""
+    level: Annotated[int, Field(ge=0)] = 0
+    """Level that is drawn. A coarse one is compared with an integral of what it holds."""
+    precision: Precision = "highp"
+    """Numbers of the shader. highp: as it ships. mediump: each operation is rounded to a 16-bit float.
+    mediump-coordinates: only the coordinates of textures are."""
     total: ErrorNumbers
     """The worst view against truth: the one with the largest share of the limit, or of the usual tolerance."""
+    precise: ErrorNumbers | None = None
+    """The same in a target of floats, where a program blends layers, each of which 8 bits round: this is judged."""
     limit: Tolerance | None
-    """Largest error that it may have; null where samples cannot see what there is."""
+    """Largest error that it may have; null where it is only reported."""
     laws: tuple[str, ...]
     """Laws of light that a picture breaks, in words."""
     points: tuple[StressPoint, ...]
-    """Error against run time, coarsest step first."""
-    picture: str
-    """File of the oblique view over black, side by side: truth, rendering, difference."""
+    """Error against run time, coarsest step first; of ray casting, and of layers in a target of 8 bits."""
+    picture: str | None
+    """File of the oblique view over black, side by side: truth, rendering, difference; null where there is none."""
 
     @property
     def passed(self) -> bool:
         """Whether the error is within the limit, and no law is broken."""
-        return not self.laws and (self.limit is None or passes(self.total, self.limit))
+        return not self.laws and (self.limit is None or passes(self.precise or self.total, self.limit))
+
+    @property
+    def is_first(self) -> bool:
+        """Whether it is how scenes are drawn that ask for nothing: the others vary it in one thing."""
+        return (self.technique, self.level, self.precision) == ("ray-casting", 0, "highp")
+
+    @property
+    def name(self) -> str:
+        """What draws, in words."""
+        varied = (
+            self.technique if self.technique != "ray-casting" else None,
+            f"level {self.level}" if self.level else None,
+            self.precision if self.precision != "highp" else None,
+        )
+        return ", ".join((self.classification, *(each for each in varied if each)))
 
 
 class StressResult(Record):
@@ -88,5 +115,7 @@ class StressReport(Record):
     """Whether every case is refused or drawn as it must be."""
     results: tuple[StressResult, ...]
     """Cases."""
+    left_out: tuple[str, ...] = ()
+    """Cases that were not tried, because the time was over."""
     driver: Driver | None
     """The OpenGL ES that drew; null where every case was refused."""

@@ -165,4 +165,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "the light cannot be moved: {problem}",
         "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
     ),
+    "VP7064": Diagnostic(
+        ExitStatus.RENDER,
+        "{file}: the mesh is compressed with Draco, which this reader does not unpack; rays begin at the box, and the "
+        "picture is the same",
+        'For the speed of a mesh build the package with draco = "none" in [proxy].',
+    ),
 }

@@ -36,8 +36,6 @@ _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("RGBA", "HALF_FLOAT"): "RGBA16F",
 }
 """Texels of the file for a GL format and type."""
-_HEAD_BYTES = 1 << 16
-"""Of a texture: more than what stands before its texels."""
 
 
 class Finding(Record):
@@ -100,7 +98,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
 
 def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
     """Compare the digest of a texture, which may be as large as the scan, and read what stands before its texels."""
-    data = package.read_start(record.path, _HEAD_BYTES)
+    data = package.read_start(record.path, ktx2.MOST_HEAD_BYTES)
     head = ktx2.decode_head(data, record.size_bytes, f"{package.path}: {record.path}")
     cut_from = package.manifest.subvolumes and package.manifest.subvolumes.whole
     if head.supercompressed and record.path == cut_from:

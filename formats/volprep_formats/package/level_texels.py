@@ -1,5 +1,6 @@
 """The voxels of a level as its texture holds them, or the textures of its mosaic."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -35,6 +36,45 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     else:
         voxels = _from_mipmap(package, textures[0], files[0])
     return voxels[..., package.component_of(textures[0])] if len(textures[0].channels) > 1 else voxels
+
+
+@dataclass(frozen=True)
+class StoredTexels:
+    """Texels [z, y, x] of a level, which are read when they are asked for."""
+
+    package: Package
+    file: str
+    """The texture."""
+    at_bytes: int
+    """Where its texels begin."""
+    dtype: np.dtype[np.generic]
+    shape: tuple[int, int, int]
+
+    def __getitem__(self, z: slice) -> NDArray[np.generic]:
+        """Return some slices. Raises what `Package.read_part` raises."""
+        begin, end, _ = z.indices(self.shape[0])
+        _, height, width = self.shape
+        slice_bytes = height * width * self.dtype.itemsize
+        data = self.package.read_part(self.file, self.at_bytes + begin * slice_bytes, (end - begin) * slice_bytes)
+        return np.frombuffer(data, self.dtype).reshape(-1, height, width)
+
+
+def stored_texels(package: Package, level: int) -> StoredTexels | None:
+    """Return the volume of a level to be read slice by slice; None where its slices do not follow each other in a file.
+
+    Raises what `level_texels` raises.
+    """
+    held = [each for each in package.manifest.textures if each.role == "volume" and each.level == level]
+    texture = held[0]
+    alone = (texture.mosaic, texture.bricks, texture.mipmap) == (None, None, None) and len(texture.channels) < 2
+    if not alone:
+        return None
+    record = next(each for each in package.manifest.files if each.path == texture.file)
+    start = package.read_start(texture.file, ktx2.MOST_HEAD_BYTES)
+    head = ktx2.decode_head(start, record.size_bytes, texture.file)
+    if head.channels != 1 or head.format in BLOCKS or head.supercompressed:
+        return None
+    return StoredTexels(package, texture.file, head.levels_at[0], head.dtype, head.shape_zyx)
 
 
 def _shape(package: Package, level: int | None) -> tuple[int, int, int]:

@@ -65,10 +65,11 @@ class RenderSettings(Record):
     """How the package wants to be drawn. Fragments are premultiplied linear light; alpha is the opacity."""
 
     step_mm: Annotated[float, Field(gt=0.0)]
-    """Nominal distance of the samples along a ray, at the finest level of the package and at each that is not among
+    """Nominal distance of the samples along a ray, at the finest level that is held whole, and at each not among
     `level_steps`."""
     level_steps: tuple[LevelStep, ...] = ()
-    """Coarser levels that are drawn with other steps, finest first."""
+    """Coarser levels that are drawn with other steps, finest first; before them level 0, if it comes in sub-volumes
+    only."""
     opacity_cutoff: Fraction | None = None
     """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays
     run to their end."""

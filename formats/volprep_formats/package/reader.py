@@ -94,6 +94,11 @@ class Package:
         self._compare(path, digest)
         return start
 
+    def read_part(self, path: str, begin: int, count: int) -> bytes:
+        """Read some bytes of a file that `read_start` has compared. Raises as `read_bytes` does, but for VP4009."""
+        with self._opened(path) as contents:
+            return contents.part(begin, count)
+
     def _opened(self, path: str) -> Contents:
         record = self._records.get(path)
         if record is None:

@@ -73,13 +73,15 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
 
 
 def _steps(manifest: Manifest) -> Iterator[str]:
-    """Other steps are those of coarser levels that there are."""
+    """Other steps are those of coarser levels that there are, and of a level 0 that there is in pieces only."""
     if manifest.render is None:
         return
     levels = [level.index for level in manifest.levels]
+    in_pieces = manifest.subvolumes is not None and bool(manifest.subvolumes.programs) and 0 not in levels
+    others = [*([0] if in_pieces else []), *levels[1:]]
     named = [each.level for each in manifest.render.level_steps]
-    if named != sorted(set(named)) or not set(named) <= set(levels[1:]):
-        yield f"render.level_steps names levels {named}, the levels after the finest one are {levels[1:]}"
+    if named != sorted(set(named)) or not set(named) <= set(others):
+        yield f"render.level_steps names levels {named}, the levels after the finest one are {others}"
 
 
 def _unique(manifest: Manifest) -> Iterator[str]:

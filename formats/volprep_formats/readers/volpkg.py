@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
-from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.level_texels import StoredTexels, level_texels, stored_texels
 from volprep_formats.package.manifest import FileRecord
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import open_inside, source_name
@@ -23,7 +23,7 @@ from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 class LevelSource:
     """Stored values of a level. Half floats, which hold code / largest code, come as float32."""
 
-    def __init__(self, info: SourceInfo, slices: NDArray[np.generic]) -> None:
+    def __init__(self, info: SourceInfo, slices: NDArray[np.generic] | StoredTexels) -> None:
         self._info = info
         self._slices = slices
 
@@ -42,7 +42,7 @@ class LevelSource:
 
     def __exit__(self, *exception: object) -> None:
         """Let go of the texture."""
-        self._slices = self._slices[:0]
+        self._slices = np.empty((0, 0, 0))
 
 
 def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VolumeSource:
@@ -99,7 +99,7 @@ def _working_volume(package: Package, work: FileRecord) -> VolumeSource:
 
 def _texture_level(package: Package, index: int) -> LevelSource:
     manifest = package.manifest
-    texels = level_texels(package, index)
+    texels = stored_texels(package, index) or level_texels(package, index)
     quantization = manifest.quantization
     grid = next((item.grid for item in manifest.levels if item.index == index), None)
     if quantization is None or grid is None or texels.shape != grid.shape_zyx:

@@ -132,6 +132,8 @@ _PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; the manifest 
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
 _QUALIFIERS = {"u": 0, "i": 0x40, "f": 0xC0}  # unsigned, signed, signed float
 _WRITER = "volprep (volpkg 1.0)"
+MOST_HEAD_BYTES = 1 << 16
+"""What stands before the texels of a file that `decode_head` takes is shorter."""
 
 
 def mipmap_shape(shape_zyx: Shape, level: int) -> Shape:

@@ -13,6 +13,8 @@
 // A step takes tau, c and dm / dt as constant; of that the solution is exact, however large tau is.
 //
 // The transmittance of a shadow is exact: in each cell between a place and the light the optical depth is a polynomial.
+// It costs a walk to the light, so that with shadows each part is refined for itself, as far as it is seen: half of the
+// tolerance is shared equally, half by what parts show.
 #include "volprep/oracle_refined.hpp"
 
 #include <algorithm>
@@ -31,6 +33,7 @@ namespace {
 
 constexpr double kLeastLength = 0.01;
 constexpr double kDeepest = 40.0;  // optical depth: exp(-40) is 4e-18
+constexpr double kDarkest = 20.0;  // the same on the way to a light, and behind it on a ray with shadows: 2e-9
 constexpr int kMostSteps = 1024;
 
 struct Light {
@@ -159,21 +162,24 @@ void step(Light& light, const double colour[3], double depth, double rise) noexc
     light.rgba[3] = light.rgba[3] * kept + gain;
 }
 
+void add_part(Light& light, const Part& part, const Parts& parts, const Wanted& wanted, const oracle::Ray& ray,
+              int steps) noexcept {
+    const double width = 2.0 / steps;
+    double before = part.value.at(-1.0);
+    for (int i = 0; i < steps; ++i) {
+        const double end = i + 1 == steps ? 1.0 : -1.0 + width * (i + 1);
+        double colour[3];
+        double extinction = 0.0;
+        medium_at(part, parts, wanted, ray, -1.0 + width * (i + 0.5), colour, extinction);
+        const double after = part.value.at(end);
+        step(light, colour, extinction * part.length_mm / steps, std::max(after - before, 0.0) * part.rise);
+        before = after;
+    }
+}
+
 Light sum_of(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, int steps) noexcept {
     Light light;
-    for (const Part& part : parts.list) {
-        const double width = 2.0 / steps;
-        double before = part.value.at(-1.0);
-        for (int i = 0; i < steps; ++i) {
-            const double end = i + 1 == steps ? 1.0 : -1.0 + width * (i + 1);
-            double colour[3];
-            double extinction = 0.0;
-            medium_at(part, parts, wanted, ray, -1.0 + width * (i + 0.5), colour, extinction);
-            const double after = part.value.at(end);
-            step(light, colour, extinction * part.length_mm / steps, std::max(after - before, 0.0) * part.rise);
-            before = after;
-        }
-    }
+    for (const Part& part : parts.list) add_part(light, part, parts, wanted, ray, steps);
     return light;
 }
 
@@ -185,14 +191,15 @@ double difference(const Light& one, const Light& other) noexcept {
     return largest;
 }
 
-// The light of the ray, and the larger of its last two changes.
-Light refined(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double& change) noexcept {
-    Light sum = sum_of(parts, wanted, ray, 1);
+// Refines sum(steps) until it changes by at most `tolerance` twice in a row; `change` is the larger of both.
+template <typename Sum>
+Light settled(Sum&& sum_of_steps, double tolerance, double& change) noexcept {
+    Light sum = sum_of_steps(1);
     Light result = sum;
     change = std::numeric_limits<double>::infinity();
     double last = change;
-    for (int steps = 2; steps <= kMostSteps && !(change <= wanted.picture.tolerance); steps *= 2) {
-        const Light finer = sum_of(parts, wanted, ray, steps);
+    for (int steps = 2; steps <= kMostSteps && !(change <= tolerance); steps *= 2) {
+        const Light finer = sum_of_steps(steps);
         Light better;
         for (int channel = 0; channel < 4; ++channel) {
             better.rgba[channel] = (4.0 * finer.rgba[channel] - sum.rgba[channel]) / 3.0;
@@ -204,6 +211,46 @@ Light refined(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, 
         result = better;
     }
     return result;
+}
+
+// Emission and absorption with shadows, part by part; `change` is the sum of the changes.
+Light settled_parts(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double& change) noexcept {
+    Light light;
+    change = 0.0;
+    double before = 1.0;
+    const double share =
+        0.5 * wanted.picture.tolerance / static_cast<double>(std::max<std::size_t>(parts.list.size(), 1));
+    for (const Part& part : parts.list) {
+        const double mean = (part.base - part.segment->origin) + part.value.c0 + part.value.c2 / 3.0;
+        const double depth =
+            std::max((part.segment->extinction + part.segment->extinction_slope * mean) * part.length_mm, 0.0);
+        const double weight = -before * std::expm1(-depth);
+        const double tolerance = share + 0.5 * wanted.picture.tolerance * weight;
+        Light own;
+        double moved = weight / before;
+        if (weight <= tolerance) {
+            add_part(own, part, parts, wanted, ray, 1);
+        } else {
+            own = settled(
+                [&](int steps) {
+                    Light sum;
+                    add_part(sum, part, parts, wanted, ray, steps);
+                    return sum;
+                },
+                tolerance / before, moved);
+        }
+        change += before * moved;
+        for (int channel = 0; channel < 3; ++channel) light.rgba[channel] += before * own.rgba[channel];
+        before *= std::exp(-depth);
+    }
+    light.rgba[3] = 1.0 - before;
+    return light;
+}
+
+// The light of the ray, and how far it has changed last.
+Light refined(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double& change) noexcept {
+    if (wanted.transmittance) return settled_parts(parts, wanted, ray, change);
+    return settled([&](int steps) { return sum_of(parts, wanted, ray, steps); }, wanted.picture.tolerance, change);
 }
 
 // The cell's part of the ray from `begin` to `end`, on one segment.
@@ -350,7 +397,7 @@ double transmittance_between(const oracle::Field<Voxel>& field, const double fro
     oracle::RayWalk walk;
     if (!enter_box(walk, field, ray)) return 1.0;
     double depth = 0.0;
-    while (walk.inside() && depth < kDeepest) {
+    while (walk.inside() && depth < kDarkest) {
         if (field.empty_blocks[walk.block()] != 0) {
             walk.leave_block(walk.block_end_mm());
             continue;
@@ -383,7 +430,8 @@ void find_parts(Parts& parts, const oracle::Field<Voxel>& field, const oracle::R
     double depth = 0.0;
     double greatest = 0.0;
     bool begun = false;
-    while (walk.inside() && (rises || depth < kDeepest)) {
+    const double deepest = wanted.transmittance ? kDarkest : kDeepest;
+    while (walk.inside() && (rises || depth < deepest)) {
         if (!rises && field.empty_blocks[walk.block()] != 0) {
             walk.leave_block(walk.block_end_mm());
             continue;

@@ -43,7 +43,7 @@ class EarlyEnd:
             return None
         cutoff = cutoff_of(scene)
         if scene.editable:
-            return cutoff
+            return cutoff if cutoff < 1.0 else None
         pays = scene.render.opacity_cutoff != "auto" or self.behind >= LEAST_SHARE
         return cutoff if self.opacity > cutoff and pays else None
 

@@ -45,6 +45,8 @@ class StepChoice:
     """Distance of the samples along a ray."""
     reason: str
     """Why."""
+    in_pieces: bool = False
+    """Whether the package holds the level in sub-volumes only."""
 
 
 def choose_steps(
@@ -55,13 +57,17 @@ def choose_steps(
     *,
     grid: Grid,
     levels: Sequence[LevelPlan],
+    in_pieces: Sequence[LevelPlan] = (),
 ) -> tuple[StepChoice, ...]:
-    """Choose the step of each level of a channel; `grid` is that of level 0, a part of the source's."""
+    """Choose the step of each level of a channel; `grid` is that of level 0, a part of the source's.
+
+    `in_pieces` are levels that the package holds in sub-volumes only.
+    """
     wanted = scene.render.step_voxels
     technique = TECHNIQUES[scene.render.technique]
     usual = technique.step_voxels or COMPOSITINGS[scene.render.compositing].step_voxels
     chosen: list[StepChoice] = []
-    for level in levels:
+    for level in (*in_pieces, *levels):
         z, y, x = (f * h for f, h in zip(level.factors_zyx, grid.spacing_mm_zyx, strict=True))
         voxel_mm = min(z, y, x)
         if wanted != "auto":
@@ -81,21 +87,25 @@ def choose_steps(
             rays = patch_rays(physical, (z, y, x), float(np.mean(grid.extent_mm_zyx)))
             bench = _Bench(scene.render, functions, rays)
             voxels, reason = _longest(bench, voxel_mm, scene.tolerance)
-        chosen.append(StepChoice(level.index, voxels * voxel_mm, f"{_voxels(voxels)}: {reason}"))
+        chosen.append(
+            StepChoice(level.index, voxels * voxel_mm, f"{_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
+        )
     return tuple(chosen)
 
 
 def common_steps(channels: Sequence[Sequence[StepChoice]]) -> tuple[float, tuple[LevelStep, ...]]:
-    """Return the step of the finest level, and those of coarser levels that have another one.
+    """Return the step of the finest level that is held whole, and those of the others that have another one.
 
     Of several channels the finest step of any counts.
     """
     by_level: dict[int, float] = {}
-    for choice in (choice for channel in channels for choice in channel):
+    choices = [choice for channel in channels for choice in channel]
+    for choice in choices:
         by_level[choice.level] = min(choice.step_mm, by_level.get(choice.level, choice.step_mm))
-    finest, *coarser = sorted(by_level)
-    step_mm = by_level[finest]
-    others = (LevelStep(level=level, step_mm=by_level[level]) for level in coarser if by_level[level] != step_mm)
+    step_mm = by_level[min(choice.level for choice in choices if not choice.in_pieces)]
+    others = (
+        LevelStep(level=level, step_mm=by_level[level]) for level in sorted(by_level) if by_level[level] != step_mm
+    )
     return step_mm, tuple(others)
 
 

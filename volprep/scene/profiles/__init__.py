@@ -10,20 +10,23 @@ from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.record import Record, problems
+from volprep_formats.record import problems
 from volprep_formats.toml_file import read_toml_file
 
 _FOLDER = Path(__file__).parent
 _SOURCES = "sources"
 
 
-class ProfileSheet(Record):
-    """A profile, and where its numbers come from."""
+class ProfileFile(DeviceProfile):
+    """A file of a profile: its limits, and where they come from."""
 
-    profile: DeviceProfile
-    """The profile."""
     sources: dict[str, str] = Field(default_factory=dict)
-    """Where each number comes from, by the name of its field."""
+    """Where each number comes from, by the name of its key. No part of a package."""
+
+    @property
+    def profile(self) -> DeviceProfile:
+        """The profile, as packages have it."""
+        return DeviceProfile.model_validate(self.model_dump(exclude={_SOURCES}, exclude_unset=True))
 
 
 def class_names() -> tuple[str, ...]:
@@ -50,7 +53,7 @@ def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
     return load_sheet(name_or_path, base).profile
 
 
-def load_sheet(name_or_path: str, base: Path) -> ProfileSheet:
+def load_sheet(name_or_path: str, base: Path) -> ProfileFile:
     """Read a profile with its sources. Raises what `load_profile` raises."""
     if name_or_path.endswith(".toml"):
         path = base / name_or_path
@@ -67,9 +70,7 @@ def load_sheet(name_or_path: str, base: Path) -> ProfileSheet:
     except ValueError as error:
         raise VolprepError("VP3011", path=path, error=error) from error
     try:
-        sources = table.pop(_SOURCES, {})
-        profile = DeviceProfile.model_validate(table)
-        sheet = ProfileSheet(profile=profile, sources=sources)
+        sheet = ProfileFile.model_validate(table)
     except ValidationError as error:
         raise VolprepError("VP3012", path=path, problems=problems(error)) from error
     unknown = sorted(sheet.sources.keys() - DeviceProfile.model_fields.keys())

@@ -48,6 +48,11 @@ def _lit(scene: Scene) -> bool:
     return scene.render.lighting != "none"
 
 
+def _time_or_wish(scene: Scene) -> Gain:
+    """What may save nothing now, but will when users have edited their functions, is kept because the scene asks."""
+    return "wish" if scene.editable else "time"
+
+
 def _has_border(manifest: Manifest, _: str) -> bool | None:
     said = any(item.name == "empty border" for item in manifest.plan)
     return (
@@ -112,7 +117,7 @@ ITEMS: tuple[Item, ...] = (
     Item(
         "skip table",
         "skip table",
-        lambda _: "time",
+        _time_or_wish,
         _has_skip_table,
         without={"skip": {"kind": "none"}},
         added=lambda _: {"skip": {"kind": "distance"}},
@@ -144,7 +149,7 @@ ITEMS: tuple[Item, ...] = (
     Item(
         "early ray termination",
         "early ray termination",
-        lambda _: "time",
+        _time_or_wish,
         _has_early_end,
         without={"render": {"opacity_cutoff": 1.0}},
         added=lambda _: {"render": {"opacity_cutoff": AUTO_CUTOFF}},

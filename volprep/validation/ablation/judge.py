@@ -89,7 +89,7 @@ def level_outcome(row: AblationRow, finer: int, upload_bytes: int) -> AblationRo
 
 def table_outcome(row: AblationRow, own: float, common: float) -> AblationRow:
     """Judge a level's own table: with the common one pictures must be further from the scan."""
-    told = f"with the common table the level has RMSE {common:.3g} in place of {own:.3g}"
+    told = f"with the common table the level has RMSE {common:.3g} over all views in place of {own:.3g}"
     return _with(row, _kept_if(common > own), told)
 
 

@@ -23,7 +23,7 @@ Outcome = Literal[
 for bytes: one might, but the tolerance of the scene allows it. Not told apart: times spread more than what they differ
 by. Cannot be had: this scan, or this class of devices, has no such package."""
 FAULTS: frozenset[Outcome] = frozenset(("does not earn its place", "wrongly left out"))
-"""Outcomes by which the plan is wrong."""
+"""Outcomes by which the plan is wrong, where it decides."""
 
 
 class Ratio(Record):
@@ -124,8 +124,8 @@ class Ablation(Record):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Items about which the plan is wrong, by its own measure."""
-        return tuple(name_of(row) for row in self.rows if row.outcome in FAULTS)
+        """Items about which the plan is wrong, by its own measure; what the scene asks for is no fault of the plan."""
+        return tuple(name_of(row) for row in self.rows if row.outcome in FAULTS and row.chosen_by == "plan")
 
 
 def name_of(row: AblationRow) -> str:

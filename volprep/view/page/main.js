@@ -7,6 +7,7 @@ import { byId, make } from "./dom.js";
 import { functionEditor } from "./editor.js";
 import { json, packageSource, settings } from "./files.js";
 import { listen } from "./gestures.js";
+import { lightControls } from "./light.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
 import { bytes, number, voxels } from "./numbers.js";
@@ -58,13 +59,14 @@ async function start() {
   const look = lookControls(stage, manifest, () => changed());
   const editor = functionEditor(stage, manifest, byId("function"), () => changed());
   const cut = cutControls(stage, manifest, () => changed());
+  const light = lightControls(stage, manifest, () => changed());
   let picture = stage.renderer.program;
   const changed = () => {
     const { renderer } = stage;
     if (picture !== renderer.program) editor.show();
     picture = renderer.program;
     if (report) {
-      const now = { transfer: renderer.program, level: renderer.level, step: renderer.step, edited: editor.isEdited(), cut: cut.isCut() };
+      const now = { transfer: renderer.program, level: renderer.level, step: renderer.step, edited: editor.isEdited(), lit: light.isMoved(), cut: cut.isCut() };
       byId("error").replaceChildren(...accuracy(report, now));
     }
   };
@@ -74,7 +76,7 @@ async function start() {
   };
   cameraControls(stage);
   if (told.truth && report) {
-    measureControls(byId("measure"), told, { lend: (work) => undisturbed(stage, [editor, cut], look, report.picture_size, work), tolerance: report.tolerance.rmse });
+    measureControls(byId("measure"), told, { lend: (work) => undisturbed(stage, [editor, cut, light], look, report.picture_size, work), tolerance: report.tolerance.rmse });
   }
   changed();
   // For tests and for who opens the console: what draws.

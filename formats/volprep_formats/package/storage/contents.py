@@ -48,6 +48,11 @@ class Contents:
             raise VolprepError("VP4061", path=self.file.name, file=self.name)
         return data
 
+    def part(self, begin: int, count: int) -> bytes:
+        """Read the bytes from `begin` on, at most so many."""
+        self.file.seek(self.start_bytes + begin)
+        return self.file.read(max(0, min(count, self.size_bytes - begin)))
+
     def blocks(self) -> Iterator[bytes]:
         """Read all of it, a block at a time. Raises VP4061 at the end where all of it has not the CRC of the zip."""
         self.file.seek(self.start_bytes)

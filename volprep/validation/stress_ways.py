@@ -1,0 +1,136 @@
+"""Hard cases drawn in other ways than the usual one: every registered technique, coarse levels, numbers of phones.
+
+A technique is judged as ray casting is. One that blends layers is judged in a target of floats, because 8 bits round
+each layer; how much that costs, with few and with many layers, is reported. One that is published with an error is only
+reported, and so is what shaders would draw in 16-bit floats: those that ship are highp.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from volprep.render.renderer import Renderer
+from volprep.shading.half_floats import in_half_floats, with_half_coordinates
+from volprep.techniques import TECHNIQUES
+from volprep.truth.laws import broken_laws
+from volprep.validation.altered import Altered
+from volprep.validation.precise import most_precise
+from volprep.validation.records import Target
+from volprep.validation.stress_cases import StressCase
+from volprep.validation.stress_drawing import ROUNDING, TRANSFER, VIEWS, Trials, point_of, views_of, worst
+from volprep.validation.stress_records import Precision, StressDrawing, StressPoint
+from volprep.validation.subject import Subject
+from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.ways import Way, in_way
+from volprep_formats.arrays import FloatArray
+from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.reader import Package
+
+_LAYER_RATIOS = (4.0, 2.0, 1.0, 0.5, 0.25)
+_HALF_FLOATS = {"mediump": in_half_floats, "mediump-coordinates": with_half_coordinates}
+
+
+def varied_drawings(
+    case: StressCase,
+    classification: ClassificationName,
+    subject: Subject,
+    truths: Mapping[str, FloatArray],
+    trials: Trials,
+) -> Iterator[StressDrawing]:
+    """Draw the case of `subject` with all techniques, levels and precisions that are asked for, each varied alone."""
+    (program,) = (each for each in subject.programs if each.transfer == TRANSFER)
+    for technique in trials.techniques if case.techniques else ():
+        way = Way(technique=technique, classification=classification, sampling=program.sampling)
+        if technique != program.technique and way.is_possible:
+            package = in_way(subject.package, program, way, subject.render)
+            yield _technique(case.limits[classification], way, subject, truths, package)
+    for level in subject.levels(program)[1:]:
+        yield _level(case, classification, subject, level)
+    for precision in trials.precisions:
+        if precision != "highp":
+            text = _HALF_FLOATS[precision](subject.package.read_text(program.fragment))
+            package = Altered(subject.package, {program.fragment: text})
+            yield _rounded(classification, subject, truths, package, precision)
+
+
+def _technique(
+    limit: Tolerance | None, way: Way, subject: Subject, truths: Mapping[str, FloatArray], package: Package
+) -> StressDrawing:
+    record = TECHNIQUES[way.technique]
+    step_mm = (record.step_voxels or 0.0) * min(subject.grid.spacing_mm_zyx) or subject.render.step_mm
+    limit = limit if record.order is None else None
+    points: tuple[StressPoint, ...] = ()
+    with _renderer(package, subject, 0, "rgba8") as renderer:
+        total = worst(views_of(renderer, subject, step_mm), truths, limit)
+        blends = renderer.program.blend is not None
+        if blends and limit is not None:
+            points = tuple(
+                point_of(renderer, subject, truths[SWEEP_VIEW], ratio, step_mm, draws=1)
+                for ratio in _LAYER_RATIOS
+                if renderer.draws_step(ratio * step_mm)
+            )
+    laws: tuple[str, ...] = ()
+    precise = None
+    floats = most_precise(lambda target: (target, _drawn(package, subject, target, step_mm)))
+    if floats is not None and limit is not None:
+        target, pictures = floats
+        # Rounding may leave a colour a little above 1, which no target of bytes shows.
+        precise = worst(np.clip(pictures, 0.0, 1.0), truths, limit) if blends else None
+        laws = tuple(broken_laws(pictures, ROUNDING[target]))
+    return StressDrawing(
+        classification=way.classification,
+        technique=way.technique,
+        total=total,
+        precise=precise,
+        limit=limit,
+        laws=laws,
+        points=points,
+        picture=None,
+    )
+
+
+def _level(case: StressCase, classification: ClassificationName, subject: Subject, level: int) -> StressDrawing:
+    truths = {view: subject.on_data(TRANSFER, view, level).rgba for view in VIEWS}
+    limit = case.limits[classification] if case.levels_judged else None
+    with _renderer(subject.package, subject, level, "rgba8") as renderer:
+        pictures = views_of(renderer, subject)
+    return StressDrawing(
+        classification=classification,
+        level=level,
+        total=worst(pictures, truths, limit),
+        limit=limit,
+        laws=tuple(broken_laws(pictures, ROUNDING["rgba8"])),
+        points=(),
+        picture=None,
+    )
+
+
+def _rounded(
+    classification: ClassificationName,
+    subject: Subject,
+    truths: Mapping[str, FloatArray],
+    package: Package,
+    precision: Precision,
+) -> StressDrawing:
+    with _renderer(package, subject, 0, "rgba8") as renderer:
+        total = worst(views_of(renderer, subject), truths, None)
+    return StressDrawing(
+        classification=classification,
+        precision=precision,
+        total=total,
+        limit=None,
+        laws=(),
+        points=(),
+        picture=None,
+    )
+
+
+def _drawn(package: Package, subject: Subject, target: Target, step_mm: float) -> FloatArray:
+    with _renderer(package, subject, 0, target) as renderer:
+        return views_of(renderer, subject, step_mm)
+
+
+def _renderer(package: Package, subject: Subject, level: int, target: Target) -> Renderer:
+    finest = min(subject.programs[0].levels)
+    return Renderer(package, level=level or finest, transfer=TRANSFER, target=target)
