@@ -89,8 +89,8 @@ def _tile(
         package = bench.package(shown, _look(which, compositing), render=render, more=ALONE)
         level = package.manifest.levels[0]
         camera_of = standard_views(level.grid)[_VIEW]
-        # The field holds the volume from all sides; what is seen of it fills two thirds.
-        view = View(replace(camera_of, height_mm=0.7 * camera_of.height_mm), (_PIXELS, _PIXELS))
+        # The field holds the volume from all sides; in this view some of it stays empty.
+        view = View(replace(camera_of, height_mm=0.85 * camera_of.height_mm), (_PIXELS, _PIXELS))
         with bench.renderer(package) as renderer:
             camera = view.camera.box_from_clip(level.grid, 1.0)
             picture = renderer.render(camera, view.shape_hw)

@@ -30,7 +30,7 @@ from .volumes import Volume, scan
 _CLASSIC: Order = "classic"
 _AT_ONCE: tuple[Order, ...] = ("classic", "slabs")
 """Orders whose frames the renderer itself gives."""
-_SHAPE_HW, _QUICK_HW = (640, 360), (256, 144)
+_SHAPE_HW, QUICK_HW = (640, 360), (256, 144)
 _ZOOMS = (1.0, 1.7)
 _CAMERAS = ("superior", "anterior-left")
 _PUBLISHED: dict[Order, str] = {
@@ -104,7 +104,7 @@ def _views(bench: Bench, package: Package) -> list[View]:
     cameras = _CAMERAS[-1:] if bench.quick else _CAMERAS
     zooms = _ZOOMS[:1] if bench.quick else _ZOOMS
     # The field's height is that of the volume's width on a screen that is higher than wide.
-    shape_hw = _QUICK_HW if bench.quick else _SHAPE_HW
+    shape_hw = QUICK_HW if bench.quick else _SHAPE_HW
     higher = shape_hw[0] / shape_hw[1]
     found = []
     for zoom in zooms:

@@ -83,10 +83,10 @@ def _estimates(bench: Bench, volume: Volume) -> PaperTable:
     with SliceRenderer(package) as renderer:
         alpha = small_picture(renderer, camera, SMALL_HW, "alpha")
         full = small_picture(renderer, camera, SCREEN_HW, "alpha")
-        truth = renderer.render_with_lines(camera, SCREEN_HW, full, lines)
+        truth = renderer.render_with_lines(camera, SCREEN_HW, full, (lines,))
         for source in get_args(OpacitySource):
             found = small_picture(renderer, camera, SMALL_HW, source)
-            shown = renderer.render_with_lines(camera, SCREEN_HW, found, lines)
+            shown = renderer.render_with_lines(camera, SCREEN_HW, found, (lines,))
             ms = _ms(renderer, lambda source=source: small_picture(renderer, camera, SMALL_HW, source))
             opacity = float(np.sqrt(np.mean((found[..., 3] - alpha[..., 3]) ** 2)))
             rows.append((source, Measured(ms, opacity), rmse(shown[..., :3], truth[..., :3])))
@@ -140,13 +140,12 @@ def _close(bench: Bench, volume: Volume) -> PaperTable:
     with SliceRenderer(package) as renderer:
         grid = renderer.level.grid
         camera = view.camera.box_from_clip(grid, view.aspect)
-        lines = box_lines(camera, np.array(grid.extent_mm_zyx[::-1]))
         full = bench.slices(renderer, view, bench.truth(package, volume, view))
         truth = renderer.render(camera, SCREEN_HW)
 
         def enlarged() -> np.ndarray:
             small = renderer.render(camera, SMALL_HW)
-            return renderer.render_with_lines(camera, SCREEN_HW, small, replace(lines, behind=_NONE, before=_NONE))
+            return renderer.render_with_lines(camera, SCREEN_HW, small, ())
 
         hybrid = Measured(_ms(renderer, enlarged), rmse(enlarged()[..., :3], truth[..., :3]))
     return PaperTable(
@@ -156,9 +155,6 @@ def _close(bench: Bench, volume: Volume) -> PaperTable:
         "The error of the second is against the first, what the enlarging costs; its time includes reading the small "
         "picture back and making a texture of it.",
     )
-
-
-_NONE = np.empty((0, 3), np.float32)
 
 
 def _updates(bench: Bench, head: Volume, sizes: tuple[int, ...]) -> PaperCurves:

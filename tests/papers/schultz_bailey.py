@@ -21,7 +21,7 @@ ZOOMS = (1.0, 1.5)
 MIN_VALUES = (0.0, 0.84)
 _ALPHA = 0.03
 _STEP_SHARE = 1 / 355
-_PIXELS = 512
+_PIXELS, PIXELS = 512, 256
 _DEGREES = 30
 """Of the spin; the paper turns by 5 for each picture."""
 _SIDES = {"sagittal": 90.0, "frontal": 0.0}
@@ -41,7 +41,7 @@ class _Shown:
 def measure(bench: Bench) -> Paper:
     """Measure all four tables."""
     whole = scan("MR head").reduced(3) if bench.quick else scan("MR head")
-    pixels = 256 if bench.quick else _PIXELS
+    pixels = PIXELS if bench.quick else _PIXELS
     tables, cells = [], {}
     for number, part in enumerate(_PARTS, 1):
         found = {low: _shown(bench, whole, part, low) for low in MIN_VALUES}

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.papers import noguera
+from tests.papers import diaz_garcia, moser_weiskopf, noguera, schultz_bailey
 from tests.papers.bench import Bench, techniques_of
 from tests.papers.page import write_page
 from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
@@ -77,3 +77,22 @@ def test_a_page_shows_cells_curves_and_what_is_missing(tmp_path):
         "Figure 10 waits.",
     ):
         assert expected in text, expected
+
+
+SMALL = {
+    moser_weiskopf: {"SCREEN_HW": (40, 30)},
+    diaz_garcia: {"QUICK_HW": (32, 18)},
+    schultz_bailey: {"PIXELS": 24},
+}
+
+
+@pytest.mark.parametrize(("module", "patched"), SMALL.items(), ids=[each.__name__ for each in SMALL])
+def test_every_paper_can_be_measured_where_nothing_is_large(ball, tmp_path, monkeypatch, module, patched):
+    monkeypatch.setattr(module, "scan", lambda _: ball)
+    for name, value in patched.items():
+        monkeypatch.setattr(module, name, value)
+    paper = module.measure(Bench(tmp_path, quick=True))
+    assert paper.finding
+    page = write_page(paper, [], tmp_path, "a driver", quick=True).read_text(encoding="utf-8")
+    for part in paper.parts:
+        assert part.title in page
