@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from order_bench import Bench, expected_by_step, expected_elsewhere
+from order_bench import Bench, expected_by_step, expected_elsewhere, few_pixels
 from order_faults import FAULTS, WORDS
 from order_others import OTHERS
 
@@ -39,16 +39,17 @@ def _has_own_rays(way: Way) -> bool:
 def tables(folder: Path) -> Mapping[str, str]:
     """Measure everything and return the tables by their names."""
     bench = Bench(folder / "ways")
-    steps = {way: bench.by_step(way).order for way in by_step()}
+    steps = {way: bench.by_step(way) for way in by_step()}
     grids = {way: bench.by_grid(way).order for way in by_grid()}
     pixels = {way: bench.by_pixel(way).order for way in by_pixel()}
     kinds = dict.fromkeys(way.choices[:3] for way in steps)
     expected = {way.choices[:3]: expected_by_step(way) for way in steps}
     head = ["technique", "compositing", "classification", "expected", *_SAMPLINGS]
-    found = {(way.choices[:3], way.sampling): order for way, order in steps.items()}
-    refined = (
-        (*kind, f"{expected[kind]:g}", *(_cell(found.get((kind, each))) for each in _SAMPLINGS)) for kind in kinds
-    )
+    found = {
+        (way.choices[:3], way.sampling): "exact" if few_pixels(way, falling) else _cell(falling.order)
+        for way, falling in steps.items()
+    }
+    refined = ((*kind, f"{expected[kind]:g}", *(found.get((kind, each), "") for each in _SAMPLINGS)) for kind in kinds)
     places = (
         (way.name.replace("+", ", "), f"{expected_elsewhere(way):g}", _cell(grids[way]), _cell(pixels.get(way)))
         for way in grids

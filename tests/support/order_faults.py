@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from order_bench import Bench, expected_by_step, expected_elsewhere, scatter
+from order_bench import Bench, as_expected, expected_elsewhere, scatter
 from order_scans import camera
 
 from volprep.compositing import COMPOSITINGS
@@ -244,10 +244,9 @@ FAULTS = (
 def finders(bench: Bench, fault: Fault, *, planted: bool = True) -> Iterator[str]:
     """Return what finds a fault: each order that is not the expected one, and the laws."""
     way, plant = fault.way, fault.plant if planted else None
-    expected, most = expected_by_step(way), scatter(way)
-    if abs(bench.by_step(way, plant).order - expected) > most:
+    if not as_expected(way, bench.by_step(way, plant)):
         yield "steps"
-    least = (expected_elsewhere(way) or 0.0) - most
+    least = (expected_elsewhere(way) or 0.0) - scatter(way)
     if bench.by_grid(way, plant).order < least:
         yield "grids"
     if not COMPOSITINGS[way.compositing].isovalue and bench.by_pixel(way, plant).order < least:

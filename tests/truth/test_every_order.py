@@ -5,7 +5,7 @@ here. What is measured stands in docs/ORDERS.md, which `python tools/make_orders
 """
 
 import pytest
-from order_bench import Bench, expected_by_step, expected_elsewhere, scatter
+from order_bench import Bench, as_expected, expected_by_step, expected_elsewhere, scatter
 from order_document import DOCUMENT, by_grid, by_pixel, by_step, rows
 from order_faults import FAULTS, WORDS, finders
 from order_others import OTHERS
@@ -36,7 +36,7 @@ def test_all_that_is_registered_is_drawn():
 def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
     falling = bench.by_step(way)
     expected = expected_by_step(way)
-    assert falling.order == pytest.approx(expected, abs=scatter(way)), falling
+    assert as_expected(way, falling), falling
     if expected:
         assert falling.errors[-1] < 0.02
     else:

@@ -72,7 +72,8 @@ def test_each_technique_level_and_precision_is_drawn_and_judged(tmp_path, profil
     report = tried(tmp_path, "depth-1e-1", profile=profile, trials=Trials())
     assert report.passed
     drawings = report.results[0].drawings
-    assert {each.technique for each in drawings} == set(TECHNIQUES)
+    sampling = "texture3d" if profile == "gles3" else "mosaic"
+    assert {each.technique for each in drawings} == {name for name, t in TECHNIQUES.items() if sampling in t.samplings}
     assert {each.precision for each in drawings} == set(PRECISIONS)
     assert len({each.level for each in drawings}) == 3
     assert len({each.name for each in drawings}) == len(drawings)
