@@ -283,12 +283,15 @@ class TestWhatChannelsShare:
 
     def test_rays_stop_early_in_all_or_in_none(self, tmp_path) -> None:
         faint = edited(tmp_path, "extinction_per_mm = 0.3 }", "extinction_per_mm = 0.0003 }")
+        text = faint.read_text()
+        # Most of the one channel hides behind its outside, nothing of the other behind anything.
+        dense = text.replace("extinction_per_mm = 0.4 }", "extinction_per_mm = 90.0 }")
+        faint.write_text(dense)
         plan = plan_build(load_request(faint), Silent())
         assert [each.render.opacity_cutoff for each in plan.channels] == [0.998, 0.998]
-        text = faint.read_text()
-        for number in ("0.4", "0.2"):
-            text = text.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
-        faint.write_text(text)
+        for number in ("90.0", "0.2"):
+            dense = dense.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
+        faint.write_text(dense)
         assert [each.render.opacity_cutoff for each in plan_build(load_request(faint), Silent()).channels] == [
             None,
             None,

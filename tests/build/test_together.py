@@ -34,7 +34,9 @@ FLOAT32 = 2e-6
 
 def scene_of(folder: Path, profile: str = "gles3", wish: str = "auto", extra: str = "") -> Path:
     scene = write_channel_scene(folder, profile)
-    text = scene.read_text().replace("[render]", f'[textures]\nchannels = "{wish}"\n[render]')
+    text = scene.read_text().replace(
+        "[render]", f'[textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[render]\nopacity_cutoff = 0.998'
+    )
     scene.write_text(text + TOGETHER + extra)
     return scene
 
@@ -165,7 +167,7 @@ class TestWhatItDraws:
 
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
     def test_what_all_channels_leave_empty_is_skipped_and_changes_nothing(self, tmp_path, profile) -> None:
-        scene = changed(scene_of(tmp_path, profile), ("[pyramid]", '[skip]\nkind = "distance"\n[pyramid]'))
+        scene = changed(scene_of(tmp_path, profile), ('kind = "none"', 'kind = "distance"'))
         skips = built(scene)
         assert {"skip"} < {sampler.role for program in of_picture(skips) for sampler in program.samplers}
         tables = [table for table in skips.manifest.skipping.tables if table.transfer == "body"]

@@ -95,7 +95,9 @@ def designs(package):
             continue
         yield ProgramDesign(**base | light | {"rays": rays, "compositing": compositing.name})
     for technique in TECHNIQUES.values():
-        if technique.name != "ray-casting" and program.classification in technique.classifications:
+        if technique.name == "ray-casting" or program.sampling not in technique.samplings:
+            continue
+        if program.classification in technique.classifications:
             for light in LIGHTS[:2]:
                 yield ProgramDesign(**base | light | {"technique": technique.name})
     if program.sampling == "texture3d" and program.classification != "preclassified":

@@ -64,7 +64,7 @@ KINDS: dict[str, dict[str, str]] = {
     "house": {
         "top": 'crop = "none"',
         "more": '[proxy]\nblock = 2\n[skip]\nkind = "distance"\nblock = 2\n[grid]\nsize = 8\nlayout = "both"\n'
-        '[render]\nlighting = "headlight"\n[tolerance]\nrmse = 0.01',
+        '[render]\nlighting = "headlight"\nopacity_cutoff = 0.998\n[tolerance]\nrmse = 0.01',
     },
     "mosaic": {"profile": "gles2-2048", "more": '[render]\nclassification = "preintegrated"'},
     "bricks": {"more": '[bricks]\nsize = 4\n[render]\nclassification = "palette"'},

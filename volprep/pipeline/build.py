@@ -43,9 +43,9 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
         target.parent.mkdir(parents=True, exist_ok=True)
     check_target(target)
     prepared = prepare(request)
-    _require_drawing(prepared)
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
+        _require_drawing(prepared)
         _drop_unusable(partial)
         imported = import_draft(prepared, partial, progress)
         draft, scene = imported.draft, imported.scene

@@ -115,7 +115,8 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     words: dict[str, str] = {}
     offered = {
         "LAST": "count",
-        "NEAR": "stored_value(",
+        "NEAR": "stored_value",
+        "OF": "",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),

@@ -27,5 +27,5 @@ def sampling(layout: BrickLayout, grid: Grid, *, gradients: bool) -> Feature:
             "value_near": "sampling/bricks:near" if gradients else None,
         },
         samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_bricks", role="bricks")),
-        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near(centre, "} if gradients else {}),
+        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "OF": "centre, "} if gradients else {}),
     )

@@ -64,12 +64,15 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
 
     Raises what `level_texels` raises.
     """
-    held = [each for each in package.manifest.textures if each.role == "volume" and each.level == level]
-    texture = held[0]
+    textures, files = package.manifest.textures, package.manifest.files
+    texture = next((each for each in textures if each.role == "volume" and each.level == level), None)
+    record = None if texture is None else next((each for each in files if each.path == texture.file), None)
+    if texture is None or record is None:
+        # What reads the level whole says what is wrong.
+        return None
     alone = (texture.mosaic, texture.bricks, texture.mipmap) == (None, None, None) and len(texture.channels) < 2
     if not alone:
         return None
-    record = next(each for each in package.manifest.files if each.path == texture.file)
     start = package.read_start(texture.file, ktx2.MOST_HEAD_BYTES)
     head = ktx2.decode_head(start, record.size_bytes, texture.file)
     if head.channels != 1 or head.format in BLOCKS or head.supercompressed:

@@ -1,6 +1,6 @@
 //: Normals from the volume itself. Sections: central; forward. The sampling gives stored_value, and says what a voxel
 //: is in positions, where the last voxel ends, how many positions a millimetre is, and NEAR, how the volume is read
-//: beside `centre`.
+//: beside `centre`, OF being what that takes first.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {
@@ -10,8 +10,8 @@ vec3 normal_at(vec3 at) {
   vec3 x = vec3(voxel.x, 0.0, 0.0);
   vec3 y = vec3(0.0, voxel.y, 0.0);
   vec3 z = vec3(0.0, 0.0, voxel.z);
-  vec3 before = vec3(${NEAR}centre - x), ${NEAR}centre - y), ${NEAR}centre - z));
-  vec3 behind = vec3(${NEAR}centre + x), ${NEAR}centre + y), ${NEAR}centre + z));
+  vec3 before = vec3(${NEAR}(${OF}centre - x), ${NEAR}(${OF}centre - y), ${NEAR}(${OF}centre - z));
+  vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
   return (behind - before) * (0.5 * $POSITION_PER_MM / voxel);
 }
 //#section forward
@@ -23,6 +23,6 @@ vec3 normal_at(vec3 at) {
   vec3 x = vec3(voxel.x, 0.0, 0.0);
   vec3 y = vec3(0.0, voxel.y, 0.0);
   vec3 z = vec3(0.0, 0.0, voxel.z);
-  vec3 behind = vec3(${NEAR}centre + x), ${NEAR}centre + y), ${NEAR}centre + z));
+  vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
   return (behind - stored_value(centre)) * ($POSITION_PER_MM / voxel);
 }

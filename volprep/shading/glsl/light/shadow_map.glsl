@@ -1,5 +1,5 @@
-//: A shadow map (Williams 1978; mobile volume rendering thesis, section 4.2). In: u_shadow, RGBA32F, NEAREST: red is the
-//: distance from the light to the first place of the surface, millimetres, alpha 0 where there is none;
+//: A shadow map (Williams 1978; mobile volume rendering thesis, section 4.2). In: u_shadow, RGBA32F, NEAREST: red is
+//: the distance from the light to the first place of the surface, millimetres, alpha 0 where there is none;
 //: u_light_from_box, 4x4, to clip coordinates of the light's view. Word SIZE, texels of an edge. Section distance: what
 //: the pass that makes it writes.
 // How far the light goes, along each of its rays.
