@@ -25,7 +25,7 @@ def presets(as_json: Json = False) -> None:
     for name, preset in listed:
         print_line(f"{name:<16} {preset.shows}")
         if sys.stdout.isatty():
-            from volprep.transfer.strip import strip
+            from volprep.truth.strip import strip
 
             # Places in the range become percent; the diagonal is that of a head.
             function = preset.function(name, Measure(low=0.0, high=100.0, diagonal_mm=300.0))

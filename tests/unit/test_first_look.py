@@ -9,7 +9,7 @@ from volprep.scan.statistics import Gauge
 from volprep.scene.first_look import with_first_look
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
-from volprep.transfer.strip import strip
+from volprep.truth.strip import strip
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
