@@ -82,10 +82,7 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     ValueError
         If the volume does not have the grid's shape.
     """
-    if volume.shape != grid.shape_zyx:
-        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
-        raise ValueError(msg)
-    require_finite(volume)
+    require_field(volume, grid)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle(
@@ -159,6 +156,14 @@ def oracle_of_media(
 
 def _rows(function: TransferFunction) -> Float64Array:
     return np.array([[point.value, *point.colour, point.extinction_per_mm] for point in function.points])
+
+
+def require_field(volume: NDArray[np.generic], grid: Grid) -> None:
+    """Raise ValueError if the volume does not have the grid's shape, and what `require_finite` raises."""
+    if volume.shape != grid.shape_zyx:
+        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
+        raise ValueError(msg)
+    require_finite(volume)
 
 
 def require_finite(volume: NDArray[np.generic]) -> None:

@@ -30,7 +30,7 @@ from typing import Literal
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.oracle import OraclePicture, require_finite
+from volprep.truth.oracle import OraclePicture, require_field
 from volprep.truth.shown import shown_picture
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
@@ -106,10 +106,7 @@ def projected_values(  # noqa: PLR0917 - as projected_picture
 
     Both are [height, width]. Errors are those of `projected_picture`.
     """
-    if volume.shape != grid.shape_zyx:
-        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
-        raise ValueError(msg)
-    require_finite(volume)
+    require_field(volume, grid)
     sign = -1.0 if projection == "minimum" else 1.0
     value, error = np.empty(shape_hw), np.empty(shape_hw)
     _native.render_projection(

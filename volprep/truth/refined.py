@@ -8,7 +8,7 @@ import numpy as np
 
 from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_finite
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_field
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction
@@ -32,10 +32,7 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
     With `intensities`, the values of the intensities 0 and 1, the picture is of maximum intensity difference
     accumulation.
     """
-    if volume.shape != grid.shape_zyx:
-        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
-        raise ValueError(msg)
-    require_finite(volume)
+    require_field(volume, grid)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     kernel, vectors, slope_scale = native_normals(normals, slope)

@@ -19,7 +19,7 @@ import numpy as np
 
 from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
-from volprep.truth.oracle import OraclePicture, require_finite
+from volprep.truth.oracle import OraclePicture, require_field
 from volprep.truth.shown import shown_picture
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
@@ -62,10 +62,7 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
     normals: Normals = None,
 ) -> Hits:
     """Return where rays meet the surface. Errors are those of `surface_picture`."""
-    if volume.shape != grid.shape_zyx:
-        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
-        raise ValueError(msg)
-    require_finite(volume)
+    require_field(volume, grid)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
     reaching = np.ones(shape_hw)
