@@ -167,8 +167,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7064": Diagnostic(
         ExitStatus.RENDER,
-        "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the picture "
-        "is the same",
+        "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the "
+        "picture is the same",
         "For the speed of a mesh give createRenderer a decodeDraco, or build the package with "
         'draco = "none" in [proxy].',
     ),
