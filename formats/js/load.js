@@ -86,7 +86,7 @@ async function linkedFor({ gl, pack, device, clip, signal }, { program, textures
 export function bind(gl, { choice, textures, clip }, linked, program, values, behind) {
   gl.useProgram(linked.handle);
   for (const { name, source } of program.uniforms) {
-    if (values[source] === undefined) throw new VolpkgError("VP4011", { path: choice.program.name, problem: `it has nothing for the uniform ${name}` });
+    if (values[source] === undefined) throw new VolpkgError("VP4011", { path: choice.program.name, problem: `it has no value for ${name}` });
     setUniform(gl, linked.locations[name], values[source]);
   }
   clip?.bind(gl, linked, program.samplers.length + passesOf(program).length, behind);

@@ -51,6 +51,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "pass_targets.js",
             "ranges.js",
             "rarer.js",
+            "settle.js",
             "skip.js",
             "subvolumes.js",
             "techniques.js",
