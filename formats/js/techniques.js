@@ -49,7 +49,7 @@ const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...
  * to VP7014 where it cannot draw into what passes need.
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadTechnique({ gl, pack, device, clip, limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
+export async function loadTechnique({ gl, pack, device, clip, maxTextureBytes: limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
   const { name, technique = "ray-casting", samplers } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
   if (technique === CLAMPED && !isWebGl2(gl)) throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
