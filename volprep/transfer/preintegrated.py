@@ -66,20 +66,6 @@ def segment_table(table: Table, window: tuple[float, float], entries: int, step_
     return np.concatenate([_bled(colour, extinction), extinction[..., None]], axis=-1)
 
 
-def fitted_function(function: TransferFunction, entries: Float64Array, window: tuple[float, float]) -> Table:
-    """Return the function that a level's own lookup table [entry, 4] over `window` stands for.
-
-    It has the points of `function`, too, and shows nothing at those of them that `function` does not show: what is
-    empty stays empty up to the same value, and not to the next entry.
-    """
-    points = np.array([point.value for point in function.points])
-    inside = points[(points > window[0]) & (points < window[1])]
-    values = np.union1d(np.linspace(*window, len(entries)), inside)
-    found = np.column_stack([np.interp(values, np.linspace(*window, len(entries)), each) for each in entries.T])
-    hidden = Table.exact(function).at(values)[1] == 0.0
-    return Table(values, np.ascontiguousarray(found[:, :3]), np.where(hidden, 0.0, found[:, 3]), function.reference_mm)
-
-
 def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_per_mm: float) -> MediumTexels:
     """Turn a table [back, front, 4] into texels, with extinctions up to `largest_per_mm`.
 

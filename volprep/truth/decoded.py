@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.transfer.table import Table
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -156,6 +157,10 @@ def table_function(
 
         colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
+    if texture.role == "preintegrated":
+        # Between its entries it was made from the function itself, with jumps that no filter of a lookup table leaves.
+        decoded = Table.exact(function).with_entries(physical, np.column_stack([colours, extinctions]))
+        physical, colours, extinctions = decoded.values, decoded.colour, decoded.extinction_per_mm
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
         name=transfer,
