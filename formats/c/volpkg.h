@@ -506,6 +506,7 @@ typedef struct volpkg_program {
     const volpkg_pass* light_pass; /* what is drawn after each layer, from the light; NULL if nothing is */
     const volpkg_tiles* tiles;     /* NULL if the picture is not drawn tile by tile */
     const volpkg_blend* blend;     /* NULL if there is one fragment for each pixel */
+    volpkg_pass_target target;     /* format of the picture */
     int32_t slab_samples;          /* samples of a ray in each draw; 0 if one draw makes the picture */
 } volpkg_program;
 
@@ -2364,6 +2365,7 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__NULL(volpkg_program, light_pass, volpkg__maybe_light_pass, 0),
     VOLPKG__NULL(volpkg_program, tiles, volpkg__maybe_tiles, 0),
     VOLPKG__NULL(volpkg_program, blend, volpkg__maybe_blend, 0),
+    VOLPKG__MAY(volpkg_program, target, volpkg__pass_target_type, 0),
     VOLPKG__NULL(volpkg_program, slab_samples, volpkg__from1, 0),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__program_type, volpkg_program, volpkg__program_fields)
