@@ -177,7 +177,7 @@ class Renderer:
         """
         small = self._draw(box_from_clip, small_hw, step_mm)
         if self._overlay is None:
-            self._overlay = self._stack.enter_context(overlay(self._gl))
+            self._overlay = self._stack.enter_context(overlay(self._gl, self._package))
         with self._gl.target("rgba8", shape_hw) as target:
             self._overlay.draw(small, target, box_from_clip, lines)
             return self._gl.read(target)
