@@ -95,11 +95,11 @@ def render(
     width, height = _size(size)
     small_wh = None if small is None else _size(small, "--small")
     from volprep.pipeline.shot import Shot, take
-    from volprep.render.hybrid import Hybrid
+    from volprep.render.hybrid import HybridWish
 
     hybrid = None
     if lines or small_wh is not None or opacity != "alpha":
-        hybrid = Hybrid(None if small_wh is None else small_wh[::-1], lines, opacity)
+        hybrid = HybridWish(None if small_wh is None else small_wh[::-1], lines, opacity)
 
     shot = Shot(
         view=view,
