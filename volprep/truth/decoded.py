@@ -58,8 +58,11 @@ def holds_labels(manifest: Manifest) -> bool:
 def light_of_scan(manifest: Manifest) -> Normals:
     """Return what lights the scan as programs light what they draw: unquantised gradients; None where they do not."""
     lit = next((program for program in manifest.programs if program.lighting != "none"), None)
-    if lit is None:
-        return None
+    return None if lit is None else light_of_program(manifest, lit)
+
+
+def light_of_program(manifest: Manifest, lit: Program) -> Normals:
+    """Return what lights the scan as one program lights what it draws."""
     if lit.normals_from == "volume":
         kernel = next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
         return kernel if lit.light is None else Lit(kernel, lit.light, lit.lighting == "blinn-phong")
