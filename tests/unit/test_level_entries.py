@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 
 WALL, HAZE = (0.1, 0.2, 1.0, 1e9), (1.0, 0.5, 0.2, 0.02)
 

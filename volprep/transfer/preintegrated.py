@@ -15,14 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table, colour_of_entries
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
-
-_FAINTEST_PER_MM = 1e-9
-"""Below what half floats hold: no division by zero where there is nothing to see."""
 
 
 def segment_light(
@@ -76,11 +73,6 @@ def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_p
     colour, extinction = segments[None, ..., :3], np.minimum(segments[None, ..., 3], largest_per_mm)
     shown = colour * extinction[..., None] if texel_format == "RGBA16F" else colour
     return medium_texels(shown, extinction, texel_format, largest_per_mm)
-
-
-def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
-    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
-    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]
 
 
 @dataclass(frozen=True)

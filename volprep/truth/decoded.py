@@ -11,13 +11,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.table import Table
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
+from volprep_formats.package.function_table import Table, colour_of_entries
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
@@ -156,8 +156,6 @@ def table_function(
     else:
         values = np.linspace(0.0, 1.0, len(entries))
         media = entries.astype(np.float64)
-        from volprep.transfer.preintegrated import colour_of_entries  # noqa: PLC0415 - loads kernels; a cut needs none
-
         colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
     if texture.role == "preintegrated":

@@ -19,10 +19,10 @@ from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preintegrated import segment_table, segment_texels
-from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
 from volprep_formats.package.parts.editing.record import Editing, encode_histogram

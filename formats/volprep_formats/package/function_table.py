@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
+_FAINTEST_PER_MM = 1e-9
+"""Below what half floats hold: no division by zero where there is nothing to see."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -110,3 +113,8 @@ class Table:
         # Beside a wall of 1e9 that sum would lose what a haze of 0.01 is.
         result[weight == 1.0] = channels[high][weight == 1.0]
         return result
+
+
+def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
+    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
+    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]
