@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -95,25 +96,26 @@ VOLPREP_CLONES void move_voxels(const float* force, const float* stiffness, floa
     }
 }
 
-// What pulls voxels of the level, and how stiff they are: two planes or rows of sums.
+// What pulls voxels of the level, and how stiff they are: two planes or rows of sums, not cleared at first.
 struct Pulls {
-    explicit Pulls(int64_t count) : force(count), stiffness(count) {}
+    explicit Pulls(int64_t size) : force(new float[size]), stiffness(new float[size]), count(size) {}
 
     void clear() {
-        std::fill(force.begin(), force.end(), 0.0f);
-        std::fill(stiffness.begin(), stiffness.end(), 0.0f);
+        std::fill_n(force.get(), count, 0.0f);
+        std::fill_n(stiffness.get(), count, 0.0f);
     }
     void add(const Pulls& pulls, int64_t from, int64_t count, const Tap& tap) {
-        add(pulls.force.data() + from, count, tap, force.data());
-        add(pulls.stiffness.data() + from, count, tap, stiffness.data());
+        add(pulls.force.get() + from, count, tap, force.get());
+        add(pulls.stiffness.get() + from, count, tap, stiffness.get());
     }
     void add_to_neighbours(const Pulls& pulls, const Phase& phase) {
-        volprep::add_to_neighbours(pulls.force.data(), phase.weight, phase.count, force.data() + phase.lower);
-        volprep::add_to_neighbours(pulls.stiffness.data(), phase.weight, phase.count, stiffness.data() + phase.lower);
+        volprep::add_to_neighbours(pulls.force.get(), phase.weight, phase.count, force.get() + phase.lower);
+        volprep::add_to_neighbours(pulls.stiffness.get(), phase.weight, phase.count, stiffness.get() + phase.lower);
     }
 
-    std::vector<float> force;
-    std::vector<float> stiffness;
+    std::unique_ptr<float[]> force;
+    std::unique_ptr<float[]> stiffness;
+    int64_t count;
 
   private:
     static void add(const float* from, int64_t count, const Tap& tap, float* to) {
@@ -352,7 +354,7 @@ class Fit {
 #pragma omp parallel for num_threads(threads) schedule(static)
         for (int64_t slice = wanted.begin; slice < wanted.end; ++slice) {
             const int64_t at = slice * reduced_.slice();
-            move_voxels(pulls_.force.data() + at, pulls_.stiffness.data() + at, step, largest, reduced_.slice(),
+            move_voxels(pulls_.force.get() + at, pulls_.stiffness.get() + at, step, largest, reduced_.slice(),
                         level_ + at);
         }
     }
@@ -421,21 +423,21 @@ class Fit {
             } else {
                 take_values(samples, phase.begin, task_.factors.x, phase.count, values);
             }
-            pull_values(values, field, task_.linear, phase.count, pulls.force.data(), pulls.stiffness.data());
+            pull_values(values, field, task_.linear, phase.count, pulls.force.get(), pulls.stiffness.get());
             for (int64_t function = 0; function < task_.functions; ++function) {
                 if (functions_[function].is_flat(range)) {
                     continue;
                 }
                 pull_looks(samples, phase, task_.factors.x, functions_[function], function, values,
-                           scratch.weights.data() + function * task_.shape.x + first, field, pulls.force.data(),
-                           pulls.stiffness.data());
+                           scratch.weights.data() + function * task_.shape.x + first, field, pulls.force.get(),
+                           pulls.stiffness.get());
             }
             first += phase.count;
             scratch.row_pulls.add_to_neighbours(pulls, phase);
         }
-        for (std::vector<float>* const sums : {&scratch.row_pulls.force, &scratch.row_pulls.stiffness}) {
-            (*sums)[1] += (*sums)[0];
-            (*sums)[reduced_.x] += (*sums)[reduced_.x + 1];
+        for (float* const sums : {scratch.row_pulls.force.get(), scratch.row_pulls.stiffness.get()}) {
+            sums[1] += sums[0];
+            sums[reduced_.x] += sums[reduced_.x + 1];
         }
         scratch.plane_pulls.add(scratch.row_pulls, 1, reduced_.x, tap);
     }
