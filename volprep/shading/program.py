@@ -119,6 +119,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     offered = {
         "LAST": "count",
         "NEAR": "stored_value",
+        "GOING": "",
         "OF": "",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
