@@ -7,7 +7,7 @@ import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { layers } from "./layers.js";
 import { TEXEL_BYTES, checkTarget, claims, freeTarget, makeTarget } from "./pass_targets.js";
-import { among, breach, count, passesOf, tuple } from "./shapes.js";
+import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Value} Value */
 /** @typedef {import("./formats.js").Gl} Gl */
@@ -40,7 +40,7 @@ const EDGE = 1e-6;
 const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices half-angle-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
 const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
-const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "size?": count };
+const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
 /** @type {import("./shapes.js").Shape} */
 const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...PASS, size: count, blend: BLEND, behind: BLEND }, "blend?": BLEND, "slab_samples?": count };
 

@@ -95,9 +95,8 @@ def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_pa
     browser.open(f"{server.url}/")
     matrix = box_from_clip_of(package)[6].T.ravel().tolist()
     script = 'return (await import("/support/mutants.mjs")).mutants(...given)'
-    said = browser.run(
-        script, f"/package/{package.path.name}", matrix, 60, kind, package.manifest.programs[0].transfer, timeout=120
-    )
+    given = (f"/package/{package.path.name}", matrix, 60, kind, package.manifest.programs[0].transfer)
+    said = browser.run(script, *given, 5000 * busy(), timeout=280)
     assert said["wrong"] == []
     assert said["found"]["VP4004"] > 5
     assert said["found"]["drawn"] > 3
