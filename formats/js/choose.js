@@ -44,7 +44,8 @@ export function choose(pack, picture, index) {
       blocks_from_box: table?.blocks_from_box_per_mm_xyz ?? [0, 0, 0],
       mipmap: textures.find((each) => each.mipmap !== undefined)?.mipmap ?? 0,
     },
-    texels: {},
+    // A texture may be called __proto__.
+    texels: Object.create(null),
   };
 }
 

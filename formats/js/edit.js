@@ -64,7 +64,7 @@ function problemOf(point, before) {
  */
 export async function edited(pack, choice, edits, signal) {
   const { program, textures, level } = choice;
-  const texels = { ...choice.texels };
+  const texels = Object.assign(Object.create(null), choice.texels);
   /** Of each transfer function of the program: what is seen at each entry. @type {[Channel, Float64Array][]} */
   const seen = [];
   for (const [i, { role, transfer = program.transfer }] of program.samplers.entries()) {

@@ -30,7 +30,7 @@ import { passesOf } from "./shapes.js";
  * @property {number | null} point
  * @property {Map<string, TransferFunction>} edits
  * @property {Clip | null} clip
- * @property {number} [limit] of the bytes of all textures
+ * @property {number} [maxTextureBytes] what textures may take together
  * @property {import("./draco.js").DecodeDraco} [decodeDraco]
  * @property {(work: () => void) => void} use called with each use of the context
  * @property {AbortSignal} signal
@@ -44,9 +44,9 @@ const ONE_TRIANGLE = ["ray-casting", "tiles"];
 
 /** @param {Wanted} wanted @returns {Promise<Drawn>} */
 export async function load(wanted) {
-  const { gl, pack, device, point, edits, clip, limit, use, signal, held } = wanted;
+  const { gl, pack, device, point, edits, clip, maxTextureBytes, use, signal, held } = wanted;
   let choice = point === null ? choose(pack, wanted.picture, wanted.level) : await (await import("./subvolumes.js")).chooseBlock(pack, wanted.picture, point, textureOf, signal);
-  checkFits(gl, pack, choice, limit);
+  checkFits(gl, pack, choice, maxTextureBytes);
   if (edits.size) choice = await (await import("./edit.js")).edited(pack, choice, edits, signal);
   signal.throwIfAborted();
   const forms = await formsOf(device.probes, (wants) => use(() => device.probes.test(wants)), choice.textures);

@@ -13,7 +13,7 @@ const GRID = { shape_zyx: counts, spacing_mm_zyx: tuple(3, positive), origin_mm_
 const FUNCTION = { name: text, points: [{ value: number, colour: three, extinction_per_mm: number }], "reference_mm?": positive, "isovalue?": number };
 const GL = { target: among("TEXTURE_2D TEXTURE_3D"), internal_format: text, "format?": text, "type?": text };
 /** Keys of what few packages have. What they hold: parts.js. */
-const PARTS = ["skipping", "editing", "subvolumes", "proxy", "mosaic", "together", "light", "before", "light_pass"];
+const PARTS = /"(skipping|editing|subvolumes|proxy|mosaic|together|light|before|light_pass)":/;
 /** @type {ShapeObject} */
 const MANIFEST = {
   name: text,
@@ -72,7 +72,7 @@ export async function decodeManifest(bytes, name) {
   if (!text(version) || !/^\d{1,4}\.\d{1,4}$/.test(version)) refuse(name, "manifest.json has no version of the form major.minor");
   if (!version.startsWith("1.")) throw new VolpkgError("VP4003", { path: name, version, known: "1.x" });
   if (record.state === "draft") throw new VolpkgError("VP4005", { path: name });
-  const parts = PARTS.some((key) => written.includes(`"${key}"`)) ? await import("./parts.js") : null;
+  const parts = PARTS.test(written) ? await import("./parts.js") : null;
   const problem = record.state === "sealed" ? (breach(record, MANIFEST, "") ?? breach(record, parts?.PARTS ?? {}, "")) : "state is neither draft nor sealed";
   if (problem) throw new VolpkgError("VP4004", { path: name, problems: problem });
   const contradiction = contradictions(record, parts?.usesOf(record) ?? []).next().value ?? parts?.contradictionOf(record);

@@ -24,6 +24,9 @@ import { bind, load } from "./load.js";
  * @property {(error: unknown) => void} [onError] told of what fails behind: a finer level, or a context that came back
  */
 
+/** Of a ray: enough for a quarter of a voxel of 2048³. A step that a package only claims must not keep a device busy for hours. */
+const MOST_SAMPLES = 16384;
+
 /** Draws one picture at one level. Get one from `createRenderer`. */
 export class Renderer {
   #gl;
@@ -179,8 +182,8 @@ export class Renderer {
    * @param {number} [mm]
    */
   setStep(mm) {
-    const least = this.#drawn?.choice.program.step_mm_min ?? 0;
-    const reason = mm === undefined ? "" : mm > 0 && Number.isFinite(mm) ? mm < least && `the shader's loop is long enough for ${least} mm and more` : "it must be a positive number";
+    const least = this.#least();
+    const reason = mm === undefined ? "" : mm > 0 && Number.isFinite(mm) ? mm < least && `the shortest is ${least} mm` : "it must be a positive number";
     if (reason) throw new VolpkgError("VP5019", { step_mm: mm, reason });
     this.#step = mm;
     this.onchange();
@@ -263,7 +266,7 @@ export class Renderer {
       gl.viewport(...place);
       device.state(blend);
       const behind = depth ? { ...depth, pixel: size, boxFromClip } : null;
-      const values = { ...choice.values, ...drawn.lightOf?.(this.grid, choice.program, this.#light), box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, choice.program.step_mm_min ?? 0) };
+      const values = { ...choice.values, ...drawn.lightOf?.(this.grid, choice.program, this.#light), box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, this.#least()) };
       if (mesh) mesh.draw((linked, program) => bind(gl, drawn, linked, program, { ...values, ...mesh.values }, behind));
       else if (drawn.technique) {
         drawn.technique.draw(linked, { values, viewport: place, bindTarget, bind: (to, inputs, all) => bind(gl, drawn, to, inputs, all, behind) });
@@ -341,6 +344,11 @@ export class Renderer {
     checkFits(this.#gl, this.#pack, choice, this.#options.maxTextureBytes);
   }
 
+  /** The shortest step: what loops of the shader are long enough for, and what ends soon. */
+  #least() {
+    return Math.max(this.#drawn?.choice.program.step_mm_min ?? 0, Math.hypot(...this.grid.extent_mm_zyx) / MOST_SAMPLES);
+  }
+
   /** Makes what does not depend on the picture. */
   #prepare() {
     this.#use(() => (this.#device = new Device(this.#gl, this.#pack)));
@@ -406,9 +414,8 @@ export class Renderer {
       let drawn;
       do {
         version = this.#version;
-        const { maxTextureBytes: limit, decodeDraco } = this.#options;
-        const how = { edits: this.#edits, clip: this.#clip, limit, decodeDraco, use: (/** @type {() => void} */ work) => this.#use(work) };
-        drawn = await load({ gl: this.#gl, pack: this.#pack, device, ...this.#want, level: index, ...how, signal, held });
+        const how = { edits: this.#edits, clip: this.#clip, use: (/** @type {() => void} */ work) => this.#use(work) };
+        drawn = await load({ ...this.#options, gl: this.#gl, pack: this.#pack, device, ...this.#want, level: index, ...how, signal, held });
         if (version !== this.#version || signal.aborted) discard(drawn);
         signal.throwIfAborted();
       } while (version !== this.#version);

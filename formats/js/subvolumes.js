@@ -75,7 +75,7 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   const shape = [...grid.shape_zyx].reverse();
   const ofSides = (/** @type {(side: ReturnType<typeof sidesOf>, axis: number) => number} */ value) => sides.map(value);
   /** @type {Record<string, Uint8Array>} */
-  const texels = {};
+  const texels = Object.create(null);
   const textures = program.samplers.map((sampler) => {
     if (sampler.role !== "subvolume") return textureOf(pack, program, sampler, 0);
     const { texture, constant } = piece(grid, place, sampler.part ?? 0);

@@ -7,7 +7,7 @@ import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { layers } from "./layers.js";
 import { TEXEL_BYTES, checkTarget, claims, freeTarget, makeTarget } from "./pass_targets.js";
-import { among, breach, count, passesOf, tuple } from "./shapes.js";
+import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Value} Value */
 /** @typedef {import("./formats.js").Gl} Gl */
@@ -40,7 +40,7 @@ const EDGE = 1e-6;
 const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices half-angle-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
 const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
-const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "size?": count };
+const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
 /** @type {import("./shapes.js").Shape} */
 const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...PASS, size: count, blend: BLEND, behind: BLEND }, "blend?": BLEND, "slab_samples?": count };
 
@@ -49,7 +49,7 @@ const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...
  * to VP7014 where it cannot draw into what passes need.
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadTechnique({ gl, pack, device, clip, limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
+export async function loadTechnique({ gl, pack, device, clip, maxTextureBytes: limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
   const { name, technique = "ray-casting", samplers } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
   if (technique === CLAMPED && !isWebGl2(gl)) throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");

@@ -9,7 +9,8 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
 export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, depth, draco, broken = [], targets = [], limits = {}, without = [] }) {
-  const gl = lacking(context(kind, ...size), broken, targets, limits, without);
+  const asked = new Set();
+  const gl = lacking(context(kind, ...size), broken, targets, limits, without, asked);
   if (draco) options.decodeDraco = await dracoOf(draco);
   const pack = await openPackage(url);
   const renderer = await createRenderer(gl, pack, options);
@@ -25,7 +26,7 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
     return toBase64(renderer.readPixels().pixels);
   });
   const { level, levels, step: drawnWith, program, notes, probes, textureBytes } = renderer;
-  const said = { level, levels, step: drawnWith, program, notes, probes, textureBytes, error: gl.getError() };
+  const said = { level, levels, step: drawnWith, program, notes, probes, textureBytes, asked: [...asked], error: gl.getError() };
   renderer.dispose();
   pack.close();
   return { pictures: found, ...said };
@@ -75,9 +76,10 @@ function replaced(gl, calls, values = {}) {
 
 /**
  * A context that claims everything and does less. `broken`: formats that are black, or that are not filtered; `targets`:
- * formats that keep nothing that is drawn; `limits`: what it says of itself; `without`: extensions that it does not have.
+ * formats that keep nothing that is drawn; `limits`: what it says of itself; `without`: extensions that it does not
+ * have; `asked` gets those that it has and was asked for.
  */
-function lacking(gl, broken, targets, limits, without) {
+function lacking(gl, broken, targets, limits, without, asked) {
   const black = new Set(broken.flatMap(([name, how]) => (how === "is black" ? [gl[name]] : [])));
   const unfiltered = new Set(broken.flatMap(([name, how]) => (how === "filters" ? [gl[name]] : [])));
   const compressed = broken.some(([name]) => name.startsWith("COMPRESSED"));
@@ -128,7 +130,7 @@ function lacking(gl, broken, targets, limits, without) {
     },
     drawArrays(...given) {
       const active = gl.getParameter(gl.ACTIVE_TEXTURE);
-      for (const unit of [0, 1, 2, 3]) {
+      for (let unit = 0; unit < 16; unit++) {
         gl.activeTexture(gl.TEXTURE0 + unit);
         for (const target of [gl.TEXTURE_2D, gl.TEXTURE_3D ?? gl.TEXTURE_2D]) {
           const texture = gl.getParameter(target === gl.TEXTURE_2D ? gl.TEXTURE_BINDING_2D : gl.TEXTURE_BINDING_3D);
@@ -147,7 +149,9 @@ function lacking(gl, broken, targets, limits, without) {
       }
     },
     getExtension(name) {
-      return without.includes(name) ? null : gl.getExtension(name);
+      const found = gl.getExtension(name);
+      if (found) asked.add(name);
+      return without.includes(name) ? null : found;
     },
     getParameter(name) {
       const found = Object.entries(limits).find(([limit]) => gl[limit] === name);

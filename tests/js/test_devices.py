@@ -1,9 +1,13 @@
 """What a device lacks: a right picture all the same, or a refusal with a code; never black. Nothing is left behind."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pytest
 from browser import PageError
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
+from web_scenes import SCENES
 
 LINEAR = "filters"
 EMPTY = "is black"
@@ -36,6 +40,44 @@ def test_what_a_device_claims_and_does_not_do(browser, server, scene_package, la
     assert found.said["notes"]
     (wanted,) = drawn_by_reference(package, matrices, level=0, transfer=picture)
     assert rmse(found.pictures[0], wanted) < TWO_STEPS
+
+
+def taken_away(said: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each thing that a renderer tried or asked for, and what takes it from a context."""
+    for found in said["probes"]["found"]:
+        if found.startswith("drawing into "):
+            yield found, {"targets": [found.removeprefix("drawing into ").upper()]}
+            continue
+        internal, _, how = found.split(" ", 2)
+        yield f"{found}, black", {"broken": [[internal, EMPTY]]}
+        if how == "linear":
+            yield f"{found}, not filtered", {"broken": [[internal, LINEAR]]}
+    for extension in said["asked"]:
+        yield extension, {"without": [extension]}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_code(
+    browser, server, scene_package, name
+) -> None:
+    package = scene_package(name)
+    kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
+    program = package.manifest.programs[0]
+    matrices = box_from_clip_of(package)[6:7]
+    how: dict[str, Any] = {"kind": kind, "options": {"level": program.levels[0], "program": program.transfer}}
+    (wanted,) = drawn_by_reference(package, matrices, level=program.levels[0], transfer=program.transfer)
+    said = drawn_in_page(browser, server, package.path, matrices, **how).said
+    ends = {}
+    for what, lacks in taken_away(said):
+        try:
+            found = drawn_in_page(browser, server, package.path, matrices, **how, **lacks)
+        except PageError as error:
+            ends[what] = error.value.get("code", str(error))
+            continue
+        off = rmse(found.pictures[0], wanted)
+        ends[what] = "right" if off < TWO_STEPS else f"off by {off}"
+    assert {end for end in ends.values() if end not in ("right", "VP7014", "VP7021")} == set(), ends
+    assert len(ends) > 2
 
 
 @pytest.mark.parametrize("kind", ["webgl2", "webgl"])

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 from browser import Browser, PageError
@@ -38,7 +39,7 @@ def zipped(package) -> Path:
     return target
 
 
-def opened(browser: Browser, server: WebServer, path: Path, script: str = "", **options: object) -> object:
+def opened(browser: Browser, server: WebServer, path: Path, script: str = "", **options: object) -> Any:
     server.folders["package"] = path.parent
     browser.open(f"{server.url}/")
     begin = 'const { openPackage, createRenderer } = await import("/js/volpkg.js"); const [url, options] = given;'
@@ -83,15 +84,22 @@ def test_damaged_zips_end_in_a_code_and_soon(zipped) -> None:
     assert said["longest"] < 5000
 
 
-def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, package) -> None:
+LIARS = ["meshes on OpenGL ES 2", "shadow map", "half-angle slices", "slices as published", "two passes", "bricks"]
+
+
+@pytest.mark.parametrize("name", [*LIARS, "channels together in a mosaic", "pieces", "EAC", "editable"])
+def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
     server.folders["package"] = package.path.parent
     browser.open(f"{server.url}/")
     matrix = box_from_clip_of(package)[6].T.ravel().tolist()
     script = 'return (await import("/support/mutants.mjs")).mutants(...given)'
-    said = browser.run(script, f"/package/{package.path.name}", matrix, 60, "webgl", "shell", timeout=120)
+    given = (f"/package/{package.path.name}", matrix, 60, kind, package.manifest.programs[0].transfer)
+    said = browser.run(script, *given, 5000 * busy(), timeout=280)
     assert said["wrong"] == []
-    assert said["found"]["VP4004"] > 15
-    assert said["found"]["drawn"] > 5
+    assert said["found"]["VP4004"] > 5
+    assert said["found"]["drawn"] > 3
 
 
 def test_a_file_with_a_wrong_byte_is_found_by_its_digest(browser, server, copy) -> None:
@@ -186,3 +194,43 @@ def test_bytes_and_files_are_opened_as_addresses_are(browser, server, zipped) ->
     found = browser.run(script, f"/package/{zipped.name}")
     assert found == [["package", None], ["package", None], ["p.volpkg.zip", None], "the page asked for no digests"]
     assert code_of(browser, server, zipped, "await openPackage(7);") == "VP7017"
+
+
+SCRIPT_HOURS = """
+const gl = new OffscreenCanvas(8, 8).getContext("webgl2");
+const renderer = await createRenderer(gl, pack);
+await renderer.ready;
+let corners = 0;
+gl.drawArrays = (mode, first, count) => (corners += count);
+renderer.draw({ boxFromClip: options.matrix });
+let code = "";
+try {
+  renderer.setStep(1e-12);
+} catch (error) {
+  code = error.code;
+}
+renderer.dispose();
+return { corners, code };
+"""
+
+
+@pytest.mark.parametrize("name", ["slabs", "slices across the view", "slices as published", "half-angle slices"])
+def test_a_step_that_would_take_hours_is_not_taken(browser, server, scene_package, tmp_path, name) -> None:
+    package = scene_package(name)
+    copy = Path(shutil.copytree(package.path, tmp_path / "copy.volpkg"))
+    manifest = json.loads((copy / "manifest.json").read_text())
+    manifest["render"] |= {"step_mm": 1e-12, "level_steps": []}
+    (copy / "manifest.json").write_text(json.dumps(manifest))
+    matrix = box_from_clip_of(package)[6].T.ravel().tolist()
+    found = opened(browser, server, copy, SCRIPT_HOURS, matrix=matrix)
+    assert found["code"] == "VP5019"
+    # Two squares a layer, for the viewer and for the light, in layers as thin as a sixteen thousandth of the diagonal.
+    assert 16 < found["corners"] < 16384 * 2 * 2 * 6
+
+
+def test_a_texture_may_have_any_name(browser, server, copy) -> None:
+    text = (copy / "manifest.json").read_text()
+    name = json.loads(text)["textures"][0]["name"]
+    (copy / "manifest.json").write_text(text.replace(f'"{name}"', '"__proto__"'))
+    script = "const r = await createRenderer(new OffscreenCanvas(8, 8).getContext('webgl'), pack, { level: 0 });"
+    assert opened(browser, server, copy, f"{script} await r.ready; r.dispose(); return r.notes;") == []
