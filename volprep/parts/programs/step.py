@@ -180,9 +180,12 @@ class _Bench:
         ends, segment_mm = self._cut(rays, step_mm)
         values = _at(rays, ends)
         colour, extinction = segment_light(table, values[:-1], values[1:], segment_mm)
-        before = np.exp(-segment_mm * np.vstack([np.zeros(rays.shape[1]), np.cumsum(extinction, axis=0)]))
+        before = np.zeros((len(values), rays.shape[1]))
+        np.cumsum(extinction, axis=0, out=before[1:])
+        before *= -segment_mm
+        np.exp(before, out=before)
         weight = before[:-1] - before[1:]
-        return np.column_stack([(weight[..., None] * colour).sum(axis=0), 1.0 - before[-1]])
+        return np.column_stack([np.einsum("sr,src->rc", weight, colour), 1.0 - before[-1]])
 
     def _cut(self, rays: Float64Array, step_mm: float) -> tuple[Float64Array, float]:
         """Return where equal segments, none longer than the step, end, in samples of the rays; and their length."""
