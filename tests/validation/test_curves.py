@@ -116,7 +116,7 @@ def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
 def test_a_level_is_drawn_with_its_own_table_and_with_the_common_one(report) -> None:
     points = curve(report, "tables of levels").points
     assert {point.label for point in points} == {
-        f"{name} table, level 1, {step}× step" for name in ("own", "common") for step in (1, 2)
+        f"lookup, {name} table, level 1, {step}× step" for name in ("own", "common") for step in (1, 2)
     }
     assert len({point.errors.rmse for point in points}) == 4
 
