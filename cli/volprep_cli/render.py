@@ -49,6 +49,10 @@ Edit = Annotated[
         metavar="FILE",
     ),
 ]
+Fill = Annotated[
+    bool,
+    typer.Option("--fill", help="Let what is seen fill the picture; otherwise all views show the volume in one size."),
+]
 Lines = Annotated[bool, typer.Option("--lines", help="Draw the box of the volume and its middle axes, too.")]
 Small = Annotated[
     str | None,
@@ -79,6 +83,7 @@ def render(
     background: Background = "black",
     step: Step = None,
     edit: Edit = None,
+    fill: Fill = False,
     lines: Lines = False,
     small: Small = None,
     opacity: Opacity = "alpha",
@@ -90,11 +95,11 @@ def render(
     width, height = _size(size)
     small_wh = None if small is None else _size(small, "--small")
     from volprep.pipeline.shot import Shot, take
-    from volprep.render.hybrid import Hybrid
+    from volprep.render.hybrid import HybridWish
 
     hybrid = None
     if lines or small_wh is not None or opacity != "alpha":
-        hybrid = Hybrid(None if small_wh is None else small_wh[::-1], lines, opacity)
+        hybrid = HybridWish(None if small_wh is None else small_wh[::-1], lines, opacity)
 
     shot = Shot(
         view=view,
@@ -106,6 +111,7 @@ def render(
         transfer=transfer,
         step_mm=step,
         edit=edit,
+        fill=fill,
         hybrid=hybrid,
     )
     taken = take(package, shot, output)

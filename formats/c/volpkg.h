@@ -506,6 +506,7 @@ typedef struct volpkg_program {
     const volpkg_pass* light_pass; /* what is drawn after each layer, from the light; NULL if nothing is */
     const volpkg_tiles* tiles;     /* NULL if the picture is not drawn tile by tile */
     const volpkg_blend* blend;     /* NULL if there is one fragment for each pixel */
+    volpkg_pass_target target;     /* format of the picture */
     int32_t slab_samples;          /* samples of a ray in each draw; 0 if one draw makes the picture */
 } volpkg_program;
 
@@ -514,11 +515,33 @@ typedef struct volpkg_level_step {
     double step_mm;
 } volpkg_level_step;
 
+/* Where the opacity of the small picture comes from, for buffers of OpenGL ES 1.1 that have no alpha. */
+typedef enum volpkg_opacity_source {
+    VOLPKG_OPACITY_ALPHA,
+    VOLPKG_OPACITY_BLACK_AND_WHITE,
+    VOLPKG_OPACITY_WHITE_VOLUME,
+    VOLPKG_OPACITY_LUMINANCE_AVERAGE,
+    VOLPKG_OPACITY_LUMINANCE_PERCEIVED
+} volpkg_opacity_source;
+
+typedef struct volpkg_shader_pair {
+    volpkg_text vertex, fragment;
+} volpkg_shader_pair;
+
+/* The volume with few pixels, enlarged between lines that have all: SPEC.md section 10.1. */
+typedef struct volpkg_hybrid {
+    int32_t longest_side; /* pixels along the longer side of the small picture */
+    volpkg_opacity_source opacity;
+    const volpkg_shader_pair *enlarged, *lines; /* NULL where there are no shaders; lines also where there are none */
+    int32_t has_lines;
+} volpkg_hybrid;
+
 typedef struct volpkg_render {
     double step_mm;                             /* nominal distance of samples; volpkg_step_mm gives that of a level */
     VOLPKG_LIST(volpkg_level_step) level_steps; /* coarser levels that have another */
     double opacity_cutoff;                      /* 1 if rays never stop early */
-    int32_t perspective; /* whether the standard views are perspective; else they are orthographic */
+    int32_t perspective;         /* whether the standard views are perspective; else they are orthographic */
+    const volpkg_hybrid* hybrid; /* NULL if the volume is drawn alone */
     struct {
         double rmse, maximum;
     } tolerance;
@@ -2364,6 +2387,7 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__NULL(volpkg_program, light_pass, volpkg__maybe_light_pass, 0),
     VOLPKG__NULL(volpkg_program, tiles, volpkg__maybe_tiles, 0),
     VOLPKG__NULL(volpkg_program, blend, volpkg__maybe_blend, 0),
+    VOLPKG__MAY(volpkg_program, target, volpkg__pass_target_type, 0),
     VOLPKG__NULL(volpkg_program, slab_samples, volpkg__from1, 0),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__program_type, volpkg_program, volpkg__program_fields)
@@ -2380,11 +2404,33 @@ static const volpkg__field volpkg__level_step_fields[] = {VOLPKG__MUST(volpkg_le
                                                           VOLPKG__END};
 VOLPKG__RECORDS(volpkg__level_step_type, volpkg_level_step, volpkg__level_step_fields)
 VOLPKG__MANY(volpkg__level_steps, volpkg__level_step_type, 0, 64)
+static const volpkg__field volpkg__shader_pair_fields[] = {
+    VOLPKG__KEY(volpkg_shader_pair, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),
+    VOLPKG__KEY(volpkg_shader_pair, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0), VOLPKG__END};
+VOLPKG__RECORDS(volpkg__shader_pair_type, volpkg_shader_pair, volpkg__shader_pair_fields)
+VOLPKG__MAYBE(volpkg__maybe_shader_pair, volpkg__shader_pair_type)
+static const volpkg__named volpkg__opacity_sources[] = {{"alpha", VOLPKG_OPACITY_ALPHA},
+                                                        {"black-and-white", VOLPKG_OPACITY_BLACK_AND_WHITE},
+                                                        {"white-volume", VOLPKG_OPACITY_WHITE_VOLUME},
+                                                        {"luminance-average", VOLPKG_OPACITY_LUMINANCE_AVERAGE},
+                                                        {"luminance-perceived", VOLPKG_OPACITY_LUMINANCE_PERCEIVED},
+                                                        {NULL, 0}};
+VOLPKG__WORDS(volpkg__opacity_source_type, VOLPKG__NAMED, volpkg__opacity_sources)
+static const volpkg__field volpkg__hybrid_fields[] = {
+    VOLPKG__MAY(volpkg_hybrid, longest_side, volpkg__from1, 128),
+    VOLPKG__MAY(volpkg_hybrid, opacity, volpkg__opacity_source_type, 0),
+    VOLPKG__NULL(volpkg_hybrid, enlarged, volpkg__maybe_shader_pair, 0),
+    VOLPKG__NULL(volpkg_hybrid, lines, volpkg__maybe_shader_pair, 0),
+    VOLPKG__MAY(volpkg_hybrid, has_lines, volpkg__truth, 1),
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__hybrid_type, volpkg_hybrid, volpkg__hybrid_fields)
+VOLPKG__MAYBE(volpkg__maybe_hybrid, volpkg__hybrid_type)
 static const volpkg__field volpkg__render_fields[] = {
     VOLPKG__MUST(volpkg_render, step_mm, volpkg__positive),
     VOLPKG__MAY(volpkg_render, level_steps, volpkg__level_steps, 0),
     VOLPKG__NULL(volpkg_render, opacity_cutoff, volpkg__fraction, 1),
     VOLPKG__KEY(volpkg_render, "projection", perspective, volpkg__projection_type, 0, 0),
+    VOLPKG__NULL(volpkg_render, hybrid, volpkg__maybe_hybrid, 0),
     {"tolerance", &volpkg__tolerance_type, 0, 0, 0}, /* its fields have offsets of this record */
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__render_type, volpkg_render, volpkg__render_fields)
@@ -2956,8 +3002,23 @@ static volpkg_code volpkg__use_shaders(volpkg__reader* r, const volpkg_package* 
             VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].before.at[k].vertex));
             VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].before.at[k].fragment));
         }
+        if (programs[i].light_pass != NULL) {
+            VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].light_pass->vertex));
+            VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].light_pass->fragment));
+        }
+        if (programs[i].tiles != NULL) {
+            VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].tiles->cost));
+            VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].tiles->offsets));
+            VOLPKG__TRY(volpkg__use_shader(r, p, &programs[i].tiles->place));
+        }
     }
     return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__use_pair(volpkg__reader* r, const volpkg_package* p, const volpkg_shader_pair* pair) {
+    if (pair == NULL) return VOLPKG_OK;
+    VOLPKG__TRY(volpkg__use_shader(r, p, &pair->vertex));
+    return volpkg__use_shader(r, p, &pair->fragment);
 }
 
 static volpkg_code volpkg__check_histogram(volpkg__reader* r, const volpkg_file* file) {
@@ -2988,6 +3049,10 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
         VOLPKG__TRY(volpkg__use(r, p, texture->path, VOLPKG_FILE_TEXTURE, &texture->file));
     }
     VOLPKG__TRY(volpkg__use_shaders(r, p, p->programs.at, p->programs.count));
+    if (p->render != NULL && p->render->hybrid != NULL) {
+        VOLPKG__TRY(volpkg__use_pair(r, p, p->render->hybrid->enlarged));
+        VOLPKG__TRY(volpkg__use_pair(r, p, p->render->hybrid->lines));
+    }
     if (p->proxy != NULL) {
         volpkg_proxy* proxy = (volpkg_proxy*)p->proxy;
         VOLPKG__TRY(volpkg__use_shaders(r, p, proxy->programs.at, proxy->programs.count));

@@ -7,8 +7,14 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+from every_kind import single_file
+from phantom_scene import write_phantom_scene
 
+from volprep.pipeline.build import build
 from volprep.pipeline.shot import Shot, take
+from volprep.render.hybrid import HybridWish
+from volprep.scene.request import load_request
+from volprep_formats.progress import Silent
 
 from .conftest import EXAMPLE, told
 
@@ -36,7 +42,10 @@ def drawn(example_program, tmp_path_factory):
         command = [example_program, package, folder / "example.png", *words]
         subprocess.run(command, check=True, env=environment)
         numbers = {name: chosen.get(name) for name in ("level", "point", "transfer")}
-        shot = Shot(view=view, eye_mm_xyz=None, shape_hw=(SIDE, SIDE), background="black", step_mm=None, **numbers)
+        plain = HybridWish(lines=False)
+        shot = Shot(
+            hybrid=plain, view=view, eye_mm_xyz=None, shape_hw=(SIDE, SIDE), background="black", step_mm=None, **numbers
+        )
         taken = take(package, shot, folder / "renderer.png")
         return pixels(folder / "example.png"), pixels(folder / "renderer.png"), taken.drawn_by
 
@@ -75,6 +84,17 @@ def test_slices_are_refused_with_a_code(example_program, packages, tmp_path: Pat
     assert "VP5018" in text
     assert "OpenGL ES 1.1" in text
     assert not (tmp_path / "p.png").exists()
+
+
+def test_a_picture_of_several_draws_is_refused_with_a_code(example_program, tmp_path: Path):
+    scene = write_phantom_scene(tmp_path, "gles3")
+    light = '[lighting]\nlight_mm = [200.0, -300.0, 400.0]\nnormals = "central"\nshadows = "half-angle"\n'
+    scene.write_text(f'{scene.read_text()}\n[render]\ntechnique = "view-slices"\nlighting = "phong"\n{light}')
+    build(load_request(scene), tmp_path / "p.volpkg", Silent())
+    status, text = told(example_program, single_file(tmp_path / "p.volpkg"), tmp_path / "p.png")
+    assert status == 1
+    assert "VP5018" in text
+    assert "several draws" in text
 
 
 def test_the_example_has_at_most_300_lines():

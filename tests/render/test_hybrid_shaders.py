@@ -7,7 +7,7 @@ from tiny_packages import ES2, ES3, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
 from volprep.render.box_lines import box_lines, mark_lines
-from volprep.render.hybrid import Hybrid, hybrid_picture
+from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
@@ -34,9 +34,9 @@ def test_lines_keep_all_pixels_and_the_volume_covers_those_behind_it_by_its_alph
     with Renderer(package) as renderer:
         whole = renderer.render(camera(package), HW)
         lines = [box_lines(camera(package), EXTENT)]
-        alone = hybrid_picture(renderer, Hybrid((24, 32), lines=False), camera(package), HW)
+        alone = hybrid_picture(renderer, HybridWish((24, 32), lines=False), camera(package), HW)
         plain = renderer.render_with_lines(camera(package), HW, HW, lines)
-        both = hybrid_picture(renderer, Hybrid((24, 32)), camera(package), HW)
+        both = hybrid_picture(renderer, HybridWish((24, 32)), camera(package), HW)
     line = (np.abs(plain - whole) > 1.5 / 255).any(axis=-1)
     # One pixel wide: in the small picture they would cover four times as much.
     assert 200 < line.sum() < 1000
@@ -55,7 +55,9 @@ def test_what_is_drawn_small_is_off_by_more_the_smaller_it_is_and_as_large_as_th
     with Renderer(package) as renderer:
         whole = renderer.render(camera(package), HW, 0.125)
         pictures = [
-            hybrid_picture(renderer, Hybrid((HW[0] // part, HW[1] // part), lines=False), camera(package), HW, 0.125)
+            hybrid_picture(
+                renderer, HybridWish((HW[0] // part, HW[1] // part), lines=False), camera(package), HW, 0.125
+            )
             for part in (1, 2, 4, 8)
         ]
     np.testing.assert_allclose(pictures[0], whole, atol=0.51 / 255)
@@ -85,18 +87,18 @@ def test_a_part_of_the_volume_is_marked_where_it_lies(package):
 
 def test_an_estimate_of_opacity_is_refused_where_the_picture_has_alpha(package):
     with Renderer(package) as renderer, pytest.raises(VolprepError, match="VP5050"):
-        hybrid_picture(renderer, Hybrid(opacity="luminance-average"), camera(package), HW)
+        hybrid_picture(renderer, HybridWish(opacity="luminance-average"), camera(package), HW)
 
 
 def test_a_small_picture_of_no_pixel_is_refused(package):
     with Renderer(package) as renderer, pytest.raises(VolprepError, match="VP5009"):
-        hybrid_picture(renderer, Hybrid((0, 4)), camera(package), HW)
+        hybrid_picture(renderer, HybridWish((0, 4)), camera(package), HW)
 
 
 def test_many_hybrid_pictures_leave_nothing_behind(package):
     with Renderer(package) as renderer:
-        hybrid_picture(renderer, Hybrid((4, 4)), camera(package), (8, 8))
+        hybrid_picture(renderer, HybridWish((4, 4)), camera(package), (8, 8))
         first = +renderer._gl.live
         for _ in range(200):
-            hybrid_picture(renderer, Hybrid((4, 4)), camera(package), (8, 8))
+            hybrid_picture(renderer, HybridWish((4, 4)), camera(package), (8, 8))
         assert +renderer._gl.live == first

@@ -181,3 +181,18 @@ def test_200_pictures_of_changing_size_leave_nothing_behind(tmp_path, technique)
         for number in range(200):
             renderer.render(camera("left"), (2 + number % 3, 3), 0.5 + 0.1 * (number % 7))
         assert +renderer._gl.live == first
+
+
+@pytest.mark.parametrize("technique", [name for name in CONVERGENT if not TECHNIQUES[name].loops])
+def test_layers_that_8_bits_cannot_tell_from_nothing_are_blended_in_half_floats(tmp_path, technique):
+    # Each of some 200 layers has a quarter of a step of 8 bits.
+    faint = function((0.0, (1.0, 1.0, 1.0), 0.02), (255.0, (1.0, 1.0, 1.0), 0.02))
+    box_from_clip = camera("left")
+    package = package_of(tmp_path / "p", technique, transfer_function=faint)
+    truth = truth_of(faint, box_from_clip)
+    with Renderer(package) as renderer:
+        assert rmse(renderer.render(box_from_clip, HW, 0.05), truth) < 2 / 255
+    old = package_of(tmp_path / "old", technique, ES2, transfer_function=faint)
+    assert [each.manifest.programs[0].target for each in (package, old)] == ["rgba16f", "rgba8"]
+    with Renderer(old) as renderer:
+        assert rmse(renderer.render(box_from_clip, HW, 0.05), truth) > 10 / 255

@@ -53,10 +53,16 @@ def _several_units(folder: Path) -> Path:
     return scene
 
 
+def _hybrid(folder: Path) -> Path:
+    scene = write_phantom_scene(folder, "gles3")
+    scene.write_text(f'{scene.read_text()}\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n')
+    return scene
+
+
 def write_every_kind(folder: Path) -> dict[str, Path]:
     """Build a package of each kind in a folder; give its single file, by the name of the kind."""
     kinds = {kind: (lambda place, kind=kind: write_kind(place, kind)) for kind in KINDS}
-    kinds |= {"together": _together, "several-units": _several_units}
+    kinds |= {"together": _together, "several-units": _several_units, "hybrid": _hybrid}
     made = {}
     with patch("os.fsync"):
         for kind, write in kinds.items():

@@ -26,8 +26,8 @@ from volprep.plan.records import ChannelPlan, CropPlan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
-from volprep.transfer.table import Table
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction

@@ -12,6 +12,7 @@ from volprep.parts.bricks.decision import require_bricks
 from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
+from volprep.parts.hybrid.decision import describe_hybrid, plan_hybrid
 from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, sampling_of
 from volprep.parts.programs.early_end import describe_early_end, most
 from volprep.parts.programs.step import common_steps
@@ -30,8 +31,8 @@ from volprep.plan.records import ChannelPlan, CropPlan, Plan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
@@ -53,7 +54,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
     Raises what `begin` raises, VP1244 for what cannot be made of several channels, VP3031 and VP3032 for bricks that
-    cannot be, VP3043 for one that mixes labels, VP3060 for
+    cannot be, VP3166 for an estimate of opacity that nobody needs, VP3043 for one that mixes labels, VP3060 for
     slices without need, VP3080 for what cannot be had where functions may be edited.
     """
     scene = for_edits(scene, profile)
@@ -68,7 +69,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         profile=profile,
         crop=crop,
         grid=grid,
-        render=_render(scene, begun, early_end.cutoff(scene)),
+        render=_render(scene, profile, begun, early_end.cutoff(scene)),
         compositing=scene.render.compositing,
     )
     finished = [channel.finished(shared) for channel in begun]
@@ -84,6 +85,7 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         *packed.items,
         *of_picture,
         *([describe_early_end(early_end, shared.render.opacity_cutoff, scene)] if profile.has_shaders else []),
+        *describe_hybrid(shared.render.hybrid),
         PREVIEW_ITEM,
         *_left_out(scene, channels[0]),
     ]
@@ -134,7 +136,9 @@ def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
 
 
-def _render(scene: Scene, begun: Sequence[Begun], opacity_cutoff: float | None) -> RenderSettings:
+def _render(
+    scene: Scene, profile: DeviceProfile, begun: Sequence[Begun], opacity_cutoff: float | None
+) -> RenderSettings:
     """Return for each level the finest step that any channel needs."""
     step_mm, level_steps = common_steps([channel.steps for channel in begun])
     return RenderSettings(
@@ -143,6 +147,7 @@ def _render(scene: Scene, begun: Sequence[Begun], opacity_cutoff: float | None) 
         opacity_cutoff=opacity_cutoff,
         projection=scene.render.projection,
         tolerance=scene.tolerance,
+        hybrid=plan_hybrid(scene, profile),
     )
 
 

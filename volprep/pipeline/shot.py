@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.parts.editing.inputs import edit_with
+from volprep.pipeline.framing import filled
 from volprep.render.choose import renderer_of
-from volprep.render.hybrid import Hybrid, hybrid_picture
+from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.scene.request import load_edit
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.picture import Background, encoded
@@ -40,8 +41,10 @@ class Shot:
     """Distance of the samples; the package's own if absent."""
     edit: Path | None = None
     """File of a transfer function to draw in place of the package's."""
-    hybrid: Hybrid | None = None
-    """Lines around the volume, and a smaller picture of it; neither if absent."""
+    fill: bool = False
+    """Whether what is seen fills the picture; if not, all views show the volume in one size."""
+    hybrid: HybridWish | None = None
+    """Lines around the volume, and a smaller picture of it; what the package asks for if absent."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +72,14 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
     with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
         box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
-        if shot.hybrid is None:
+        if shot.fill and min(shot.shape_hw) > 0:
+            box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
+        asked = None if package.manifest.render is None else package.manifest.render.hybrid
+        hybrid = shot.hybrid or (None if asked is None else HybridWish.of_package(asked, shot.shape_hw))
+        if hybrid is None:
             picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
         else:
-            picture = hybrid_picture(renderer, shot.hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
+            picture = hybrid_picture(renderer, hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
         return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver))
 
 

@@ -9,7 +9,7 @@ takes dark parts for transparent ones. With shaders the small picture has alpha,
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Self
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.parts.hybrid.record import Hybrid, OpacitySource
 
-OpacitySource = Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"]
 _LUMINANCE: dict[OpacitySource, tuple[float, float, float]] = {
     "luminance-average": (1 / 3, 1 / 3, 1 / 3),
     "luminance-perceived": (0.3, 0.59, 0.11),
@@ -27,7 +27,7 @@ _LUMINANCE: dict[OpacitySource, tuple[float, float, float]] = {
 
 
 @dataclass(frozen=True)
-class Hybrid:
+class HybridWish:
     """How the picture of a volume and the lines around it are put together."""
 
     small_hw: tuple[int, int] | None = None
@@ -37,10 +37,15 @@ class Hybrid:
     opacity: OpacitySource = "alpha"
     """Where the opacity of the volume comes from."""
 
+    @classmethod
+    def of_package(cls, hybrid: Hybrid, shape_hw: tuple[int, int]) -> Self:
+        """Return what a package asks for, for a picture of this size."""
+        return cls(hybrid.small_hw(shape_hw), hybrid.has_lines, hybrid.opacity)
+
 
 def hybrid_picture(
     renderer: Renderer | SliceRenderer,
-    wanted: Hybrid,
+    wanted: HybridWish,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     step_mm: float | None = None,

@@ -5,22 +5,23 @@ The small picture is a texture, filtered linearly and blended by its own alpha; 
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 
 from volprep.render.box_lines import BoxLines
 from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText
 from volprep.render.layers import clip_from_box_of
+from volprep.shading.overlay import overlay_texts
 from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.package.parts.hybrid.record import OverlayName
 from volprep_formats.package.program import Blend
+from volprep_formats.package.reader import Package
 
-_FOLDER = Path(__file__).parent / "glsl"
 _OVER = Blend(order="back-to-front", colour=("ONE", "ONE_MINUS_SRC_ALPHA"), alpha=("ONE", "ONE_MINUS_SRC_ALPHA"))
 
 
 class Overlay:
-    """The programs of lines and of an enlarged picture, in one context. GLSL ES 1.00, which all versions compile."""
+    """The programs of lines and of an enlarged picture, in one context."""
 
     def __init__(self, gl: Gl, lines: LinkedProgram, enlarged: LinkedProgram, buffer: int) -> None:
         self._gl, self._lines, self._enlarged, self._buffer = gl, lines, enlarged, buffer
@@ -53,16 +54,21 @@ class Overlay:
 
 
 @contextmanager
-def overlay(gl: Gl) -> Iterator[Overlay]:
-    """Compile the programs."""
+def overlay(gl: Gl, package: Package) -> Iterator[Overlay]:
+    """Compile the programs: those of the package, and where it has none, the ones that it would have."""
     with (
-        gl.program("lines", _shader("lines_vertex"), _shader("lines")) as lines,
-        gl.program("enlarged", _shader("enlarged_vertex"), _shader("enlarged")) as enlarged,
+        gl.program("lines", *_shaders(package, "lines")) as lines,
+        gl.program("enlarged", *_shaders(package, "enlarged")) as enlarged,
         gl.corners() as buffer,
     ):
         yield Overlay(gl, lines, enlarged, buffer)
 
 
-def _shader(name: str) -> ShaderText:
-    path = _FOLDER / f"{name}.glsl"
-    return ShaderText(path.name, path.read_text(encoding="ascii"))
+def _shaders(package: Package, name: OverlayName) -> tuple[ShaderText, ShaderText]:
+    hybrid = None if package.manifest.render is None else package.manifest.render.hybrid
+    pair = None if hybrid is None else hybrid.pairs.get(name)
+    if pair is None:
+        texts = overlay_texts(name, "es100")
+        return ShaderText(f"{name}.vert", texts[0]), ShaderText(f"{name}.frag", texts[1])
+    vertex, fragment = package.read_text(pair.vertex), package.read_text(pair.fragment)
+    return ShaderText(pair.vertex, vertex), ShaderText(pair.fragment, fragment)

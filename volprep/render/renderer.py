@@ -49,6 +49,7 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
 _STEP_CODES = ("VP5019", "VP5024")
+_FINER: tuple[TargetFormat, ...] = ("rgba8", "rgba16f", "rgba32f")
 _INVOCATIONS = 64
 """Of a group of a compute shader."""
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
@@ -71,19 +72,20 @@ class Renderer:
     ) -> None:
         """Choose what to draw: the finest level and the first transfer function unless others are named.
 
+        `target` is the format of the picture, unless that of the program is finer.
         `point` draws the sub-volumes around this point of the grid; `edit` changes the inputs as a user's edit does.
         Raises VP5018 where the package cannot draw that, VP5023 where it cannot be edited, VP5010 to VP5015 where it
         breaks a limit of its profile.
         """
         package = package_of_transfer(package, transfer)
         self._package = package
-        self._target_format = target
         inputs = level_inputs(package, level, transfer) if point is None else block_inputs(package, point, transfer)
         if edit is not None:
             inputs = edit(package, inputs)
         check_program(inputs.program, inputs.textures, package.manifest)
         self._inputs = inputs
         self._program, self._level, self._textures = inputs.program, inputs.level, inputs.textures
+        self._target_format = max(target, inputs.program.target, key=_FINER.index)
         self._stack = ExitStack()
         self._overlay: Overlay | None = None
         self._last: tuple[bytes, tuple[int, int], float | None] | None = None
@@ -175,7 +177,7 @@ class Renderer:
         """
         small = self._draw(box_from_clip, small_hw, step_mm)
         if self._overlay is None:
-            self._overlay = self._stack.enter_context(overlay(self._gl))
+            self._overlay = self._stack.enter_context(overlay(self._gl, self._package))
         with self._gl.target("rgba8", shape_hw) as target:
             self._overlay.draw(small, target, box_from_clip, lines)
             return self._gl.read(target)
@@ -415,7 +417,7 @@ class Renderer:
             self._target = None
             self._target = self._target_stack.enter_context(
                 self._gl.target(
-                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format == "rgba8"
+                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format != "rgba32f"
                 )
             )
             self._map_step_mm = None

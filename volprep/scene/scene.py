@@ -11,6 +11,7 @@ from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Projection, Tolerance
+from volprep_formats.package.parts.hybrid.record import OpacitySource
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
@@ -248,6 +249,20 @@ class ProxySettings(Record):
     """"auto": Draco compression if it saves more bytes than the decoder takes. "none": for readers without Draco."""
 
 
+class HybridSettings(Record):
+    """Hybrid resolution: an app draws the volume with few pixels, and the lines of its box and axes with all."""
+
+    longest_side: Annotated[int, Field(ge=1, le=8192)] = 128
+    """Pixels along the longer side of the picture of the volume; one that has no more is drawn as it is."""
+    lines: bool = True
+    """Whether there are lines: the edges of the box, and its middle axes."""
+    opacity: OpacitySource = "alpha"
+    """Where the opacity of the volume comes from, by which it covers lines. "alpha": the buffer has it, as always where
+    there are shaders. For OpenGL ES 1.1, where it may have none: "black-and-white": pictures before black and before
+    white. "white-volume": a picture of a white volume. "luminance-average", "luminance-perceived": the luminance of the
+    picture, which takes dark parts for transparent ones."""
+
+
 class TogetherSettings(Record):
     """One picture of several channels: extinctions add, and each channel emits light as its extinction does."""
 
@@ -296,6 +311,8 @@ class Scene(Record):
     """Proxy geometry; none if absent."""
     together: TogetherSettings | None = None
     """One picture of several channels. If absent, each channel is drawn alone."""
+    hybrid: HybridSettings | None = None
+    """The volume with few pixels, lines with all; neither if absent."""
     slices: SliceSettings | None = None
     """Stacks of slices, for profiles of OpenGL ES 1.1; defaults of its fields if absent."""
     normals: NormalSettings | None = None

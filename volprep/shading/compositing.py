@@ -10,6 +10,8 @@ from volprep_formats.package.transfer_function import TransferFunction
 SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
 """Both ends of each segment are sampled, and rays end at the surface."""
 _SAMPLE = "start + stride * i"
+_GOING = {"ray": " && transmittance >= least_transmittance", "surface": " && passed <= 0.0"}
+"""How long a loop goes on, where rays may end early, and where they end at a surface: until what `stop` says."""
 _SIDES: dict[CompositingName, str] = {
     "first-hit": ", true",
     "isosurface": ", stored_value(start + stride * (passed - 0.5)) < ISOVALUE",
@@ -43,7 +45,9 @@ def compositing(
             "restart": "compositing/refinement:restart",
         }
         words = {"ISOVALUE": literal(_stored(manifest, function))}
-        return Feature(slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing]})
+        return Feature(
+            slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing], "GOING": _GOING["surface"]}
+        )
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
     if render.opacity_cutoff is None or not ends_early or not walk.loops:
@@ -53,7 +57,7 @@ def compositing(
         "NOMINAL_STEP_MM": literal(render.step_of(min(program.levels))),
     }
     slots |= {name: f"{glsl}:{name}" for name in ("stop_start", "stop", "stop_picture")}
-    return Feature(slots, words, offers)
+    return Feature(slots, words, {**offers, "GOING": _GOING["ray"]})
 
 
 def _intensity_words(manifest: Manifest, function: TransferFunction | None) -> dict[str, str]:

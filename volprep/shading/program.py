@@ -24,7 +24,7 @@ from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Blend, Geometry, ProgramDesign, Sampler, Uniform, UniformSource
+from volprep_formats.package.program import Blend, Geometry, PassTarget, ProgramDesign, Sampler, Uniform, UniformSource
 from volprep_formats.package.reader import Package
 
 _OPTIONAL = (
@@ -69,6 +69,8 @@ class Shaders:
     """What sorts the tiles of the picture."""
     blend: Blend | None
     """How fragments are blended."""
+    target: PassTarget
+    """Format of the picture."""
     slab_samples: int | None
     """Samples of a ray in each draw; None if there is one draw."""
 
@@ -105,6 +107,7 @@ def compose_program(
         tiles=_tiles(own, program, grid, render, skips=skips) if program.technique == "tiles" else None,
         light_pass=_light_layers(own, program, grid, walk) if shadows == "half-angle" else None,
         blend=walk.blend,
+        target=walk.target,
         slab_samples=walk.slab_samples,
     )
 
@@ -116,6 +119,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     offered = {
         "LAST": "count",
         "NEAR": "stored_value",
+        "GOING": "",
         "OF": "",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",

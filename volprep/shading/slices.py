@@ -84,5 +84,8 @@ def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
         math.hypot(*wanted.grid.extent_mm_zyx) / MOST_LAYERS,
         geometry=geometry,
         blend=UNDER,
+        # The rounding of hundreds of faint layers adds up: RMSE of heads and an engine with steps of a voxel 2.6, 2.2
+        # and 1.4/255 in 8 bits, 1.8, 0.9 and 0.6/255 in half floats, in which finer steps are better still.
+        target="rgba8" if wanted.dialect == "es100" else "rgba16f",
         loops=False,
     )

@@ -45,6 +45,8 @@ class Walk:
     """What is drawn."""
     blend: Blend | None = None
     """How fragments are blended."""
+    target: PassTarget = "rgba8"
+    """What they are blended in."""
     slab_samples: int | None = None
     """Samples of a ray in each draw, where several draws make the picture."""
     before: tuple[PassText, ...] = ()

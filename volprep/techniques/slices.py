@@ -10,7 +10,8 @@ VIEW_SLICES = Technique(
     compositings=frozenset(("emission-absorption",)),
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
     loops=False,
-    # Each layer is rounded to the 8 bits of the picture.
+    # Each layer is rounded to the format of the picture: in 8 bits finer steps are worse, and in half floats hardly
+    # better.
     step_voxels=1.0,
 )
 AXIS_SLICES = Technique(

@@ -4,7 +4,6 @@ Everything comes from the texture files, nothing from the scan, so that the orac
 of the table from the renderer's.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -12,13 +11,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.table import Table
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
+from volprep_formats.package.function_table import Table, colour_of_entries
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
@@ -31,8 +30,6 @@ from volprep_formats.package.transfer_function import TransferFunction, Transfer
 from volprep_formats.textures import ktx2
 
 _ROOT_STEP = 0.002
-_COLOUR_STEP = 0.001
-_FAINTEST_PER_MM = 1e-9
 
 
 @dataclass(frozen=True)
@@ -133,7 +130,7 @@ def table_function(
 
     `level` may have a table of its own. Texels of an `edited` table, by its name, replace those of the package. A
     pre-integrated table stands for the function itself; one of a level's own for what it says of segments of one value,
-    with nothing where the function shows nothing: between two of its entries there may be more than one feature.
+    and between these for the function as they change it: there may be more than one feature between two entries.
 
     8-bit tables hold the square root of the extinction, so that it is a parabola between two entries. Here it is cut
     into straight pieces that miss it by at most a millionth of the largest extinction.
@@ -159,14 +156,14 @@ def table_function(
         values, colours, extinctions = _from_roots(entries, texture)
     else:
         media = entries.astype(np.float64)
-        values, colours, extinctions = np.linspace(0.0, 1.0, len(entries)), media[:, :3], media[:, 3]
-        if texture.role == "preintegrated":
-            values, colours, extinctions = _from_light(media)
+        values = np.linspace(0.0, 1.0, len(entries))
+        colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
-    found = Table(physical, colours, extinctions)
     if texture.role == "preintegrated":
-        found = _hidden_as(found, Table.exact(function))
-    points = zip(found.values.tolist(), found.colour.tolist(), found.extinction_per_mm.tolist(), strict=True)
+        # Between its entries it was made from the function itself, with jumps that no filter of a lookup table leaves.
+        decoded = Table.exact(function).with_entries(physical, np.column_stack([colours, extinctions]))
+        physical, colours, extinctions = decoded.values, decoded.colour, decoded.extinction_per_mm
+    points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
         name=transfer,
         reference_mm=function.reference_mm,
@@ -210,40 +207,6 @@ def _from_roots(entries: NDArray[np.generic], texture: Texture) -> tuple[Float64
     values = np.concatenate([*between, at_entries[-1:]])
     fine = np.column_stack([np.interp(values, at_entries, channel) for channel in colours_and_roots.T])
     return values, fine[:, :3], (texture.max_extinction_per_mm or 0.0) * fine[:, 3] ** 2
-
-
-def _from_light(media: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Return normalised values, colours and extinctions of entries that hold light and extinction per millimetre.
-
-    Between two entries both are straight, so that the colour is the more that of an entry the more it absorbs: beside
-    one that shows nothing it is that of the other. It is cut into straight pieces that miss it by a thousandth at most.
-    """
-    values, colours, extinctions = [], [], []
-    for entry, (first, last) in enumerate(pairwise(media)):
-        shown = [np.maximum(end[3], _FAINTEST_PER_MM) for end in (first, last)]
-        ends = [end[:3] / tau for end, tau in zip((first, last), shown, strict=True)]
-        bend = np.abs(ends[1] - ends[0]).max() * abs(np.diff(np.sqrt(shown))[0]) / np.sqrt(shown).sum()
-        hidden = min(first[3], last[3]) <= 0.0
-        share = np.linspace(0.0, 1.0, 2 if hidden else 1 + max(1, math.ceil(math.sqrt(bend / _COLOUR_STEP))))[:, None]
-        mixed = first * (1.0 - share) + last * share
-        values.append((entry + share[:, 0]) / (len(media) - 1))
-        extinctions.append(mixed[:, 3])
-        one = ends[0] if first[3] > 0.0 else ends[1]
-        colours.append(np.broadcast_to(one, (2, 3)) if hidden else mixed[:, :3] / mixed[:, 3:])
-    return np.concatenate(values), np.concatenate(colours), np.concatenate(extinctions)
-
-
-def _hidden_as(found: Table, function: Table) -> Table:
-    """Return the function with nothing at those points where another one shows nothing: so its segments were made."""
-    new = np.setdiff1d(
-        function.values[(function.values > found.values[0]) & (function.values < found.values[-1])], found.values
-    )
-    colours, extinctions = found.at(new)
-    at = np.searchsorted(found.values, new)
-    values = np.insert(found.values, at, new)
-    extinctions = np.insert(found.extinction_per_mm, at, extinctions)
-    hidden = function.at(values)[1] == 0.0
-    return Table(values, np.insert(found.colour, at, colours, axis=0), np.where(hidden, 0.0, extinctions))
 
 
 def _quantization(package: Package) -> Quantization:

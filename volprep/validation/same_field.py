@@ -6,10 +6,10 @@ A scan of few values keeps them all in its codes, but for some that lie beyond t
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.table import Table
 from volprep.truth.decoded import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 Part = tuple[slice, slice, slice]

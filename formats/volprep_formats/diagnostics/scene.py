@@ -202,6 +202,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "not be stored",
         "Set bricks.reach to 2.",
     ),
+    "VP3166": Diagnostic(
+        ExitStatus.SCENE,
+        "hybrid.opacity {opacity} is for buffers without alpha, but pictures of profile {profile}, which has shaders, "
+        "have it",
+        "Leave hybrid.opacity out, or choose a profile of OpenGL ES 1.1.",
+    ),
     "VP3180": Diagnostic(
         ExitStatus.SCENE,
         "{path}: {problems}",

@@ -11,6 +11,7 @@ from volprep_formats.package.parts.compression.record import CompressedForm
 from volprep_formats.package.parts.costs.record import DrawCost
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.fidelity.record import Fidelity
+from volprep_formats.package.parts.hybrid.record import Hybrid
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
@@ -77,6 +78,8 @@ class RenderSettings(Record):
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""
+    hybrid: Hybrid | None = None
+    """How an app draws the volume with few pixels and lines with all; absent if it draws the volume alone."""
 
     def step_of(self, level: int) -> float:
         """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""

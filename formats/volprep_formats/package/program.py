@@ -252,6 +252,9 @@ class Program(ProgramDesign):
     """How its picture is drawn tile by tile."""
     blend: Blend | None = None
     """How fragments are blended; if absent, there is one for each pixel, which replaces what was there."""
+    target: PassTarget = "rgba8"
+    """Format of the picture that is drawn into. Where many layers are blended, each is rounded to it: a device that
+    cannot draw into rgba16f draws faint tissue less exactly."""
     slab_samples: Annotated[int, Field(ge=1)] | None = None
     """Samples of a ray in each draw, where several draws make the picture."""
     step_mm_min: float | None = None

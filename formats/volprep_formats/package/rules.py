@@ -19,6 +19,7 @@ from volprep_formats.package.parts.bricks.rules import bricks_contradictions
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.editing.rules import editing_contradictions
 from volprep_formats.package.parts.fidelity.rules import fidelity_contradictions
+from volprep_formats.package.parts.hybrid.rules import hybrid_contradictions
 from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions, mipmap_shapes
 from volprep_formats.package.parts.normals.rules import normals_contradictions
 from volprep_formats.package.parts.proxy.rules import proxy_contradictions
@@ -46,6 +47,7 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     yield from channel_contradictions(manifest)
     yield from together_contradictions(manifest)
     yield from fidelity_contradictions(manifest)
+    yield from hybrid_contradictions(manifest)
     for name, view in channel_views(manifest).items():
         yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
 
@@ -111,6 +113,8 @@ def _roles(manifest: Manifest) -> Iterator[str]:
         used |= {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
         if manifest.proxy.programs:
             used[manifest.proxy.depth] = "shader"
+    if manifest.render is not None and manifest.render.hybrid is not None:
+        used |= dict.fromkeys(manifest.render.hybrid.shaders, "shader")
     used |= {histogram.file: "histogram" for histogram in (manifest.editing or Editing()).histograms}
     used |= {path: "shader" for program in programs for path in program.shaders}
     if manifest.subvolumes is not None:

@@ -36,6 +36,7 @@ def composed(
         light_pass=light_pass,
         tiles=tiles,
         blend=shaders.blend,
+        target=shaders.target,
         slab_samples=shaders.slab_samples,
         step_mm_min=shaders.step_mm_min,
     )

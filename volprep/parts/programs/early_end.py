@@ -21,8 +21,8 @@ from volprep.compositing import COMPOSITINGS
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep.transfer.rays import segments
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction

@@ -6,9 +6,12 @@ from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import SkipTablePlan
 from volprep.plan.records import ChannelPlan, Plan
+from volprep.shading.compose import Dialect
+from volprep.shading.overlay import overlay_texts
 from volprep.shading.rays import depth_shader
 from volprep_formats.package.manifest import Contribution, RenderSettings, SubvolumeFiles
 from volprep_formats.package.parts.proxy.record import Proxy
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, ProgramDesign
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
@@ -39,9 +42,13 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     if subvolumes is not None:
         subvolumes = SubvolumeFiles(grid=subvolumes.grid, programs=writer.programs(around_points))
     if proxy is not None:
-        draft.write(proxy.depth, "shader", depth_shader("es100" if plan.profile.api == "es2.0" else "es300").encode())
+        draft.write(proxy.depth, "shader", depth_shader(_dialect(plan.profile)).encode())
         proxy = Proxy(depth=proxy.depth, programs=writer.programs(at_meshes))
     return Contribution(programs=programs, subvolumes=subvolumes, proxy=proxy)
+
+
+def _dialect(profile: DeviceProfile) -> Dialect:
+    return "es100" if profile.api == "es2.0" else "es300"
 
 
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
@@ -50,7 +57,12 @@ def _settings_together(plan: Plan) -> tuple[Record, ...]:
 
 
 def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
-    """Write the programs of the picture of several channels."""
+    """Write what puts a small picture between lines, and the programs of the picture of several channels."""
+    hybrid = plan.shared.render.hybrid
+    for name, pair in () if hybrid is None else hybrid.pairs.items():
+        texts = overlay_texts(name, _dialect(plan.shared.profile))
+        for path, text in zip((pair.vertex, pair.fragment), texts, strict=True):
+            draft.write(path, "shader", text.encode("ascii"))
     if plan.together is None:
         return Contribution()
     progress.start("shaders", len(plan.together.programs))

@@ -1,16 +1,14 @@
 //: As loop_es300, for rays that skip. Pixels are drawn in groups, whose rays wait for each other: all jump first, as
 //: often as each must, and then all take a run of samples. Where each did what came next for it, groups took as many
 //: runs as there are jumps and runs: a tenth to a sixth of the time (tests/benchmarks/bench_vtk.py).
-while (next < $LAST) {
+while (next < $LAST$GOING) {
   while (next < $LAST) {
     //#part look
     break;
   }
   float run_start = next;
   next += RUN;
-  for (float i = run_start; i < min(next, $LAST); i++) {
+  for (float i = run_start; i < min(next, $LAST)$GOING; i++) {
     //#part sample
-    //#part stop
   }
-  //#part stop
 }

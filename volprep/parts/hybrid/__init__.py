@@ -1,0 +1,1 @@
+"""Hybrid resolution: the volume with few pixels, lines with all."""
