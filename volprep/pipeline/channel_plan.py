@@ -11,7 +11,7 @@ from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import describe_editing, plan_editing
 from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
 from volprep.parts.programs.decision import ray_casters
-from volprep.parts.programs.early_end import EarlyEnd, cutoff_of, opaque_share
+from volprep.parts.programs.early_end import LEAST_SHARE, EarlyEnd, cutoff_of, opaque_share
 from volprep.parts.programs.step import StepChoice, choose_steps, describe_steps
 from volprep.parts.proxy.decision import describe_proxy, plan_proxy
 from volprep.parts.skip.decision import Found, describe_skip, plan_skip
@@ -114,7 +114,7 @@ class _Slices:
 
     @property
     def early_end(self) -> EarlyEnd:
-        return EarlyEnd(0.0, 0.0)
+        return EarlyEnd(0.0, 0.0, 1.0)
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scene = self.scan.scene
@@ -158,7 +158,8 @@ class _Volume:
         opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*self.grid.extent_mm_zyx))
         spacing_mm_zyx, cutoff = scan.info.grid.spacing_mm_zyx, cutoff_of(scan.scene)
         rays_zyx = scan.measured.rays_zyx
-        return EarlyEnd(opacity, opaque_share(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff))
+        behind = opaque_share(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff)
+        return EarlyEnd(opacity, behind, LEAST_SHARE[self.profile.api])
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scan, scene, functions, values = self.scan, self.scan.scene, self.scan.functions, self.values
