@@ -49,6 +49,10 @@ Edit = Annotated[
         metavar="FILE",
     ),
 ]
+Fill = Annotated[
+    bool,
+    typer.Option("--fill", help="Let what is seen fill the picture; otherwise all views show the volume in one size."),
+]
 Lines = Annotated[bool, typer.Option("--lines", help="Draw the box of the volume and its middle axes, too.")]
 Small = Annotated[
     str | None,
@@ -79,6 +83,7 @@ def render(
     background: Background = "black",
     step: Step = None,
     edit: Edit = None,
+    fill: Fill = False,
     lines: Lines = False,
     small: Small = None,
     opacity: Opacity = "alpha",
@@ -106,6 +111,7 @@ def render(
         transfer=transfer,
         step_mm=step,
         edit=edit,
+        fill=fill,
         hybrid=hybrid,
     )
     taken = take(package, shot, output)

@@ -4,6 +4,7 @@ import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "./formats.js";
 import { Probes } from "./probe.js";
 import { link } from "./program.js";
+import { passesOf } from "./shapes.js";
 import { Picture } from "./target.js";
 import { Textures } from "./textures.js";
 
@@ -34,7 +35,7 @@ function checkContext(gl, pack) {
 export function checkFits(gl, { manifest }, choice, limit = manifest.profile.max_texture_bytes) {
   const { program, textures, level } = choice;
   const units = gl.getParameter(gl.MAX_TEXTURE_IMAGE_UNITS);
-  const count = program.samplers.length + (program.before?.length ?? 0);
+  const count = program.samplers.length + passesOf(program).length;
   if (count > units) throw new VolpkgError("VP7012", { name: program.name, count, limit: units });
   for (const { name, gl: how, shape_zyx: shape } of textures.flatMap((each) => sharing(manifest, each))) {
     const most = gl.getParameter(how.target === "TEXTURE_3D" ? 0x8073 : gl.MAX_TEXTURE_SIZE) ?? 0;

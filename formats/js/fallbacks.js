@@ -1,9 +1,11 @@
 /** Formats in place of those that a device draws wrongly, and how texels get there. */
-import { finerSize, fromHalf } from "./formats.js";
+import { FORMATS, finerSize, fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
 
 /** @typedef {import("./textures.js").Form} Form */
 /** @typedef {import("./types.js").Texture} Texture */
+
+FORMATS.RGBA32F = { ...FORMATS.RGBA16F, vk: 109, typeSize: 4, bytes: 16, type: "FLOAT" };
 
 /** Texels along an axis of a table that is not filtered. */
 const FINEST = 4096;

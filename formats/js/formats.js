@@ -15,11 +15,11 @@
 
 /** @param {number} vk @param {string} format @param {number} components @param {string} [type] @param {string} [extension] @returns {Format} */
 function plain(vk, format, components, type = "UNSIGNED_BYTE", extension) {
-  const typeSize = type.endsWith("BYTE") ? 1 : type === "FLOAT" ? 4 : 2;
+  const typeSize = type.endsWith("BYTE") ? 1 : 2;
   return { vk, typeSize, bytes: typeSize * components, block: 1, format, type, components, extension };
 }
 
-/** By the name of the internal format; blocks.js adds those of compressed blocks. @type {Record<string, Format>} */
+/** By the name of the internal format; blocks.js and fallbacks.js add rarer ones. @type {Record<string, Format>} */
 export const FORMATS = {
   LUMINANCE: plain(9, "LUMINANCE", 1),
   LUMINANCE_ALPHA: plain(16, "LUMINANCE_ALPHA", 2),
@@ -34,7 +34,6 @@ export const FORMATS = {
   R16_EXT: plain(70, "RED", 1, "UNSIGNED_SHORT", "EXT_texture_norm16"),
   R16F: plain(76, "RED", 1, "HALF_FLOAT"),
   RGBA16F: plain(97, "RGBA", 4, "HALF_FLOAT"),
-  RGBA32F: plain(109, "RGBA", 4, "FLOAT"),
 };
 
 /** @typedef {WebGLRenderingContext | WebGL2RenderingContext} Gl */

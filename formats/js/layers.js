@@ -10,19 +10,19 @@ const FAR = 1e6;
 const SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
 
 /** @param {Vector} a @param {Vector} b */
-const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
+export const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 /** @param {Vector} a @param {Vector} b */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a @param {number} by */
-const times = (a, by) => a.map((each) => each * by);
+export const times = (a, by) => a.map((each) => each * by);
 /** @param {Vector} a */
-const unit = (a) => times(a, 1 / Math.hypot(...a));
+export const unit = (a) => times(a, 1 / Math.hypot(...a));
 
 /** @param {Vector} m column by column @param {Vector} at four numbers */
 const product = (m, at) => [0, 1, 2, 3].map((row) => at.reduce((sum, each, column) => sum + each * m[4 * column + row], 0));
 
 /** Right, up and ahead of the view, in box space. @param {Vector} boxFromClip */
-function axesOf(boxFromClip) {
+export function axesOf(boxFromClip) {
   const place = (/** @type {Vector} */ at) => {
     const [x, y, z, w] = product(boxFromClip, at);
     return [x / w, y / w, z / w];
@@ -63,7 +63,7 @@ export function layers(geometry, extent, boxFromClip, step, frontToBack) {
  * far side. Of one along an axis it is all faces that rays leave it through, because rays may leave it at the rim.
  * @param {string} geometry @param {Vector} boxFromSlices @param {Vector[]} axes @param {number} count @param {Vector} boxFromClip @param {boolean} frontToBack
  */
-function cornersOf(geometry, boxFromSlices, axes, count, boxFromClip, frontToBack) {
+export function cornersOf(geometry, boxFromSlices, axes, count, boxFromClip, frontToBack) {
   // With parallel rays w is 0, and the rest is where they come from: as from a point far away.
   const [x, y, z, w] = product(invert(boxFromSlices), product(boxFromClip, [0, 0, -1, 0]));
   const length = Math.hypot(x, y, z);

@@ -1,9 +1,11 @@
 /** From what is wanted to what draws: textures, program and mesh of a picture at a level. */
 import { choose, textureOf } from "./choose.js";
 import { checkFits } from "./device.js";
+import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "./formats.js";
 import { formsOf } from "./forms.js";
 import { checkNamed, checkUniforms, setUniform } from "./program.js";
+import { passesOf } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
 /** @typedef {import("./choose.js").Value} Value */
@@ -29,11 +31,12 @@ import { checkNamed, checkUniforms, setUniform } from "./program.js";
  * @property {Map<string, TransferFunction>} edits
  * @property {Clip | null} clip
  * @property {number} [limit] of the bytes of all textures
+ * @property {import("./draco.js").DecodeDraco} [decodeDraco]
  * @property {(work: () => void) => void} use called with each use of the context
  * @property {AbortSignal} signal
  * @property {Made[]} held gets each texture as soon as it is there
  */
-/** What a program or a pass reads. @typedef {Pick<import("./types.js").Program, "uniforms" | "samplers" | "before">} Inputs */
+/** What a program or a pass reads. @typedef {Pick<import("./types.js").Program, "uniforms" | "samplers" | "before" | "light_pass">} Inputs */
 /** What draws, all of it on the GPU. @typedef {{choice: Choice, linked: Linked, technique: Technique | null, textures: Made[], mesh: Mesh | null, clip: Clip | null, notes: string[], lightOf: typeof import("./light.js").lightOf | null}} Drawn */
 
 /** Techniques that draw one triangle. Tiles, too, make the same picture at once. */
@@ -57,14 +60,13 @@ export async function load(wanted) {
     textures.push(made);
   }
   const linked = await linking;
-  const isPlain = ONE_TRIANGLE.includes(choice.program.technique ?? "ray-casting") && !choice.program.before?.length;
-  const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice.program, checkNamed);
+  const isPlain = ONE_TRIANGLE.includes(choice.program.technique ?? "ray-casting") && !passesOf(choice.program).length;
+  const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice, checkNamed);
   const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${choice.textures[i].name}: ${note}`] : [])))];
   const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice, notes) : null;
   const lightOf = choice.program.uniforms.some(({ source }) => source === "light_mm") ? (await import("./light.js")).lightOf : null;
   return { choice, linked, technique, textures, mesh, clip, notes, lightOf };
 }
-
 
 /** @param {Wanted} wanted @param {Choice} choice */
 async function linkedFor({ gl, pack, device, clip, signal }, { program, textures }) {
@@ -76,16 +78,18 @@ async function linkedFor({ gl, pack, device, clip, signal }, { program, textures
   return linked;
 }
 
-
 /**
  * Gives a program everything that it reads.
  * @param {Gl} gl @param {Drawn} drawn @param {Linked} linked @param {Inputs} program
  * @param {Record<string, Value>} values by the source of a uniform @param {Behind | null} behind
  */
-export function bind(gl, { textures, clip }, linked, program, values, behind) {
+export function bind(gl, { choice, textures, clip }, linked, program, values, behind) {
   gl.useProgram(linked.handle);
-  for (const { name, source } of program.uniforms) setUniform(gl, linked.locations[name], values[source]);
-  clip?.bind(gl, linked, program.samplers.length + (program.before?.length ?? 0), behind);
+  for (const { name, source } of program.uniforms) {
+    if (values[source] === undefined) throw new VolpkgError("VP4011", { path: choice.program.name, problem: `it has no value for ${name}` });
+    setUniform(gl, linked.locations[name], values[source]);
+  }
+  clip?.bind(gl, linked, program.samplers.length + passesOf(program).length, behind);
   program.samplers.forEach(({ name }, unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(textures[unit].target, textures[unit].handle);

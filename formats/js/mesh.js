@@ -1,6 +1,7 @@
 /**
- * Proxy geometry: rays begin at a mesh around what is seen. SPEC section 15. Meshes that are compressed with Draco are
- * left out, with a note, and the picture is drawn from the box: it is the same, and a decoder would weigh more than all of this.
+ * Proxy geometry: rays begin at a mesh around what is seen. SPEC section 15. Meshes that are compressed with Draco need a
+ * decoder of the app, which would weigh more than all of this. Without one they are left out, with a note, and the picture
+ * is drawn from the box: it is the same.
  */
 import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
@@ -22,16 +23,16 @@ const UNITS = 4;
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice
  * @param {string[]} notes gets what is left out
  */
-export async function loadMesh({ gl, pack, device, use, signal }, { program: { transfer }, level }, notes) {
+export async function loadMesh({ gl, pack, device, decodeDraco, use, signal }, { program: { transfer }, level }, notes) {
   const { proxy, grid } = pack.manifest;
   const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
   const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
   if (!proxy || !record || !program) return null;
-  if (record.draco) {
+  if (record.draco && !decodeDraco) {
     notes.push(new VolpkgError("VP7064", { file: record.file }).message);
     return null;
   }
-  const parts = record.file ? partsOf(await pack.read(record.file, { signal }), record.file, record.triangles ?? 0) : [];
+  const parts = record.file ? await partsOf(await pack.read(record.file, { signal }), record.file, record.triangles ?? 0, record.draco ? decodeDraco : undefined) : [];
   const vertex = await pack.text(program.vertex, { signal });
   const [fragment, depth] = [await pack.text(program.fragment, { signal }), await pack.text(proxy.depth, { signal })];
   const drawing = await device.linked(program.name, { name: program.name, vertex, fragment, paths: [program.vertex, program.fragment] });
@@ -129,11 +130,12 @@ export class Mesh {
 }
 
 /**
- * The primitives of a glTF binary of the kind in SPEC section 15, without compression.
+ * The primitives of a glTF binary of the kind in SPEC section 15.
  * @param {Uint8Array<ArrayBuffer>} data @param {string} name @param {number} triangles how many it must have
- * @returns {Part[]}
+ * @param {import("./draco.js").DecodeDraco} [decodeDraco] of a file that is compressed
+ * @returns {Promise<Part[]>}
  */
-export function partsOf(data, name, triangles) {
+export async function partsOf(data, name, triangles, decodeDraco) {
   /** @param {string} problem @returns {never} */
   const refuse = (problem) => {
     throw new VolpkgError("VP4039", { name, problem });
@@ -152,23 +154,33 @@ export function partsOf(data, name, triangles) {
   } catch (error) {
     refuse(`its JSON cannot be read: ${/** @type {Error} */ (error).message}`);
   }
+  /** @param {number} view @returns {[from: number, bytes: number]} */
+  const viewOf = (view) => {
+    const { byteOffset: at = 0, byteLength } = gltf?.bufferViews?.[view] ?? {};
+    if (![at, byteLength].every((each) => Number.isSafeInteger(each) && each >= 0) || at + byteLength > binarySize) refuse(`buffer view ${view} reaches beyond the file`);
+    return [data.byteOffset + start + at, byteLength];
+  };
   /** @param {any} index @param {number} type @param {string} shape @param {number} bytes */
   const read = (index, type, shape, bytes) => {
     const { bufferView, componentType, type: found, count, byteOffset = 0 } = gltf?.accessors?.[index] ?? {};
-    const { byteOffset: at = 0, byteLength } = gltf?.bufferViews?.[bufferView] ?? {};
-    const sizes = [count, byteOffset, at, byteLength];
-    if (componentType !== type || found !== shape || !sizes.every((each) => Number.isSafeInteger(each) && each >= 0)) refuse(`accessor ${index} is not of the kind that packages have`);
-    if (byteOffset + count * bytes > byteLength || at + byteLength > binarySize) refuse(`accessor ${index} reaches beyond its bytes`);
-    const from = data.byteOffset + start + at + byteOffset;
-    return data.buffer.slice(from, from + count * bytes);
+    if (componentType !== type || found !== shape || ![count, byteOffset].every((each) => Number.isSafeInteger(each) && each >= 0)) refuse(`accessor ${index} is not of the kind that packages have`);
+    const [from, byteLength] = viewOf(bufferView);
+    if (byteOffset + count * bytes > byteLength) refuse(`accessor ${index} reaches beyond its bytes`);
+    return data.buffer.slice(from + byteOffset, from + byteOffset + count * bytes);
   };
-  const parts = /** @type {any[]} */ (Array.isArray(gltf?.meshes?.[0]?.primitives) ? gltf.meshes[0].primitives : []).map((each) => {
+  const unpack = decodeDraco && (await import("./draco.js")).unpackedPart;
+  const parts = /** @type {Part[]} */ ([]);
+  for (const each of Array.isArray(gltf?.meshes?.[0]?.primitives) ? gltf.meshes[0].primitives : []) {
     if ((each?.mode ?? 4) !== 4) refuse("it has primitives other than triangles");
-    const positions = new Float32Array(read(each?.attributes?.POSITION, 5126, "VEC3", 12));
-    const indices = new Uint16Array(read(each?.indices, 5123, "SCALAR", 2));
+    const [from, bytes] = decodeDraco ? viewOf(each?.extensions?.KHR_draco_mesh_compression?.bufferView) : [0, 0];
+    const part =
+      unpack && decodeDraco
+        ? await unpack(new Uint8Array(data.buffer.slice(from, from + bytes)), decodeDraco, name)
+        : { positions: new Float32Array(read(each?.attributes?.POSITION, 5126, "VEC3", 12)), indices: new Uint16Array(read(each?.indices, 5123, "SCALAR", 2)) };
+    const { positions, indices } = part;
     if (!positions.every(Number.isFinite) || indices.length % 3 || indices.some((index) => 3 * index >= positions.length)) refuse("an index names no vertex, or a position is no number");
-    return { positions, indices };
-  });
+    parts.push(part);
+  }
   const found = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);
   if (!parts.length || found !== triangles) refuse(`it has ${found} triangles instead of ${triangles}`);
   return parts;

@@ -179,6 +179,6 @@ function numbers(type, count, components) {
     HALF_FLOAT: [Uint16Array, (v) => (v === LOW ? 0x3266 : 0x3a66)],
     FLOAT: [Float32Array, (v) => v],
   })[type];
-  const texels = new List(count).fill(Math.round(type === "FLOAT" ? 0 : code(LOW)) || code(LOW));
-  return texels.fill(type === "FLOAT" ? code(HIGH) : Math.round(code(HIGH)), count - components);
+  const value = (/** @type {number} */ v) => (type === "FLOAT" ? v : Math.round(code(v)));
+  return new List(count).fill(value(LOW)).fill(value(HIGH), count - components);
 }

@@ -1,5 +1,6 @@
 /** Programs of WebGL: compiled, linked, and compared with what the manifest says of them. */
 import { VolpkgError } from "./error.js";
+import { passesOf } from "./shapes.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {{handle: WebGLProgram, locations: Record<string, WebGLUniformLocation | null>}} Linked */
@@ -83,7 +84,7 @@ function active(gl, handle) {
  */
 export function checkUniforms(gl, linked, program, textures, added) {
   const samplers = program.samplers.map(({ name }, i) => `${name} ${textures[i].gl.target === "TEXTURE_3D" ? 0x8b5f : gl.SAMPLER_2D}`);
-  const before = (program.before ?? []).map(({ sampler }) => `${sampler} ${gl.SAMPLER_2D}`);
+  const before = passesOf(program).map(({ sampler }) => `${sampler} ${gl.SAMPLER_2D}`);
   checkNamed(gl, linked, program.name, program.uniforms, [...samplers, ...before], added);
 }
 

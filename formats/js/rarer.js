@@ -15,8 +15,8 @@ Object.assign(WORDS, {
     "Use a browser and a device that have it, or build the package with another technique.",
   ],
   VP7064: [
-    "{file}: the mesh is compressed with Draco, which this reader does not unpack; rays begin at the box, and the picture is the same",
-    'For the speed of a mesh build the package with draco = "none" in [proxy].',
+    "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the picture is the same",
+    'For the speed of a mesh give createRenderer a decodeDraco, or build the package with draco = "none" in [proxy].',
   ],
   VP7063: ["the light cannot be moved: {problem}", "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong."],
 });

@@ -18,6 +18,7 @@ import { bind, load } from "./load.js";
  * @property {string} [program] which picture: the name of a transfer function, or of several channels together; the first if absent
  * @property {number} [level] the finest that fits if absent
  * @property {number} [maxTextureBytes] what textures may take together; what the package's profile allows if absent
+ * @property {import("./draco.js").DecodeDraco} [decodeDraco] unpacks meshes that are compressed with Draco; they are left out if absent
  * @property {number} [frameMs] how long a picture may take while the camera moves, 25 if absent
  * @property {(work: () => void) => void} [around] called with each use of the context, for apps that keep state of their own
  * @property {(error: unknown) => void} [onError] told of what fails behind: a finer level, or a context that came back
@@ -261,8 +262,8 @@ export class Renderer {
       const place = /** @type {const} */ ([own ? 0 : x, own ? 0 : y, size[0], size[1]]);
       gl.viewport(...place);
       device.state(blend);
-      const behind = depth ? { ...depth, pixel: size } : null;
-      const values = { ...choice.values, light_mm: drawn.lightOf?.(this.grid, choice.program, this.#light) ?? 0, box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, choice.program.step_mm_min ?? 0) };
+      const behind = depth ? { ...depth, pixel: size, boxFromClip } : null;
+      const values = { ...choice.values, ...drawn.lightOf?.(this.grid, choice.program, this.#light), box_from_clip: Array.from(boxFromClip), step_mm: Math.max(this.step * step, choice.program.step_mm_min ?? 0) };
       if (mesh) mesh.draw((linked, program) => bind(gl, drawn, linked, program, { ...values, ...mesh.values }, behind));
       else if (drawn.technique) {
         drawn.technique.draw(linked, { values, viewport: place, bindTarget, bind: (to, inputs, all) => bind(gl, drawn, to, inputs, all, behind) });
@@ -405,7 +406,8 @@ export class Renderer {
       let drawn;
       do {
         version = this.#version;
-        const how = { edits: this.#edits, clip: this.#clip, limit: this.#options.maxTextureBytes, use: (/** @type {() => void} */ work) => this.#use(work) };
+        const { maxTextureBytes: limit, decodeDraco } = this.#options;
+        const how = { edits: this.#edits, clip: this.#clip, limit, decodeDraco, use: (/** @type {() => void} */ work) => this.#use(work) };
         drawn = await load({ gl: this.#gl, pack: this.#pack, device, ...this.#want, level: index, ...how, signal, held });
         if (version !== this.#version || signal.aborted) discard(drawn);
         signal.throwIfAborted();

@@ -30,14 +30,13 @@ export const three = tuple(3, number);
 export const counts = tuple(3, count);
 
 const SOURCES = "box_from_clip step_mm texture_from_box mipmap blocks_from_box block_low_mm block_high_mm split_voxel low_start_voxel low_size_voxels high_start_voxel high_size_voxels clip_from_box box_from_mesh box_from_slices slices first_sample light_mm box_from_light light_from_box picture_width picture_height";
-const UNIFORMS = [{ name: text, type: among("float vec3 mat4"), source: among(SOURCES) }];
+export const UNIFORMS = [{ name: text, type: among("float vec3 mat4"), source: among(SOURCES) }];
 export const PROGRAM = {
   name: text,
   sampling: among("texture3d mosaic subvolumes bricks"),
   "technique?": text,
   "classification?": text,
   "compositing?": text,
-  "light?": { place_mm_xyz: three },
   "rays?": among("box mesh"),
   vertex: path,
   fragment: path,
@@ -46,8 +45,6 @@ export const PROGRAM = {
   uniforms: UNIFORMS,
   samplers: [{ name: text, role: among("volume bricks transfer preintegrated skip normals subvolume"), "transfer?": text, "part?": whole }],
   "step_mm_min?": number,
-  // What more there is to them is checked where they are drawn.
-  "before?": [{ vertex: path, fragment: path, sampler: text, uniforms: UNIFORMS }],
 };
 
 /**
@@ -77,5 +74,8 @@ export function breach(value, shape, at) {
 
 /** A file, and the role in which it is used. @typedef {[file: string, role: string]} Use */
 
-/** Files of programs and of the passes before them. @param {import("./types.js").Program[]} programs @returns {Use[]} */
-export const shadersOf = (programs) => programs.flatMap((each) => [each, ...(each.before ?? [])].flatMap(({ vertex, fragment }) => /** @type {Use[]} */ ([[vertex, "shader"], [fragment, "shader"]])));
+/** Passes beside a picture's own, each with a texture that the program reads. @param {Pick<import("./types.js").Program, "before" | "light_pass">} program */
+export const passesOf = ({ before = [], light_pass: light }) => (light ? [...before, light] : before);
+
+/** Files of programs and of their passes. @param {import("./types.js").Program[]} programs @returns {Use[]} */
+export const shadersOf = (programs) => programs.flatMap((each) => [each, ...passesOf(each)].flatMap(({ vertex, fragment }) => /** @type {Use[]} */ ([[vertex, "shader"], [fragment, "shader"]])));

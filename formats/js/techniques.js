@@ -1,20 +1,23 @@
 /**
- * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, and stacks of layers.
- * SPEC sections 9.1 to 9.3.
+ * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, stacks of layers, and
+ * passes from the light. SPEC sections 9.1 to 9.4.
  */
 import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { layers } from "./layers.js";
-import { among, breach, count, tuple } from "./shapes.js";
+import { TEXEL_BYTES, checkTarget, claims, freeTarget, makeTarget } from "./pass_targets.js";
+import { among, breach, count, passesOf, tuple } from "./shapes.js";
 
 /** @typedef {import("./choose.js").Value} Value */
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {import("./program.js").Linked} Linked */
+/** @typedef {import("./types.js").Blend} Blend */
+/** @typedef {import("./types.js").LightPass} LightPass */
 /** @typedef {import("./types.js").Pass} Pass */
 /** @typedef {import("./types.js").Program} Program */
 /** A pass, and what draws it. @typedef {{pass: Pass, linked: Linked}} Drawing */
-/** A texture as large as the picture, and what draws into it. @typedef {Drawing & {texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target */
+/** A texture, and what draws into it. @typedef {Drawing & {texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target */
 /**
  * How a picture is drawn.
  * @typedef {object} Picture
@@ -26,46 +29,56 @@ import { among, breach, count, tuple } from "./shapes.js";
 
 /** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
 const CLAMPED = "view-slices-as-published";
-const KNOWN = ["slabs", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
+const KNOWN = ["ray-casting", "slabs", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
+/** The triangle that covers the picture. */
+const WHOLE = [-1, -1, 3, -1, -1, 3];
+const SAMPLER_3D = 0x8b5f;
 const SQUARE = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
 /** Sine of the angle under which a face counts as seen from its edge. */
 const EDGE = 1e-6;
 
-const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices");
+const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices half-angle-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
+const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
+const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "size?": count };
 /** @type {import("./shapes.js").Shape} */
-const PROGRAM = {
-  "geometry?": GEOMETRY,
-  "before?": [{ geometry: GEOMETRY, target: among("rgba8 rgba32f") }],
-  "blend?": { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS },
-  "slab_samples?": count,
-};
+const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...PASS, size: count, blend: BLEND, behind: BLEND }, "blend?": BLEND, "slab_samples?": count };
 
 /**
- * What draws a program that is no single triangle. Throws VP7021 where this page or device cannot draw its technique.
- * @param {import("./load.js").Wanted} wanted @param {Program} program @param {typeof import("./program.js").checkNamed} checkNamed
+ * What draws a program that is no single triangle. Throws VP7021 where this page or device cannot draw its technique, VP7011
+ * to VP7014 where it cannot draw into what passes need.
+ * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadTechnique({ gl, pack, device, use, signal }, program, checkNamed) {
-  const { name, technique = "", before = [] } = program;
+export async function loadTechnique({ gl, pack, device, clip, limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
+  const { name, technique = "ray-casting", samplers } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
   if (technique === CLAMPED && !isWebGl2(gl)) throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
-  if (before.some(({ size }) => size) || program.light_pass) throw refuse("it draws shadows by passes from the light");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });
   /** @type {Drawing[]} */
   const passes = [];
-  for (const pass of before) {
-    if (pass.target === "rgba32f" && !(isWebGl2(gl) && gl.getExtension("EXT_color_buffer_float"))) throw refuse("it needs EXT_color_buffer_float");
+  for (const pass of passesOf(program)) {
+    const { size = 0, target } = pass;
+    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const bytes = size * size * TEXEL_BYTES[target];
+    if (size > most) throw new VolpkgError("VP7011", { name: pass.fragment, axis: "width", size, limit: most });
+    if (bytes > limit) throw new VolpkgError("VP7013", { level: level.index, size: bytes, limit });
+    if (!claims(gl, target)) throw refuse("it needs EXT_color_buffer_float");
+    use(() => checkTarget(gl, device, target, pass.fragment));
     const [vertex, fragment] = [await pack.text(pass.vertex, { signal }), await pack.text(pass.fragment, { signal })];
-    const linked = await device.linked(pass.fragment, { name: pass.fragment, vertex, fragment, paths: [pass.vertex, pass.fragment] });
-    checkNamed(gl, linked, pass.fragment, pass.uniforms, [], []);
+    // What is cut away throws no shadow.
+    const cut = (size && clip?.shader(fragment, pass.fragment, true)) || fragment;
+    const linked = await device.linked(`${pass.fragment} ${clip?.planes.length ?? 0}`, { name: pass.fragment, vertex, fragment: cut, paths: [pass.vertex, pass.fragment] });
+    const read = samplers.flatMap((each, i) => (pass.reads?.includes(each.name) ? [`${each.name} ${textures[i].gl.target === "TEXTURE_3D" ? SAMPLER_3D : gl.SAMPLER_2D}`] : []));
+    checkNamed(gl, linked, pass.fragment, pass.uniforms, read, clip?.uniforms ?? []);
     passes.push({ pass, linked });
   }
+  const stack = program.light_pass ? (await import("./half_angle.js")).halfAngleLayers : null;
   signal.throwIfAborted();
   /** @type {Technique | null} */
   let made = null;
-  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx)));
+  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack)));
   return /** @type {Technique | null} */ (made);
 }
 
@@ -76,12 +89,18 @@ export class Technique {
   #targets;
   #clamped;
   #extent;
+  #halfAngle;
   #array;
   #corners;
   #size = "";
+  /** What the shadow map was drawn with. */
+  #lit = "";
 
-  /** @param {Gl} gl @param {Program} program @param {Drawing[]} passes @param {readonly number[]} extent z, y, x */
-  constructor(gl, program, passes, extent) {
+  /**
+   * @param {Gl} gl @param {Program} program @param {Drawing[]} passes @param {readonly number[]} extent z, y, x
+   * @param {typeof import("./half_angle.js").halfAngleLayers | null} halfAngle
+   */
+  constructor(gl, program, passes, extent, halfAngle) {
     this.#gl = gl;
     this.#program = program;
     /** @type {Target[]} */
@@ -89,6 +108,7 @@ export class Technique {
     /** What is blended in 8 bits first, if it must be. @type {Target | null} */
     this.#clamped = program.technique === CLAMPED ? /** @type {any} */ ({ pass: { target: "rgba8" }, texture: null, frame: null }) : null;
     this.#extent = [...extent].reverse();
+    this.#halfAngle = halfAngle;
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
     this.#corners = gl.createBuffer();
   }
@@ -96,30 +116,26 @@ export class Technique {
   /** @param {Linked} linked of the program @param {Picture} picture */
   draw(linked, picture) {
     const gl = this.#gl;
-    const { geometry = "triangle", blend, slab_samples: slab, samplers } = this.#program;
+    const { geometry = "triangle", blend, slab_samples: slab, samplers, light_pass: light } = this.#program;
     const { values, viewport, bindTarget } = picture;
     const matrix = /** @type {number[]} */ (values.box_from_clip);
     const step = /** @type {number} */ (values.step_mm);
     const all = geometry === "triangle" ? values : { ...values, clip_from_box: clipFromBox(matrix) };
     this.#passes(picture, all, matrix);
     const [x, y, width, height] = viewport;
-    const [left, below] = this.#clamped ? [0, 0] : [x, y];
+    const place = /** @type {const} */ ([...(this.#clamped ? [0, 0] : [x, y]), width, height]);
     if (this.#clamped) gl.bindFramebuffer(gl.FRAMEBUFFER, this.#clamped.frame);
     else bindTarget();
-    gl.viewport(left, below, width, height);
-    this.#clear([left, below, width, height]);
-    if (blend) {
-      const [sources, alphas] = [blend.colour, blend.alpha];
-      gl.enable(gl.BLEND);
-      gl.blendEquation(gl.FUNC_ADD);
-      gl.blendFuncSeparate(gl[sources[0]], gl[sources[1]], gl[alphas[0]], gl[alphas[1]]);
-    }
-    if (slab) {
+    gl.viewport(place[0], place[1], width, height);
+    this.#clear(place);
+    if (blend) this.#blend(blend);
+    if (light) this.#layers(linked, picture, all, light);
+    else if (slab) {
       const samples = Math.ceil(Math.hypot(...this.#extent) / step);
       for (let first = 0; first < samples; first += slab) {
         picture.bind(linked, this.#program, { ...all, first_sample: first });
         this.#read(linked, samplers.length);
-        this.#triangles([-1, -1, 3, -1, -1, 3], 2);
+        this.#triangles(WHOLE, 2);
       }
     } else if (geometry === "axis-slices" || geometry === "view-slices") {
       const stack = layers(geometry, this.#extent, matrix, step, blend?.order !== "back-to-front");
@@ -129,7 +145,7 @@ export class Technique {
     } else {
       picture.bind(linked, this.#program, all);
       this.#read(linked, samplers.length);
-      this.#triangles(faces(matrix, this.#extent, geometry === "front-faces"), 3);
+      this.#shape(geometry, matrix);
     }
     gl.disable(gl.BLEND);
     if (!this.#clamped || !isWebGl2(gl)) return;
@@ -151,20 +167,69 @@ export class Technique {
     const gl = this.#gl;
     if (this.#size !== `${width} ${height}`) {
       this.#free();
-      for (const each of this.#all()) this.#make(each, width, height);
+      for (const each of this.#all()) this.#make(each, each.pass.size ?? width, each.pass.size ?? height);
       this.#size = `${width} ${height}`;
     }
     for (const { pass, linked, frame } of this.#targets) {
+      const [wide, high] = [pass.size ?? width, pass.size ?? height];
+      const lit = `${values.step_mm} ${values.light_mm}`;
+      // A shadow map is the same for every view. Half-angle slices draw their pass themselves.
+      if (pass === this.#program.light_pass || (pass.size && this.#lit === lit)) continue;
+      if (pass.size) this.#lit = lit;
       gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-      gl.viewport(0, 0, width, height);
-      this.#clear([0, 0, width, height]);
-      bind(linked, { uniforms: pass.uniforms, samplers: [] }, values);
-      this.#triangles(faces(matrix, this.#extent, pass.geometry === "front-faces"), 3);
+      gl.viewport(0, 0, wide, high);
+      this.#clear([0, 0, wide, high]);
+      bind(linked, { uniforms: pass.uniforms, samplers: this.#program.samplers }, values);
+      this.#shape(pass.geometry, matrix);
     }
+  }
+
+  /**
+   * Draws each layer for the viewer, then for the light.
+   * @param {Linked} linked @param {Picture} picture @param {Record<string, Value>} values @param {LightPass} light
+   */
+  #layers(linked, { viewport: [x, y, width, height], bind }, values, light) {
+    const gl = this.#gl;
+    const { box_from_clip: matrix, light_mm: place, box_from_light: view } = /** @type {Record<string, number[]>} */ (values);
+    const stack = /** @type {typeof import("./half_angle.js").halfAngleLayers} */ (this.#halfAngle)(this.#extent, matrix, place, view, /** @type {number} */ (values.step_mm));
+    const all = { ...values, box_from_slices: stack.boxFromSlices, slices: stack.count };
+    const picture = gl.getParameter(gl.FRAMEBUFFER_BINDING);
+    const pass = /** @type {Target} */ (this.#targets.at(-1));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, pass.frame);
+    this.#clear([0, 0, light.size, light.size]);
+    // Both read the same textures from the same units.
+    bind(pass.linked, { uniforms: light.uniforms, samplers: this.#program.samplers }, all);
+    bind(linked, this.#program, all);
+    this.#read(linked, this.#program.samplers.length);
+    this.#fill([...stack.seen, ...stack.lit].flat(), 4);
+    let first = 0;
+    const firsts = [...stack.seen, ...stack.lit].map(({ length }) => (first += length / 4) - length / 4);
+    const draw = (/** @type {number} */ at, /** @type {number[]} */ corners) => corners.length && gl.drawArrays(gl.TRIANGLES, firsts[at], corners.length / 4);
+    for (let n = 0; n < stack.count; n++) {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, picture);
+      gl.viewport(x, y, width, height);
+      gl.useProgram(linked.handle);
+      this.#blend(stack.behind ? light.behind : /** @type {Blend} */ (this.#program.blend));
+      draw(n, stack.seen[n]);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, pass.frame);
+      gl.viewport(0, 0, light.size, light.size);
+      gl.useProgram(pass.linked.handle);
+      this.#blend(light.blend);
+      draw(stack.count + n, stack.lit[n]);
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, picture);
   }
 
   #all() {
     return [...this.#targets, ...(this.#clamped ? [this.#clamped] : [])];
+  }
+
+  /** @param {Blend} blend */
+  #blend({ colour, alpha }) {
+    const gl = this.#gl;
+    gl.enable(gl.BLEND);
+    gl.blendEquation(gl.FUNC_ADD);
+    gl.blendFuncSeparate(gl[colour[0]], gl[colour[1]], gl[alpha[0]], gl[alpha[1]]);
   }
 
   /** Binds what the passes have drawn, behind the textures of the program. @param {Linked} linked @param {number} unit */
@@ -178,15 +243,26 @@ export class Technique {
     }
   }
 
+  /** Draws the triangle, or faces of the box. @param {import("./types.js").Geometry} geometry @param {number[]} matrix */
+  #shape(geometry, matrix) {
+    if (geometry === "triangle") this.#triangles(WHOLE, 2);
+    else this.#triangles(faces(matrix, this.#extent, geometry === "front-faces"), 3);
+  }
+
   /** @param {ArrayLike<number>} corners @param {number} size numbers of a corner */
   #triangles(corners, size) {
+    this.#fill(corners, size);
+    this.#gl.drawArrays(this.#gl.TRIANGLES, 0, corners.length / size);
+  }
+
+  /** Makes corners those that are drawn. @param {ArrayLike<number>} corners @param {number} size numbers of a corner */
+  #fill(corners, size) {
     const gl = this.#gl;
     if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(corners), gl.STREAM_DRAW);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, size, gl.FLOAT, false, 0, 0);
-    gl.drawArrays(gl.TRIANGLES, 0, corners.length / size);
   }
 
   /** Clears a part of what is bound. @param {readonly number[]} part */
@@ -201,30 +277,16 @@ export class Technique {
 
   /** @param {Target} target @param {number} width @param {number} height */
   #make(target, width, height) {
-    const gl = this.#gl;
-    target.texture = gl.createTexture();
-    target.frame = gl.createFramebuffer();
-    gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, target.texture);
-    const float = target.pass.target === "rgba32f" && isWebGl2(gl);
-    gl.texImage2D(gl.TEXTURE_2D, 0, float ? gl.RGBA32F : gl.RGBA, width, height, 0, gl.RGBA, float ? gl.FLOAT : gl.UNSIGNED_BYTE, null);
-    for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.NEAREST], [gl.TEXTURE_MAG_FILTER, gl.NEAREST], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) {
-      gl.texParameteri(gl.TEXTURE_2D, name, value);
-    }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.texture, 0);
-    if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) {
-      const { name, technique } = this.#program;
-      throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
-    }
+    const { name, technique, light_pass: light } = this.#program;
+    const made = makeTarget(this.#gl, target.pass.target, width, height, target.pass === light);
+    if (!made) throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
+    Object.assign(target, made);
   }
 
   #free() {
-    const gl = this.#gl;
-    this.#size = "";
+    this.#size = this.#lit = "";
     for (const each of this.#all()) {
-      gl.deleteTexture(each.texture);
-      gl.deleteFramebuffer(each.frame);
+      freeTarget(this.#gl, each);
       each.texture = each.frame = null;
     }
   }

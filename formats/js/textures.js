@@ -71,6 +71,8 @@ export class Textures {
     } catch (error) {
       this.#gl.deleteTexture(target.made.handle);
       throw error;
+    } finally {
+      target.dispose();
     }
     this.#made.set(key, target.made);
     return target.made;
@@ -123,6 +125,11 @@ class Target {
   #levels = [];
   /** Of each slab that was sent. @type {WebGLSync[]} */
   #fences = [];
+  /** Whether its size may still change, and whether it must be drawn before the GPU has what was sent. */
+  #mutable = false;
+  #waits = false;
+  /** @type {import("./settle.js").Settler | null} */
+  #settler = null;
 
   /** @param {Gl} gl @param {Texture[]} entries @param {Form} form @param {(work: () => void) => void} use */
   constructor(gl, entries, form, use) {
@@ -183,11 +190,20 @@ class Target {
   /** Waits until the GPU has what was sent: drivers keep what comes faster, as much as the texture once more. @param {AbortSignal} signal */
   async sent(signal) {
     const gl = /** @type {WebGL2RenderingContext} */ (this.#gl);
+    if (this.#waits) {
+      const { Settler } = await import("./settle.js");
+      this.#use(() => (this.#settler ??= new Settler(gl)).settle(this.made.handle));
+      this.#waits = false;
+    }
     while (this.#fences.length) {
       signal.throwIfAborted();
       if (gl.isContextLost() || gl.getSyncParameter(this.#fences[0], gl.SYNC_STATUS) === gl.SIGNALED) gl.deleteSync(/** @type {WebGLSync} */ (this.#fences.shift()));
       else await new Promise((resolve) => setTimeout(resolve, 1));
     }
+  }
+
+  dispose() {
+    this.#use(() => this.#settler?.dispose());
   }
 
   /** Throws if the driver could not do it. */
@@ -232,7 +248,10 @@ class Target {
       if (level) return;
       if (this.#volume) gl.texStorage3D(this.made.target, levels, internal, x, y, z);
       else gl.texStorage2D(this.made.target, levels, internal, x, y);
-    } else if (format !== undefined) gl.texImage2D(this.made.target, level, internal, x, y, 0, format, /** @type {number} */ (type), null);
+    } else if (format !== undefined) {
+      this.#mutable = true;
+      gl.texImage2D(this.made.target, level, internal, x, y, 0, format, /** @type {number} */ (type), null);
+    }
   }
 
   /** @param {number} levels */
@@ -275,6 +294,7 @@ class Target {
     }
     level.at += level.filled;
     level.filled = 0;
+    this.#waits = this.#mutable && this.made.bytes > SLAB;
     const fence = isWebGl2(gl) && gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (fence) this.#fences.push(fence);
     gl.flush();

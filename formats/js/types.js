@@ -14,17 +14,18 @@
  * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number}} Texture
  * @typedef {{name: string, role: string, transfer?: string, part?: number}} Sampler
  * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
- * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices"} Geometry
+ * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
  * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
- * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba32f", uniforms: Uniform[], size?: number}} Pass
+ * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba16f" | "rgba32f", uniforms: Uniform[], reads?: string[], size?: number}} Pass
+ * @typedef {Pass & {size: number, blend: Blend, behind: Blend}} LightPass
  * @typedef {object} Program
  * @property {string} name
  * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks"} sampling
  * @property {string} [technique] ray-casting if absent
  * @property {string} [classification]
  * @property {string} [compositing]
- * @property {{place_mm_xyz: Three}} [light]
+ * @property {{place_mm_xyz: Three, shadows?: string}} [light]
  * @property {string} [rays]
  * @property {string} vertex
  * @property {string} fragment
@@ -35,7 +36,7 @@
  * @property {number} [step_mm_min]
  * @property {Geometry} [geometry] triangle if absent
  * @property {Pass[]} [before]
- * @property {object} [light_pass]
+ * @property {LightPass} [light_pass]
  * @property {Blend} [blend]
  * @property {number} [slab_samples]
  * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three, blocks_from_box_per_mm_xyz: Three}} SkipTable

@@ -257,6 +257,8 @@ class SourceInfo(Record):
     """Unit of the physical values, for example HU; empty when the source does not say."""
     modality: str = ""
     """DICOM modality, for example CT or MR; empty when the source does not say."""
+    level_set: bool = False
+    """Whether the values are distances to a surface, negative inside."""
     label_numbers: tuple[int, ...] = ()
     """Labels above 255, renumbered: the number in the source of each code, the first for code 0."""
     repairs: tuple[GapRepair | TiltRepair, ...] = ()

@@ -5,7 +5,9 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 import pytest
+import tifffile
 from batch_scans import write_scans
 from dicom_files import save_all, stack
 from phantom_scene import write_phantom_scene
@@ -49,6 +51,19 @@ def test_each_series_and_each_other_scan_of_a_tree_is_a_job(tree, tmp_path) -> N
     assert set(found) == {"CANARY 1", "CANARY 2", "CANARY.dcm", "place-0/scan.nii"}
     assert found["CANARY 1"].request.scene.source.series == "1.2.3.1"
     assert len(found["CANARY 1"].files) == 5
+
+
+def test_pages_make_a_volume_of_a_picture_and_pictures_a_volume_of_a_folder(tmp_path) -> None:
+    pages = np.zeros((4, 6, 5), np.uint8)
+    for folder, stacked in (("stack", False), ("volumes", True), ("beside", True)):
+        (tmp_path / "in" / folder).mkdir(parents=True)
+        for number in range(2):
+            data = pages if stacked else pages[0]
+            tifffile.imwrite(tmp_path / "in" / folder / f"{number}.tif", data, photometric="minisblack")
+    tifffile.imwrite(tmp_path / "in" / "beside" / "photograph.tif", pages[0], photometric="minisblack")
+    (tmp_path / "in" / "beside" / "letter.txt").write_text("no scan", encoding="utf-8")
+    found = {job.shown_source.removeprefix(f"{tmp_path}/in/") for job in jobs(tmp_path / "in", tmp_path / "out")}
+    assert found == {"stack", "volumes/0.tif", "volumes/1.tif", "beside/0.tif", "beside/1.tif"}
 
 
 def test_names_of_a_tree_are_the_same_in_each_run_and_others_in_another_folder(tree, tmp_path) -> None:

@@ -15,9 +15,9 @@ from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
 from volprep.scene.scene import SliceSettings
 from volprep.transfer.preclassified import classified_texels
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 

@@ -23,7 +23,7 @@ async function readAll(bytes) {
   const { manifest } = pack;
   for (const { path } of manifest.files) await pack.read(path);
   for (const texture of manifest.textures) readHead((await pack.read(texture.file)).subarray(0, HEAD_BYTES), pack.size(texture.file), sharing(manifest, texture));
-  for (const each of manifest.proxy?.meshes ?? []) if (each.file) partsOf(await pack.read(each.file), each.file, each.triangles);
+  for (const each of manifest.proxy?.meshes ?? []) if (each.file) await partsOf(await pack.read(each.file), each.file, each.triangles);
   for (const each of manifest.editing?.histograms ?? []) shares(await pack.read(each.file), each.file);
   return "whole";
 }

@@ -8,8 +8,9 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 }
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
-export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, broken = [], targets = [], limits = {} }) {
-  const gl = lacking(context(kind, ...size), broken, targets, limits);
+export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, depth, draco, broken = [], targets = [], limits = {}, without = [] }) {
+  const gl = lacking(context(kind, ...size), broken, targets, limits, without);
+  if (draco) options.decodeDraco = await dracoOf(draco);
   const pack = await openPackage(url);
   const renderer = await createRenderer(gl, pack, options);
   await renderer.ready;
@@ -18,8 +19,9 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
   if (clip) await renderer.setClip(clip);
   if (step) renderer.setStep(step);
   if (light) await renderer.setLight(light);
+  const opaque = depth === undefined ? undefined : { texture: texel(gl, 255 * depth) };
   const found = matrices.map((boxFromClip) => {
-    renderer.draw({ boxFromClip });
+    renderer.draw({ boxFromClip, depth: opaque });
     return toBase64(renderer.readPixels().pixels);
   });
   const { level, levels, step: drawnWith, program, notes, probes, textureBytes } = renderer;
@@ -27,6 +29,27 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
   renderer.dispose();
   pack.close();
   return { pictures: found, ...said };
+}
+
+/** A decoder: the one of npm's draco3d in a folder, or one that fails. */
+async function dracoOf(folder) {
+  if (folder === "broken") return () => Promise.reject(new Error("no memory"));
+  const { dracoDecoder } = await import("/js/draco.js");
+  const script = document.createElement("script");
+  script.src = `${folder}/draco_decoder_nodejs.js`;
+  const loaded = new Promise((resolve) => (script.onload = resolve));
+  document.head.append(script);
+  await loaded;
+  return dracoDecoder(await DracoDecoderModule({ locateFile: (name) => `${folder}/${name}` }));
+}
+
+/** A texture of one grey texel. */
+function texel(gl, grey) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4).fill(grey));
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  return texture;
 }
 
 function toBase64(floats) {
@@ -52,14 +75,14 @@ function replaced(gl, calls, values = {}) {
 
 /**
  * A context that claims everything and does less. `broken`: formats that are black, or that are not filtered; `targets`:
- * formats that keep nothing that is drawn; `limits`: what it says of itself.
+ * formats that keep nothing that is drawn; `limits`: what it says of itself; `without`: extensions that it does not have.
  */
-function lacking(gl, broken, targets, limits) {
+function lacking(gl, broken, targets, limits, without) {
   const black = new Set(broken.flatMap(([name, how]) => (how === "is black" ? [gl[name]] : [])));
   const unfiltered = new Set(broken.flatMap(([name, how]) => (how === "filters" ? [gl[name]] : [])));
   const compressed = broken.some(([name]) => name.startsWith("COMPRESSED"));
   const format = {};
-  const kinds = { RGBA16F: [0x881a], SRGB8_ALPHA8: [0x8c43] };
+  const kinds = { RGBA16F: [0x881a], RGBA32F: [0x8814], SRGB8_ALPHA8: [0x8c43] };
   const forgetful = new Set(targets.flatMap((name) => kinds[name] ?? []));
   const half = targets.includes("RGBA16F") ? 0x8d61 : -1;
   /** Textures of half floats of WebGL 1, whose internal format does not tell. */
@@ -122,6 +145,9 @@ function lacking(gl, broken, targets, limits) {
           gl.clear(gl.COLOR_BUFFER_BIT);
         }
       }
+    },
+    getExtension(name) {
+      return without.includes(name) ? null : gl.getExtension(name);
     },
     getParameter(name) {
       const found = Object.entries(limits).find(([limit]) => gl[limit] === name);

@@ -49,6 +49,33 @@ def test_a_target_that_keeps_nothing_is_replaced(browser, server, scene_package,
     assert rmse(found.pictures[0], wanted) < TWO_STEPS
 
 
+_FLOAT_TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"]
+TARGETS = {
+    "shadow map": ["RGBA32F"],
+    "half-angle slices": ["RGBA16F"],
+    "two passes": ["RGBA32F"],
+    "slices as published": [],
+}
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_what_passes_draw_into_is_tried_before_it_is_believed(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    matrices = box_from_clip_of(package)[6:7]
+    how = {"options": {"level": 0}}
+    tried = drawn_in_page(browser, server, package.path, matrices, **how).said["probes"]["found"]
+    assert {each for each in tried if each.startswith("drawing into")} == {
+        f"drawing into {each.lower()}" for each in TARGETS[name]
+    }
+    if TARGETS[name]:
+        with pytest.raises(PageError) as caught:
+            drawn_in_page(browser, server, package.path, matrices, targets=TARGETS[name], **how)
+        assert caught.value.value["code"] == "VP7014"
+        with pytest.raises(PageError) as caught:
+            drawn_in_page(browser, server, package.path, matrices, without=_FLOAT_TARGETS, **how)
+        assert caught.value.value["code"] == "VP7021"
+
+
 def test_limits_are_checked_before_anything_is_uploaded(browser, server, scene_package) -> None:
     package = scene_package("half floats")
     matrices = box_from_clip_of(package)[:1]

@@ -1,16 +1,20 @@
 """A page draws what the reference renderer draws, with everything that a package may have."""
 
+import hashlib
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from npm_package import npm_package
 from web_pictures import SIZE, TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 from web_scenes import EDIT, SCENES
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.render.renderer import Renderer
+from volprep_formats.meshes import read_glb, write_glb
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -49,7 +53,8 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
     programs = [*manifest.programs]
     programs += manifest.subvolumes.programs if manifest.subvolumes else []
     programs += manifest.proxy.programs if manifest.proxy else []
-    texts = [(package.read_text(each.vertex), package.read_text(each.fragment)) for each in programs]
+    drawn = [pair for each in programs for pair in (each, *each.passes)]
+    texts = [(package.read_text(each.vertex), package.read_text(each.fragment)) for each in drawn]
     if manifest.proxy:
         texts.append((package.read_text(manifest.proxy.programs[0].vertex), package.read_text(manifest.proxy.depth)))
     browser.open(f"{server.url}/")
@@ -114,6 +119,47 @@ def test_a_plane_cuts_as_the_near_plane_does(browser, server, scene_package, nam
         assert rmse(found.pictures[0], wanted) < TWO_STEPS < rmse(whole, wanted)
 
 
+@pytest.mark.parametrize("name", ["shadow rays", "shadow map", "half-angle slices"])
+def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    light_xyz = np.linalg.inv(package.manifest.grid.world_from_box) @ [20.0, -30.0, 40.0, 1.0]
+    extent_xyz = np.array(package.manifest.grid.extent_mm_zyx[::-1])
+    towards = light_xyz[:3] - extent_xyz / 2
+    matrix = box_from_clip_of(package)[6]
+    forward = matrix[:3, 2]
+    plane = np.array([*forward, -float(forward @ (matrix @ [0, 0, 0, 1])[:3])])
+    # The side of the plane that the light is not on is kept: what is away was between it and the rest.
+    side = -float(np.sign(forward @ towards))
+    halfway = matrix @ np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0.5, 0.5 * side], [0, 0, 0, 1]])
+    how = {"options": {"level": 0}, "clip": {"planes": [(side * plane).tolist()]}}
+    found = drawn_in_page(browser, server, package.path, [matrix], **how)
+    (shadowed,) = drawn_by_reference(package, [halfway], level=0)
+    assert shadowed[..., 3].max() > 0.1
+    assert rmse(found.pictures[0][..., 3], shadowed[..., 3]) < TWO_STEPS
+    seen = shadowed[..., 3] > 0.1
+    assert (found.pictures[0][..., :3] > shadowed[..., :3] - 2 * TWO_STEPS).all()
+    assert found.pictures[0][seen, :3].mean() > 1.1 * shadowed[seen, :3].mean()
+
+
+_ENDING = ["norm16, perspective", "mosaic of several textures", "slices across the view", "slabs"]
+
+
+@pytest.mark.parametrize("name", [*_ENDING, "shadow rays", "shadow map", "half-angle slices"])
+def test_rays_end_at_the_depth_of_what_is_opaque(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    matrix = box_from_clip_of(package)[6]
+    whole_and_half = [drawn_by_reference(package, [matrix], level=0)[0]]
+    depth = 110 / 255
+    ends = matrix @ np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, depth, depth - 1], [0, 0, 0, 1]])
+    whole_and_half += drawn_by_reference(package, [ends], level=0)
+    assert rmse(*whole_and_half) > 2 * TWO_STEPS
+    for wanted, at in zip(whole_and_half, (1.0, depth), strict=True):
+        how = {"kind": kind_of(package), "options": {"level": 0}, "clip": {"depth": True}, "depth": at}
+        found = drawn_in_page(browser, server, package.path, [matrix], **how)
+        assert found.said["error"] == 0
+        assert rmse(found.pictures[0], wanted) < TWO_STEPS
+
+
 def test_a_box_shows_only_what_is_inside(browser, server, scene_package) -> None:
     package = scene_package("mosaic of several textures")
     matrix = box_from_clip_of(package)[0]
@@ -154,19 +200,33 @@ def test_a_technique_that_a_page_cannot_draw_is_refused_by_name(browser, server,
         drawn_in_page(browser, server, package.path, box_from_clip_of(package), kind="webgl")
 
 
-def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package) -> None:
-    package, other = scene_package("light with a place"), scene_package("light at another place")
+_LIGHTS = ["light with a place", "light at another place"]
+_SHADOWS = ["half-angle slices", "half-angle slices, light at another place"]
+
+
+@pytest.mark.parametrize("names", [_LIGHTS, _SHADOWS], ids=["light", "shadows"])
+def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package, names) -> None:
+    package, other = map(scene_package, names)
     matrices = box_from_clip_of(package)[:3]
     place = list(other.manifest.programs[0].light.place_mm_xyz)
     found = drawn_in_page(browser, server, package.path, matrices, light=place)
     wanted = drawn_by_reference(other, matrices)
     assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
-    assert min(map(rmse, drawn_by_reference(package, matrices), wanted)) > 2 * TWO_STEPS
+    assert max(map(rmse, drawn_by_reference(package, matrices), wanted)) > 2 * TWO_STEPS
     for light, words in (([1.0, 2.0], "three numbers"), (["x", 0, 0], "three numbers")):
         with pytest.raises(Exception, match=f"VP7063.*{words}"):
             drawn_in_page(browser, server, package.path, matrices, light=light)
     with pytest.raises(Exception, match=r"VP7063.*no program of the package is lit"):
         drawn_in_page(browser, server, scene_package("mipmaps").path, matrices, light=place)
+
+
+def test_a_light_that_throws_shadows_is_not_moved_into_the_volume(browser, server, scene_package) -> None:
+    for name in ("shadow map", "half-angle slices"):
+        package = scene_package(name)
+        grid = package.manifest.grid
+        middle = grid.world_from_box @ [*(np.array(grid.extent_mm_zyx[::-1]) / 2), 1.0]
+        with pytest.raises(Exception, match=r"VP7063.*in the volume"):
+            drawn_in_page(browser, server, package.path, [], light=middle[:3].tolist())
 
 
 def test_a_technique_that_a_later_volprep_may_bring_is_refused_by_name(
@@ -191,17 +251,60 @@ def test_each_level_is_drawn_with_its_own_step(browser, server, scene_package) -
         assert found.said["step"] == step
 
 
-def test_a_mesh_that_is_compressed_is_left_out_and_named(browser, server, scene_package, tmp_path) -> None:
-    package = scene_package("meshes")
-    copy = Path(shutil.copytree(package.path, tmp_path / "p.volpkg"))
+@pytest.fixture
+def compressed(scene_package, tmp_path) -> Path:
+    """A package whose meshes are compressed, however little that saves."""
+    copy = Path(shutil.copytree(scene_package("meshes").path, tmp_path / "p.volpkg"))
     manifest = json.loads((copy / "manifest.json").read_text())
     for mesh in manifest["proxy"]["meshes"]:
-        # What is in the file is then not looked at.
+        glb = read_glb((copy / mesh["file"]).read_bytes(), mesh["file"])
+        data = write_glb(glb.primitives, glb.scale_mm_xyz, {}, draco=True)
         mesh["draco"] = True
-    (copy / "manifest.json").write_text(json.dumps(manifest))
-    matrices = box_from_clip_of(package)[:2]
-    found = drawn_in_page(browser, server, copy, matrices, options={"program": "core"})
-    assert [note.split()[0] for note in found.said["notes"]] == ["VP7064"]
-    assert 'draco = "none"' in found.said["notes"][0]
-    wanted = drawn_by_reference(package, matrices, transfer="core")
+        replace_file(copy, manifest, mesh["file"], data)
+    return copy
+
+
+def replace_file(folder: Path, manifest: dict[str, Any], path: str, data: bytes) -> None:
+    (folder / path).write_bytes(data)
+    record = next(each for each in manifest["files"] if each["path"] == path)
+    record |= {"size_bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+
+
+@pytest.mark.parametrize("decoder", ["none", "draco3d"])
+def test_a_mesh_that_is_compressed_needs_a_decoder_of_the_app(
+    browser, server, scene_package, compressed, decoder
+) -> None:
+    package = scene_package("meshes")
+    matrices = box_from_clip_of(package)
+    how: dict[str, Any] = {"options": {"program": "core", "level": 0}}
+    if decoder != "none":
+        server.folders["draco"] = npm_package("draco3d", "1.5.7") / "node_modules" / "draco3d"
+        how["draco"] = "/draco"
+    found = drawn_in_page(browser, server, compressed, matrices, **how)
+    if decoder == "none":
+        assert [note.split()[0] for note in found.said["notes"]] == ["VP7064"]
+        assert "decodeDraco" in found.said["notes"][0]
+    else:
+        assert found.said["notes"] == []
+    wanted = drawn_by_reference(package, matrices, transfer="core", level=0)
     assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
+    # Rays that begin at the mesh are not those that begin at the box: their last bits differ.
+    plain = drawn_in_page(browser, server, package.path, matrices, options=how["options"])
+    same = all((one == other).all() for one, other in zip(found.pictures, plain.pictures, strict=True))
+    assert same == (decoder == "draco3d")
+
+
+def test_what_a_decoder_does_not_unpack_is_refused_before_it_takes_minutes(browser, server, compressed) -> None:
+    matrices = [np.eye(4)]
+    how = {"options": {"program": "core", "level": 0}}
+    with pytest.raises(Exception, match=r"VP4039.*Draco: Error: no memory"):
+        drawn_in_page(browser, server, compressed, matrices, draco="broken", **how)
+    manifest = json.loads((compressed / "manifest.json").read_text())
+    for mesh in manifest["proxy"]["meshes"]:
+        data = (compressed / mesh["file"]).read_bytes()
+        at = data.index(b"DRACO\x02\x02") + 12
+        # 2^28 - 1 vertices.
+        replace_file(compressed, manifest, mesh["file"], data[:at] + b"\xff\xff\xff\x7f" + data[at + 4 :])
+    with pytest.raises(Exception, match=r"VP4039.*268435455 vertices"):
+        drawn_in_page(browser, server, compressed, matrices, draco="broken", **how)

@@ -40,14 +40,18 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     modules = runtime_modules()
     later = set(modules) - needed(modules, "volpkg.js")
     assert later == {
-        *("blocks.js", "camera.js", "clip.js", "edit.js", "fallbacks.js", "halves.js", "layers.js"),
+        *("blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "fallbacks.js", "half_angle.js", "halves.js"),
         *(
+            "layers.js",
             "light.js",
+            "light_view.js",
             "mesh.js",
             "pace.js",
             "parts.js",
+            "pass_targets.js",
             "ranges.js",
             "rarer.js",
+            "settle.js",
             "skip.js",
             "subvolumes.js",
             "techniques.js",

@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import CompositingName
 
 JS = Path(__file__).parents[2] / "formats" / "js"

@@ -15,6 +15,7 @@ from volprep.parts.mosaic.packing import Packing
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
+from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.shading.program import compose_program
 from volprep.shading.rays import depth_shader
 from volprep.techniques import TECHNIQUES
@@ -202,10 +203,11 @@ def test_the_driver_takes_every_shader(package):
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")
-def test_the_validator_of_khronos_takes_every_shader(package, tmp_path):
+@pytest.mark.parametrize("numbers", [str, in_half_floats, with_half_coordinates])
+def test_the_validator_of_khronos_takes_every_shader(package, numbers, tmp_path):
     files = []
     for number, (vertex, fragment) in enumerate(sorted(set(composed(package)))):
-        for ending, text in (("vert", vertex), ("frag", fragment)):
+        for ending, text in (("vert", vertex), ("frag", numbers(fragment))):
             files.append(tmp_path / f"{number}.{ending}")
             files[-1].write_text(text, encoding="ascii")
     done = subprocess.run(["glslangValidator", *files], capture_output=True, text=True, check=False)

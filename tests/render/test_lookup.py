@@ -8,8 +8,8 @@ from tiny_packages import function
 
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.preintegrated import preintegrated_texels
-from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import decoded_texels, opaque_per_mm
+from volprep_formats.package.function_table import Table
 
 RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
 fractions = st.floats(0.0, 1.0)

@@ -79,10 +79,13 @@ def _labels(folder: Path) -> Path:
     return scene
 
 
-def _surface(folder: Path) -> Path:
-    scene = _phantom('[render]\ncompositing = "isosurface"\n')(folder)
-    scene.write_text(scene.read_text().replace("points = [", "isovalue = 800.0\npoints = ["))
-    return scene
+def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        scene = _phantom(tables.replace("[render]\n", '[render]\ncompositing = "isosurface"\n'))(folder)
+        scene.write_text(scene.read_text().replace("points = [", "isovalue = 800.0\npoints = ["))
+        return scene
+
+    return write
 
 
 def _together(profile: str) -> Callable[[Path], Path]:
@@ -115,6 +118,10 @@ points = [
 """
 _SKIP = '[skip]\nkind = "{}"\nblock = 4\n'
 _PLACED = '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [{}]\nnormals = "central"\n'
+_LIGHT, _ELSEWHERE = "20.0, -30.0, 40.0", "-35.0, 25.0, 10.0"
+_SHADOWS = _PLACED.format(_LIGHT) + 'shadows = "{}"\n'
+_HALF_ANGLE = _SHADOWS.format("half-angle").replace("[render]\n", '[render]\ntechnique = "view-slices"\n')
+_PERSPECTIVE = '[render]\nprojection = "perspective"\n'
 _LIT = '[render]\nlighting = "headlight"\n'
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
@@ -144,8 +151,12 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "slices across an axis": _phantom('[render]\ntechnique = "axis-slices"\n', "gles2-4096"),
     "slices across the view": _phantom('[render]\ntechnique = "view-slices"\nprojection = "perspective"\n'),
     "slices as published": _phantom('[render]\ntechnique = "view-slices-as-published"\n'),
-    "light with a place": _phantom(_PLACED.format("20.0, -30.0, 40.0")),
-    "isosurface": _surface,
+    "light with a place": _phantom(_PLACED.format(_LIGHT)),
+    "shadow rays": _phantom(_SHADOWS.format("rays").replace("[render]\n", "[render]\nstep_voxels = 0.8\n")),
+    "shadow map": _surface(_SHADOWS.format("map")),
+    "half-angle slices": _phantom(_HALF_ANGLE),
+    "half-angle slices in perspective": _phantom(_HALF_ANGLE.replace("[render]\n", _PERSPECTIVE)),
+    "isosurface": _surface(),
     "control points": _phantom('[render]\nclassification = "control-points"\n'),
     "steps of levels": _one("[render]\nstep_voxels = 0.8\n"),
     "mida": _one('[render]\ncompositing = "mida"\n'),
@@ -156,7 +167,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
 OTHERS = {
     "slices": _one("", "gles1"),
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
-    "light at another place": _phantom(_PLACED.format("-35.0, 25.0, 10.0")),
+    "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),
+    "light at another place": _phantom(_PLACED.format(_ELSEWHERE)),
 }
 
 

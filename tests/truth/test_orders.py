@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import quad
 
 from volprep.transfer.preintegrated import segment_light
-from volprep.transfer.table import Table
 from volprep.truth import phantoms
 from volprep.truth.convergence import fit_order
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 
 RAYS = 220
 VALUES = np.array([20.0, 110.0, 170.0, 240.0])

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from volprep.plan.crop import choose_crop
 from volprep.scan.statistics import measure
-from volprep.transfer.table import Table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source

@@ -17,9 +17,10 @@ from volprep_formats.source import SourceInfo
 GLES3 = load_profile("gles3", Path())
 
 
-def look(values: list[float], unit: str = "", *, labels: bool = False, profile=GLES3):
+def look(values: list[float], unit: str = "", *, labels: bool = False, level_set: bool = False, profile=GLES3):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
-    info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32", unit=unit)
+    grid = Grid.of(voxels.shape, (1.0, 1.0, 1.0))
+    info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set)
     gauge = Gauge(info)
     gauge.add(voxels)
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
@@ -46,6 +47,15 @@ def test_bones_are_lit_where_the_devices_can() -> None:
     assert look([-1000, 1500], "HU").render.lighting == "headlight"
     assert look([-1000, 1500], "HU", profile=load_profile("gles1", Path())).render.lighting == "none"
     assert look([-3, 5]).render.lighting == "none"
+
+
+def test_a_level_set_is_a_lit_surface_where_the_devices_can() -> None:
+    scene = look([-3, 0, 5], level_set=True)
+    assert named(scene) == "surface"
+    assert (scene.render.compositing, scene.render.lighting) == ("isosurface", "headlight")
+    assert scene.transfer[0].resolved().isovalue == 0.0
+    assert named(look([-3, 0, 5], level_set=True, profile=load_profile("gles1", Path()))) == "signed"
+    assert named(look([1, 5], level_set=True)) == "grey", "it has no surface"
 
 
 def test_a_signed_map_shows_nothing_at_0_and_is_as_dense_below_as_above() -> None:

@@ -15,9 +15,9 @@ from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene, changed, load_scene
 from volprep.scene.transfer import SceneTransfer
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.source import SourceInfo
 
 MEASURE = Measure(low=100.0, high=300.0, diagonal_mm=50.0)

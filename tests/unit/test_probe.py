@@ -5,7 +5,7 @@ import pytest
 
 from volprep.compositing.emission_absorption import EMISSION_ABSORPTION
 from volprep.plan.probe import Quantizer
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 

@@ -217,6 +217,7 @@ def test_the_sphere_is_a_level_set_about_the_origin(scans) -> None:
     # Half floats have 11 bits, and the background was rounded to them.
     np.testing.assert_allclose(values, np.clip(distance, -0.15, 0.15), atol=0.15 * 2**-11 + 1e-6)
     assert "level set" in info.remarks[1]
+    assert info.level_set
 
 
 @pytest.mark.parametrize("name", ["smoke.vdb", "sphere.vdb"])

@@ -5,7 +5,7 @@ import pytest
 from tiny_packages import function
 
 from volprep.compositing import COMPOSITINGS
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 
 WHITE = (1.0, 1.0, 1.0)
 FUNCTIONS = {

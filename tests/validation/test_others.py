@@ -42,12 +42,32 @@ def test_a_voxel_of_a_level_is_a_pixel_which_is_the_mean_of_four_rays_at_least(r
     assert pixels["level 2 with shell"] == 8
 
 
-def test_pieces_put_together_are_as_near_to_the_unlit_truth_as_the_whole_to_the_lit_one(report) -> None:
+def test_pieces_are_lit_by_slopes_and_judged_by_the_truth_lit_so(report) -> None:
+    """At a face between two blocks, every seven voxels here, slopes are differences of one voxel.
+
+    With central ones there, of values that end half a voxel further on, the worst view has 0.0064 and 0.163.
+    """
+    pieces = [other for other in report.programs[0].others if other.program == "subvolumes-shell"]
+    names = [
+        f"pieces around points {first}, {first + 2}, ... with shell, lit by central differences" for first in (1, 0)
+    ]
+    assert [other.item for other in pieces] == names
+    for other in pieces:
+        assert max(view.rmse for view in other.views) < 0.0055
+        assert max(view.maximum for view in other.views) < 0.14
+
+
+def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
+    scene = write_kind(tmp_path, "house")
+    text = scene.read_text(encoding="utf-8").replace('"headlight"', '"phong"')
+    light = 'crop = "none"\nlighting = { light_mm = [20.0, -30.0, 40.0], normals = "forward" }'
+    scene.write_text(text.replace('crop = "none"', light), encoding="utf-8")
+    package = built(tmp_path, scene)
+    report = validate(package, tmp_path / "report", Silent(), picture_size=SIZE)
     pieces = [other for other in report.programs[0].others if other.program == "subvolumes-shell"]
     assert len(pieces) == 2
-    for other in pieces:
-        assert max(view.rmse for view in other.views) < 0.002
-        assert max(view.maximum for view in other.views) < 0.02
+    assert not any("," in other.item.split(" with ")[1] for other in pieces)
+    assert all(view.rmse < 0.01 for other in pieces for view in other.views)
 
 
 def test_a_level_beyond_the_tolerance_is_named_and_fails_the_package(report) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
 from view_page import drag, opened, picture, press, served, text_of
+from web_scenes import build_scene
 
 from volprep.pipeline.build import build
 from volprep.plan.device_files import read_devices
@@ -295,3 +296,30 @@ def test_a_light_is_moved_and_put_back(browser, tmp_path) -> None:
         assert np.abs(picture(browser) - before).max() > 0.1
         browser.run("document.getElementById('light-reset').click()")
         np.testing.assert_array_equal(picture(browser), before)
+
+
+def test_a_surface_says_at_which_value_it_is_and_its_light_is_never_within_the_volume(browser, tmp_path) -> None:
+    package = build_scene("shadow map", tmp_path)
+    grid = package.manifest.grid
+    manifest = json.loads((package.path / MANIFEST).read_text())
+    # In front of the middle of the side that is nearest to it: at this distance the corners are farther away.
+    middle_xyz = np.array(grid.extent_mm_zyx[::-1]) / 2
+    near = middle_xyz - 1.2 * np.eye(3)[middle_xyz.argmin()] * middle_xyz.min()
+    for program in manifest["programs"]:
+        program["light"]["place_mm_xyz"] = (grid.world_from_box @ [*near, 1.0])[:3].tolist()
+    (package.path / MANIFEST).write_text(json.dumps(manifest))
+    with served(package.path) as server:
+        assert opened(browser, server.url) == "ready"
+        assert "where the value is 800" in text_of(browser, "function")
+        before = picture(browser)
+        # The light goes once around, and on its way is nearer than the corners of the volume are.
+        browser.run("""
+            const around = document.getElementById("light-around");
+            for (let angle = -180; angle <= 180; angle += 5) {
+              around.value = angle;
+              around.dispatchEvent(new Event("input"));
+              await new Promise((resolve) => setTimeout(resolve));
+            }
+        """)
+        assert browser.run("return document.getElementById('problem').hidden")
+        assert np.abs(picture(browser) - before).max() > 0.1

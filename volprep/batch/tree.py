@@ -13,7 +13,8 @@ from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers import format_of
 from volprep_formats.readers.dicom.scan import Series, scan
-from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.readers.ome.tiff_chain import count_pages
+from volprep_formats.readers.pictures.kinds import kind_of, pictures_in
 from volprep_formats.source import SourceSpec
 
 _WHOLE_FOLDERS = {"ome-zarr", "volpkg", "stack"}
@@ -73,7 +74,8 @@ def _others(root: Path) -> Iterator[Path]:
         if is_batch(folder):
             folders.clear()
             continue
-        if _format(folder) in _WHOLE_FOLDERS:
+        known = _format(folder)
+        if known in _WHOLE_FOLDERS and not (known == "stack" and _holds_volumes(folder)):
             folders.clear()
             yield folder
             continue
@@ -87,9 +89,21 @@ def _is_scan(path: Path) -> bool:
     found = _format(path)
     if found != "stack":
         return found not in {None, "dicom"}
-    # A picture between other files is a picture; only TIFF has pages.
+    # A picture between other files is a picture, if it has no pages.
+    return _has_pages(path)
+
+
+def _holds_volumes(folder: Path) -> bool:
+    """Whether a folder of pictures is no stack, because one of them, and then each, is a volume of its own."""
+    names = sorted(pictures_in(folder))
+    return bool(names) and _has_pages(folder / names[0])
+
+
+def _has_pages(path: Path) -> bool:
     with path.open("rb") as file:
-        return kind_of(file.read(_HEAD_BYTES)) == "tiff"
+        is_tiff = kind_of(file.read(_HEAD_BYTES)) == "tiff"
+    # A damaged chain, too, may be that of a volume: whoever builds it says what is wrong.
+    return is_tiff and count_pages(path, 1) != 1
 
 
 def _format(path: Path) -> str | None:

@@ -6,8 +6,8 @@ Every value counts, so that nothing is empty space, and no border can be left ou
 import numpy as np
 
 from volprep.compositing.projection import Segments, projection
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 
 _SEEN_PER_MM = 1.0
 """Any extinction above 0 says that a value can be seen."""

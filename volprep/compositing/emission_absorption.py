@@ -9,12 +9,12 @@ import numpy as np
 
 from volprep.compositing.record import Compositing
 from volprep.transfer.rays import segments
-from volprep.transfer.table import Table
 from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 

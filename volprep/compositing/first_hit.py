@@ -6,8 +6,8 @@ Where the box cuts it one sees the value there, as the transfer function shows i
 import numpy as np
 
 from volprep.compositing.surface import isovalue_of, next_values, surface
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 
 
 def _visible(table: Table) -> Float64Array:

@@ -11,12 +11,12 @@ import numpy as np
 from volprep.compositing.maximum import MAXIMUM
 from volprep.compositing.record import Compositing
 from volprep.transfer.rays import segments
-from volprep.transfer.table import Table
 from volprep.truth.lit import Normals
 from volprep.truth.mida import mida_picture
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 

@@ -6,8 +6,8 @@ The least value wins even if the function hides it: the pixel is then transparen
 import numpy as np
 
 from volprep.compositing.projection import Segments, projection
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 
 
 def _visible(table: Table) -> Float64Array:

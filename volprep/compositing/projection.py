@@ -6,13 +6,13 @@ import numpy as np
 
 from volprep.compositing.record import Compositing, Oracle, Rays, Visible
 from volprep.transfer.rays import segments
-from volprep.transfer.table import Table
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.projection import Projection, projected_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import SampleFilter
 

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from volprep.transfer.table import Table
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName, CompositingName
 from volprep_formats.package.texture import SampleFilter
 

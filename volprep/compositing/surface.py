@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from volprep.compositing.projection import shown
 from volprep.compositing.record import Compositing, Oracle, Rays, Visible
 from volprep.transfer.rays import segments
-from volprep.transfer.table import Table
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.surface import surface_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import CompositingName
 from volprep_formats.package.texture import SampleFilter
 

@@ -21,6 +21,7 @@ def render_package(
     transfer: str | None = None,
     background: Background = "black",
     step_mm: float | None = None,
+    fill: bool = False,
     edit: str | PathLike[str] | None = None,
 ) -> UInt8Array:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships.
@@ -46,6 +47,8 @@ def render_package(
         What is behind the volume.
     step_mm
         Distance of the samples; if absent, that of the package.
+    fill
+        Whether what is seen fills the picture; if not, all views show the volume in one size.
     edit
         TOML file of a transfer function to draw in place of the package's, which must be editable.
 
@@ -68,6 +71,7 @@ def render_package(
         point=point,
         transfer=transfer,
         step_mm=step_mm,
+        fill=fill,
         edit=None if edit is None else Path(edit),
     )
     picture, _ = draw(Path(package), shot)

@@ -31,8 +31,8 @@ from volprep.plan.records import ChannelPlan, CropPlan, Plan, Shared
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.parts.editing.inputs import edit_with
+from volprep.pipeline.framing import filled
 from volprep.render.choose import renderer_of
 from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.scene.request import load_edit
@@ -40,6 +41,8 @@ class Shot:
     """Distance of the samples; the package's own if absent."""
     edit: Path | None = None
     """File of a transfer function to draw in place of the package's."""
+    fill: bool = False
+    """Whether what is seen fills the picture; if not, all views show the volume in one size."""
     hybrid: HybridWish | None = None
     """Lines around the volume, and a smaller picture of it; what the package asks for if absent."""
 
@@ -69,6 +72,8 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
     with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
         box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
+        if shot.fill and min(shot.shape_hw) > 0:
+            box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
         asked = None if package.manifest.render is None else package.manifest.render.hybrid
         hybrid = shot.hybrid or (None if asked is None else HybridWish.of_package(asked, shot.shape_hw))
         if hybrid is None:

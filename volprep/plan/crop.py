@@ -10,7 +10,7 @@ from typing import Literal
 
 from volprep.plan.records import CropPlan
 from volprep.scan.statistics import Ranges
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 
 
 def choose_crop(

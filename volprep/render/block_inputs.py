@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from volprep.render.inputs import Inputs, find_textures
+from volprep.render.inputs import Inputs, find_textures, light_values
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
@@ -32,7 +32,6 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
         known = f"points 0 to {len(grid.points) - 1} with {', '.join(each.transfer for each in files.programs)}"
         raise VolprepError("VP5018", package=package.path, level=0, transfer=transfer or "any", known=known)
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
-    values = block_values(sides_of(grid, point), spacing_mm_xyz)
     pieces, texels = _pieces(grid, place_of(grid, point))
     tables = program.model_copy(update={"samplers": [s for s in program.samplers if s.role != "subvolume"]})
     level = Level(
@@ -42,6 +41,7 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
         texture_from_box_per_mm_xyz=_per_mm_xyz(spacing_mm_xyz, grid.shape_zyx),
         filter="none",
     )
+    values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)
     return Inputs(program, level, [*pieces, *find_textures(package, tables, 0)], values, texels)
 
 

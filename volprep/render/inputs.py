@@ -46,13 +46,13 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
     values: dict[str, ArrayLike] = {
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
-        **_light_values(program, found),
+        **light_values(program, found),
         "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
     return Inputs(program, found, textures, values)
 
 
-def _light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
+def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
     """Return the place of the program's light in box space, and its view; only a program with them asks for them."""
     if program.light is None:
         return {}

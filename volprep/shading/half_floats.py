@@ -26,6 +26,8 @@ _FUNCTIONS = frozenset(
 )
 _FETCHES = frozenset(("texture", "textureLod", "texture2D"))
 _TYPES = frozenset(("float", "vec2", "vec3", "vec4"))
+_WHOLE = ("int", "ivec2", "ivec3", "ivec4")
+"""Rounded are expressions of any type, because the reader knows none; whole numbers stay what they are."""
 _ASSIGNMENTS = frozenset(("=", "+=", "-=", "*=", "/="))
 _HEAD = "precision highp float;\n"
 _HALF = "half_float"
@@ -43,6 +45,7 @@ def with_half_coordinates(text: str) -> str:
 
 def _with_rounding(before: str, after: str) -> str:
     functions = "".join(_rounding(each) for each in sorted(_TYPES))
+    functions += "".join(f"{kind} {_HALF}({kind} x) {{ return x; }}\n" for kind in _WHOLE)
     if _HEAD not in before:
         msg = "a fragment shader without precision highp float"
         raise ValueError(msg)

@@ -33,7 +33,8 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
             raise ValueError(msg)
         found, least = normals_of(normals), _LEAST_LENGTH
     else:
-        found = Feature(slots={"lighting": f"light/gradient:{program.normals_from}"})
+        where = "_in_block" if program.sampling == "subvolumes" else ""
+        found = Feature(slots={"lighting": f"light/gradient:{program.normals_from}{where}"})
         least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
     words = {**found.words, "LEAST_SQUARED": literal(least**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}

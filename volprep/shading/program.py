@@ -211,7 +211,7 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
 
 def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     if program.sampling == "subvolumes":
-        return raycast_subvolumes.sampling(grid.spacing_mm_zyx)
+        return raycast_subvolumes.sampling(grid, gradients=program.lighting != "none")
     # Of several levels, which 3D textures have, all are read as the finest one.
     level = next(each for each in package.manifest.levels if each.index == min(program.levels))
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))

@@ -7,7 +7,8 @@ position lies between voxels that one piece holds.
 
 from volprep.shading.compose import Instance
 from volprep.shading.feature import Feature
-from volprep.shading.positions import voxel_positions
+from volprep.shading.positions import in_voxels, voxel_positions
+from volprep_formats.grid import Grid
 from volprep_formats.package.program import Sampler, Uniform, UniformSource
 
 PIECES = 8
@@ -22,11 +23,15 @@ _VECTORS: dict[str, UniformSource] = {
 }
 
 
-def sampling(spacing_mm_zyx: tuple[float, float, float]) -> Feature:
-    """Return how level 0 of this spacing is read; nothing outside the pieces is drawn."""
+def sampling(grid: Grid, *, gradients: bool) -> Feature:
+    """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn."""
     return Feature(
-        slots={"sampling": (voxel_positions(spacing_mm_zyx), Instance("sampling/subvolumes"))},
+        slots={
+            "sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/subvolumes")),
+            "slopes": "sampling/subvolumes:slopes" if gradients else None,
+        },
         words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},
         uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
         samplers=tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES)),
+        offers=in_voxels(grid.shape_zyx),
     )

@@ -7,9 +7,9 @@ the middle of the ramp on the jump.
 
 import numpy as np
 
-from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, medium_texels
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
 

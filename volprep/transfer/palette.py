@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 

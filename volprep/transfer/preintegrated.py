@@ -15,14 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.transfer.table import Table
 from volprep.transfer.texel_forms import MediumTexels, decoded_texels, medium_texels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table, colour_of_entries
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
-
-_FAINTEST_PER_MM = 1e-9
-"""Below what half floats hold: no division by zero where there is nothing to see."""
 
 
 def segment_light(
@@ -66,20 +63,6 @@ def segment_table(table: Table, window: tuple[float, float], entries: int, step_
     return np.concatenate([_bled(colour, extinction), extinction[..., None]], axis=-1)
 
 
-def fitted_function(function: TransferFunction, entries: Float64Array, window: tuple[float, float]) -> Table:
-    """Return the function that a level's own lookup table [entry, 4] over `window` stands for.
-
-    It has the points of `function`, too, and shows nothing at those of them that `function` does not show: what is
-    empty stays empty up to the same value, and not to the next entry.
-    """
-    points = np.array([point.value for point in function.points])
-    inside = points[(points > window[0]) & (points < window[1])]
-    values = np.union1d(np.linspace(*window, len(entries)), inside)
-    found = np.column_stack([np.interp(values, np.linspace(*window, len(entries)), each) for each in entries.T])
-    hidden = Table.exact(function).at(values)[1] == 0.0
-    return Table(values, np.ascontiguousarray(found[:, :3]), np.where(hidden, 0.0, found[:, 3]), function.reference_mm)
-
-
 def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_per_mm: float) -> MediumTexels:
     """Turn a table [back, front, 4] into texels, with extinctions up to `largest_per_mm`.
 
@@ -90,11 +73,6 @@ def segment_texels(segments: Float64Array, texel_format: LookupFormat, largest_p
     colour, extinction = segments[None, ..., :3], np.minimum(segments[None, ..., 3], largest_per_mm)
     shown = colour * extinction[..., None] if texel_format == "RGBA16F" else colour
     return medium_texels(shown, extinction, texel_format, largest_per_mm)
-
-
-def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
-    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
-    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]
 
 
 @dataclass(frozen=True)

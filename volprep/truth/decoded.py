@@ -17,6 +17,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
+from volprep_formats.package.function_table import Table, colour_of_entries
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
@@ -57,8 +58,11 @@ def holds_labels(manifest: Manifest) -> bool:
 def light_of_scan(manifest: Manifest) -> Normals:
     """Return what lights the scan as programs light what they draw: unquantised gradients; None where they do not."""
     lit = next((program for program in manifest.programs if program.lighting != "none"), None)
-    if lit is None:
-        return None
+    return None if lit is None else light_of_program(manifest, lit)
+
+
+def light_of_program(manifest: Manifest, lit: Program) -> Normals:
+    """Return what lights the scan as one program lights what it draws."""
     if lit.normals_from == "volume":
         kernel = next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
         return kernel if lit.light is None else Lit(kernel, lit.light, lit.lighting == "blinn-phong")
@@ -125,10 +129,11 @@ def table_function(
     """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
     `level` may have a table of its own. Texels of an `edited` table, by its name, replace those of the package. A
-    pre-integrated table stands for the function itself; one of a level's own for
-    what it says of segments of one value. 8-bit tables hold the
-    square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
-    that miss it by at most a millionth of the largest extinction.
+    pre-integrated table stands for the function itself; one of a level's own for what it says of segments of one value,
+    and between these for the function as they change it: there may be more than one feature between two entries.
+
+    8-bit tables hold the square root of the extinction, so that it is a parabola between two entries. Here it is cut
+    into straight pieces that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
     function = next(function for function in manifest.transfer_functions if function.name == transfer)
@@ -150,12 +155,14 @@ def table_function(
     if entries.dtype.kind != "f":
         values, colours, extinctions = _from_roots(entries, texture)
     else:
-        values = np.linspace(0.0, 1.0, len(entries))
         media = entries.astype(np.float64)
-        from volprep.transfer.preintegrated import colour_of_entries  # noqa: PLC0415 - loads kernels; a cut needs none
-
+        values = np.linspace(0.0, 1.0, len(entries))
         colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
+    if texture.role == "preintegrated":
+        # Between its entries it was made from the function itself, with jumps that no filter of a lookup table leaves.
+        decoded = Table.exact(function).with_entries(physical, np.column_stack([colours, extinctions]))
+        physical, colours, extinctions = decoded.values, decoded.colour, decoded.extinction_per_mm
     points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
         name=transfer,

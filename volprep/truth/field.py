@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.transfer.table import Table
 from volprep.truth.oracle import Medium
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 
 
 def medium_at(medium: Medium, grid: Grid, at_mm: Float64Array) -> tuple[Float64Array, Float64Array]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from volprep.transfer.table import Table
 from volprep.truth.picture import encoded
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 _DEPTH_MM = 10.0

@@ -9,6 +9,7 @@ from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES
 from volprep.validation.records import LevelComparison
+from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject, errors
 from volprep_formats.arrays import Float32Array
 from volprep_formats.package.channel import Level
@@ -17,8 +18,10 @@ from volprep_formats.package.program import Program
 _SLAB_VOXELS = 2**22
 
 
-def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePicture) -> tuple[LevelComparison, ...]:
+def compare_levels(bench: Bench, program: Program, view: str) -> tuple[LevelComparison, ...]:
     """Compare the coarse levels that are drawn like `program` with what the box filter would have made of the scan.
+
+    In a quarter of the report's pixels: a voxel of a level still covers more of them than it is meant for.
 
     Nothing where samples are classified by palettes, or voxels are: there no level has a table of its own. Nor where
     channels are drawn together: each is compared by itself.
@@ -29,11 +32,18 @@ def compare_levels(bench: Bench, program: Program, view: str, truth: OraclePictu
     wanted = set(subject.levels(program))
     levels = [level for level in subject.package.manifest.levels if level.index in wanted and level.index > 0]
     bench.progress.start(f"levels of {program.transfer}", len(levels))
-    return tuple(_comparison(bench, program, view, truth, level) for level in levels)
+    if not levels:
+        return ()
+    with bench.clock.part("oracle"):
+        small = subject.small()
+        truth = small.truth(program.transfer, view)
+    return tuple(_comparison(bench, small, program, view, truth, level) for level in levels)
 
 
-def _comparison(bench: Bench, program: Program, view: str, truth: OraclePicture, level: Level) -> LevelComparison:
-    subject, transfer = bench.subject, program.transfer
+def _comparison(  # noqa: PLR0917 - what is drawn, from where, and what it should be
+    bench: Bench, subject: Subject, program: Program, view: str, truth: OraclePicture, level: Level
+) -> LevelComparison:
+    transfer = program.transfer
     with bench.clock.part("oracle"):
         box = subject.on_volume(_box_level(subject, level), transfer, view)
         common = subject.on_codes(transfer, view, level.index)
@@ -60,11 +70,8 @@ def _box_level(subject: Subject, level: Level) -> Volume:
     if grid is None:
         msg = "a sealed package without a grid"
         raise ValueError(msg)
-    start_xyz = (np.linalg.inv(scan.grid.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
-    part = tuple(
-        slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True)
-    )
-    return Volume(box_means(scan, part, level.factors_zyx), level.grid, 1.0, 0.0, scan.nearest, scan.normals)
+    means = box_means(scan, part_of(scan.grid, grid), level.factors_zyx)
+    return Volume(means, level.grid, 1.0, 0.0, scan.nearest, scan.normals)
 
 
 def box_means(scan: Volume, part: tuple[slice, ...], factors_zyx: tuple[int, int, int]) -> Float32Array:

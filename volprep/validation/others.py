@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.truth.averaged import averaged
+from volprep.truth.decoded import light_of_program
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
@@ -95,9 +96,8 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
     if files is None or own is None:
         return
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
-    lit_alike = own.lighting == program.lighting
-    truths = viewed.truths if lit_alike else _unlit(bench, program.transfer)
-    unlit = "" if lit_alike else ", without light"
+    lit = _light_of(program, own)
+    truths = viewed.truths if lit == "" else _lit_as(bench, own)
     apart = own.compositing not in _LAID_OVER
     for first in _TILINGS:
         blocks = [*_blocks(grid, first)]
@@ -110,7 +110,7 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
                 for name, picture in _put_together(bench, own, grid, first, blocks)
             )
         yield OtherDrawing(
-            item=f"pieces around points {first}, {first + 2}, ... with {program.transfer}{unlit}",
+            item=f"pieces around points {first}, {first + 2}, ... with {program.transfer}{lit}",
             program=own.name,
             level=0,
             pixels=min(subject.shape_hw[0], _PIXELS_APART) if apart else subject.shape_hw[0],
@@ -159,12 +159,20 @@ def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
     return picture.rgba.astype(np.float32)
 
 
-def _unlit(bench: Bench, transfer: str) -> dict[str, Picture]:
-    """Draw the truth without light: pieces have no normals."""
+def _light_of(program: Program, own: Program) -> str:
+    """Return how the light on pieces differs from that on the whole; nothing where it does not."""
+    if own.lighting != program.lighting:
+        return ", without light"
+    return "" if own.normals_from == program.normals_from else f", lit by {own.normals_from} differences"
+
+
+def _lit_as(bench: Bench, own: Program) -> dict[str, Picture]:
+    """Draw the truth with the light that falls on pieces."""
     subject = bench.subject
-    scan = replace(subject.scan, normals=None)
+    light = None if own.lighting == "none" else light_of_program(subject.package.manifest, own)
+    scan = replace(subject.scan, normals=light)
     with bench.clock.part("oracle"):
-        return {name: subject.on_volume(scan, transfer, name).rgba.astype(np.float32) for name in subject.views}
+        return {name: subject.on_volume(scan, own.transfer, name).rgba.astype(np.float32) for name in subject.views}
 
 
 def _blocks(grid: SubvolumeGrid, first: int) -> Iterator[tuple[int, Index]]:

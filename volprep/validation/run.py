@@ -175,7 +175,7 @@ def _measure(benches: list[Bench]) -> MeasuredPrograms:
             level=views.level,
             views=views.views,
             sweep=measure_sweep(bench, program, views),
-            levels=compare_levels(bench, program, SWEEP_VIEW, views.truth),
+            levels=compare_levels(bench, program, SWEEP_VIEW),
             empty_space=measure_empty_space(bench, program, views),
             others=judge_others(bench, program, views),
         )

@@ -1,6 +1,10 @@
 """What is compared: the scan and the package's own data, drawn by the oracle with the package's cameras."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+
+import numpy as np
+from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import Camera, standard_views
@@ -8,6 +12,7 @@ from volprep.truth.decoded import Volume, level_volume, own_table, table_functio
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.validation.records import ErrorNumbers
+from volprep.validation.same_field import camera_of_pixels, changed_voxels, pixels_around
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
@@ -15,6 +20,7 @@ from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
+_LEAST_SMALL = 128
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
 """What blending slices comes near to."""
 
@@ -47,6 +53,15 @@ class Subject:
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
         self._levels: dict[int, Volume] = {}
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
+        self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
+
+    def small(self) -> "Subject":
+        """Return the same in a quarter of the pixels, with which parts of an error are told apart; 128² at least."""
+        small = copy(self)
+        pixels = self.shape_hw[0]
+        small.shape_hw = (min(pixels, max(-(-pixels // 2), _LEAST_SMALL)),) * 2
+        small._on_coarse = {}
+        return small
 
     @property
     def compositing(self) -> CompositingName:
@@ -65,6 +80,31 @@ class Subject:
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
+
+    def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
+        """Return what `on_data` draws, given the truth of this view: only rays that meet another field are drawn."""
+        voxels = self._changed(transfer, level)
+        if self._is_classified or voxels is None:
+            return truth if self._is_classified else self.on_data(transfer, view, level)
+        picture = OraclePicture(truth.rgba.copy(), truth.bound.copy())
+        volume = self.level(level)
+        camera = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        for voxel in voxels:
+            rows, columns = pixels_around(voxel, volume.grid, camera, self.shape_hw)
+            shape_hw = (rows.stop - rows.start, columns.stop - columns.start)
+            if 0 not in shape_hw:
+                part = self.through(volume, transfer, camera_of_pixels(camera, self.shape_hw, rows, columns), shape_hw)
+                picture.rgba[rows, columns], picture.bound[rows, columns] = part.rgba, part.bound
+        return picture
+
+    def _changed(self, transfer: str, level: int) -> NDArray[np.intp] | None:
+        if self._is_classified or self.is_of_several or self._compositing is not _OF_SLICES:
+            return None
+        if level != 0 or self.has_own_table(transfer, level):
+            return None
+        if transfer not in self._changed_voxels:
+            self._changed_voxels[transfer] = changed_voxels(self.scan, self.level(level), self.function(transfer))
+        return self._changed_voxels[transfer]
 
     def on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the control points of the transfer function.

@@ -4,8 +4,13 @@ The view is oblique because rays along an axis meet the voxels in step, which ca
 it is. The quadrature error is that of a float target, rays running to their end, against the oracle with the lookup
 table as transfer function: neither data, nor table, nor early termination, nor the 8 bits of the target are in it, so
 that its order can be seen.
+
+What tells parts of the error apart (table, quadrature, termination, target; at coarse levels data and drawing) is drawn
+in a quarter of the report's pixels: both pictures of a difference have the same rays. The total errors, which tell
+whether a step or a level will do, are those of the report's pictures.
 """
 
+import time
 from dataclasses import dataclass
 
 from volprep.render.choose import ray_caster_of
@@ -16,7 +21,7 @@ from volprep.validation.order import convergence
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target
-from volprep.validation.subject import errors
+from volprep.validation.subject import Subject, errors
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -31,6 +36,8 @@ _FINEST_LEVEL_STEPS = 6
 _COARSE_RATIOS = (2.0, 1.0, 0.5)
 """A coarse level is chosen to be cheap: much finer steps than its nominal one are of no use there."""
 _DRAWS = 3
+_LONG_MS = 250.0
+"""A picture that takes so long is timed once: a disturbance of some milliseconds is little of it."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,8 @@ class _Precise:
     """For each step: rays run to their end."""
     nominal: Float32Array
     """The nominal step, as the package draws it."""
+    in_8_bits: Float32Array
+    """The same in the target of the report."""
 
 
 class _Sweeper:
@@ -50,6 +59,8 @@ class _Sweeper:
     def __init__(self, bench: Bench, program: Program, viewed: ViewedProgram) -> None:
         subject = bench.subject
         self._subject = subject
+        self.small = subject.small()
+        """The same in fewer pixels."""
         self._program = program
         self._truth = viewed.truth.rgba
         self._clock = bench.clock
@@ -67,11 +78,11 @@ class _Sweeper:
                 possible = tuple(ratio for ratio in possible if renderer.draws_step(ratio * step_mm))
         return possible[-_FINEST_LEVEL_STEPS:]
 
-    def draw(self, renderer: Renderer, ratio: float) -> Float32Array:
-        """Draw with a multiple of the nominal step of the level."""
-        step_mm = ratio * self._subject.render.step_of(renderer.level.index)
+    def draw(self, renderer: Renderer, ratio: float, subject: Subject) -> Float32Array:
+        """Draw with a multiple of the nominal step of the level, as large as the pictures of `subject`."""
+        step_mm = ratio * subject.render.step_of(renderer.level.index)
         with self._clock.part("drawing"):
-            return renderer.render(self._box_from_clip, self._subject.shape_hw, step_mm)
+            return renderer.render(self._box_from_clip, subject.shape_hw, step_mm)
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
@@ -88,37 +99,40 @@ class _Sweeper:
         pictures = []
         with self._renderer(package, level, target) as renderer:
             for ratio in ratios:
-                pictures.append(finite(self.draw(renderer, ratio), renderer.program.name, target))
+                pictures.append(finite(self.draw(renderer, ratio, self.small), renderer.program.name, target))
                 self._progress.advance()
         with self._renderer(self._subject.package, level, target) as renderer:
-            nominal = finite(self.draw(renderer, 1.0), renderer.program.name, target)
-        return _Precise(target, pictures, nominal)
+            nominal = finite(self.draw(renderer, 1.0, self.small), renderer.program.name, target)
+        with self._renderer(self._subject.package, level, "rgba8") as renderer:
+            in_8_bits = self.draw(renderer, 1.0, self.small)
+        return _Precise(target, pictures, nominal, in_8_bits)
 
     def points(
-        self, level: int, on_data: Float64Array, ratios: tuple[float, ...]
-    ) -> list[tuple[SweepPoint, Float32Array]]:
-        """Draw and time one level with every step."""
-        found = []
+        self, level: int, on_data: Float64Array, ratios: tuple[float, ...], subject: Subject
+    ) -> list[SweepPoint]:
+        """Draw and time one level with every step; `on_data` is as large as the pictures of `subject`."""
         with self._renderer(self._subject.package, level, "rgba8") as renderer:
-            for ratio in ratios:
-                picture = self.draw(renderer, ratio)
-                found.append((self._point(renderer, picture, on_data, level, ratio), picture))
-                self._progress.advance()
-        return found
+            return [self._point(renderer, on_data, level, ratio, subject) for ratio in ratios]
 
     def _renderer(self, package: Package, level: int, target: Target) -> Renderer:
         transfer = self._program.transfer
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer, target=target)
 
     def _point(
-        self, renderer: Renderer, picture: Float32Array, on_data: Float64Array, level: int, ratio: float
+        self, renderer: Renderer, on_data: Float64Array, level: int, ratio: float, subject: Subject
     ) -> SweepPoint:
         step_mm = ratio * self._subject.render.step_of(level)
+        as_on_data = None if subject is self._subject else self.draw(renderer, ratio, subject)
+        began = time.perf_counter()
+        picture = self.draw(renderer, ratio, self._subject)
+        draws = 1 if (time.perf_counter() - began) * 1000 > _LONG_MS else _DRAWS
         with self._clock.part("timing"):
-            draw_ms = renderer.time_ms(self._box_from_clip, self._subject.shape_hw, step_mm, repeats=_DRAWS)
+            draw_ms = renderer.time_ms(self._box_from_clip, self._subject.shape_hw, step_mm, repeats=draws)
         counts = samples(self._chords, step_mm)
         with self._clock.part("comparing"):
-            total, drawing = errors(picture, self._truth), errors(picture, on_data)
+            total = errors(picture, self._truth)
+            drawing = errors(picture if as_on_data is None else as_on_data, on_data)
+        self._progress.advance()
         return SweepPoint(
             level=level,
             step_mm=step_mm,
@@ -126,12 +140,12 @@ class _Sweeper:
             samples_mean=float(counts[counts > 0].mean()),
             samples_max=int(counts.max()),
             draw_ms=draw_ms,
-            draws=_DRAWS,
+            draws=draws,
             total=total,
             drawing=drawing,
         )
 
-    def floor(self, level: int, on_data: Float64Array) -> LevelFloor:
+    def floor(self, level: int, on_data: Float64Array, truth: Float64Array) -> LevelFloor:
         """Return the smallest error that one level can reach."""
         manifest = self._subject.package.manifest
         sizes = {record.path: record.size_bytes for record in manifest.files}
@@ -139,7 +153,7 @@ class _Sweeper:
             level=level,
             shape_zyx=next(each.grid.shape_zyx for each in manifest.levels if each.index == level),
             texture_bytes=sum(sizes[texture.file] for texture in manifest.textures if texture.level == level),
-            data=errors(on_data, self._truth),
+            data=errors(on_data, truth),
         )
 
 
@@ -151,24 +165,26 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
     ratios = sweeper.ratios(finest)
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
+    small = sweeper.small
     with clock.part("oracle"):
-        on_table = subject.on_table(program.transfer, SWEEP_VIEW, finest).rgba
+        small_truth = small.truth(program.transfer, SWEEP_VIEW)
+        small_on_data = small.on_data_beside(small_truth, program.transfer, SWEEP_VIEW, finest).rgba
+        on_table = small.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)
-    measured = sweeper.points(finest, viewed.on_data.rgba, ratios)
-    points = [point for point, _ in measured]
+    points = sweeper.points(finest, viewed.on_data.rgba, ratios, subject)
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
             for point, picture in zip(points, precise.uncut, strict=True)
         ]
-    floors = [sweeper.floor(finest, viewed.on_data.rgba)]
+    floors = [sweeper.floor(finest, viewed.on_data.rgba, viewed.truth.rgba)]
     nominal = ratios.index(1.0)
     breakdown = Breakdown(
         data=floors[0].data,
-        table=errors(on_table, viewed.on_data.rgba),
+        table=errors(on_table, small_on_data),
         quadrature=points[nominal].quadrature,
         termination=errors(precise.nominal, precise.uncut[nominal]) if precise else None,
-        target=errors(measured[nominal][1], precise.nominal) if precise else None,
+        target=errors(precise.in_8_bits, precise.nominal) if precise else None,
     )
     order = convergence(
         [point.step_mm for point in points],
@@ -183,9 +199,9 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
     )
     for level in coarser:
         with clock.part("oracle"):
-            on_data = subject.on_data(program.transfer, SWEEP_VIEW, level).rgba
-        points += [point for point, _ in sweeper.points(level, on_data, _COARSE_RATIOS)]
-        floors.append(sweeper.floor(level, on_data))
+            on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
+        points += sweeper.points(level, on_data, _COARSE_RATIOS, small)
+        floors.append(sweeper.floor(level, on_data, small_truth.rgba))
     return Sweep(
         view=SWEEP_VIEW,
         float_target=precise.target if precise else None,

@@ -100,7 +100,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
         for name, box_from_clip in subject.views.items():
             with clock.part("oracle"):
                 truth = subject.truth(program.transfer, name)
-                on_data = subject.on_data(program.transfer, name, level)
+                on_data = subject.on_data_beside(truth, program.transfer, name, level)
             with clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
             with clock.part("comparing"):

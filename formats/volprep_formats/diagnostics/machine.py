@@ -167,8 +167,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7064": Diagnostic(
         ExitStatus.RENDER,
-        "{file}: the mesh is compressed with Draco, which this reader does not unpack; rays begin at the box, and the "
+        "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the "
         "picture is the same",
-        'For the speed of a mesh build the package with draco = "none" in [proxy].',
+        "For the speed of a mesh give createRenderer a decodeDraco, or build the package with "
+        'draco = "none" in [proxy].',
     ),
 }

@@ -28,7 +28,7 @@ void reduce(const AnyVolume& src, const MaybeVolume& dst_min, const MaybeVolume&
         const auto target = [](const MaybeVolume& dst) { return dst ? static_cast<T*>(dst->data()) : nullptr; };
         const int team = resolve_threads(threads);
         const nb::gil_scoped_release released;
-        std::vector<T> scratch(team * block_scratch(factors));
+        std::vector<T> scratch(team * extrema_run(factors));
         volprep::extrema_reduce(static_cast<const T*>(src.data()), shape_of(src), factors, target(dst_min),
                                 target(dst_max), scratch.data(), team);
     });

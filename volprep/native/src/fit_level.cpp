@@ -1,11 +1,13 @@
 // Cells between two slices of the level in parallel, first those that begin at an even slice, then the others: no two
 // of one kind add to the same slice, and the order of the sums is always the same. A row of samples is taken by phases,
-// those that lie alike between two voxels of the level, so that all but the looks are loops over neighbours.
+// those that lie alike between two voxels of the level, so that all but the looks are loops over neighbours. What is
+// added to is added to once for both sides: sums are memory more than arithmetic.
 #include "volprep/fit_level.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -62,27 +64,67 @@ VOLPREP_CLONES void mix(const float* a, const float* b, float weight, int64_t co
     }
 }
 
+VOLPREP_CLONES void add_to_two(const float* from, float weight, int64_t count, float* __restrict lower,
+                               float* __restrict upper) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        lower[i] += (1.0f - weight) * from[i];
+        upper[i] += weight * from[i];
+    }
+}
+
 VOLPREP_CLONES void add_scaled(const float* from, float factor, int64_t count, float* __restrict to) noexcept {
     for (int64_t i = 0; i < count; ++i) {
         to[i] += factor * from[i];
     }
 }
 
-// What pulls voxels of the level, and how stiff they are: two planes or rows of sums.
+// Each adds to a voxel and to the next one; `to` has one more.
+VOLPREP_CLONES void add_to_neighbours(const float* from, float weight, int64_t count, float* __restrict to) noexcept {
+    to[0] += (1.0f - weight) * from[0];
+    for (int64_t i = 1; i < count; ++i) {
+        to[i] += weight * from[i - 1] + (1.0f - weight) * from[i];
+    }
+    to[count] += weight * from[count - 1];
+}
+
+VOLPREP_CLONES void move_voxels(const float* force, const float* stiffness, float step, float largest, int64_t count,
+                                float* __restrict level) noexcept {
+    for (int64_t i = 0; i < count; ++i) {
+        const float moved = level[i] + step * force[i] / stiffness[i];
+        const float inside = std::min(std::max(moved, 0.0f), largest);
+        level[i] = stiffness[i] > 0.0f ? inside : level[i];
+    }
+}
+
+// What pulls voxels of the level, and how stiff they are: two planes or rows of sums, not cleared at first.
 struct Pulls {
-    explicit Pulls(int64_t count) : force(count), stiffness(count) {}
+    explicit Pulls(int64_t size) : force(new float[size]), stiffness(new float[size]), count(size) {}
 
     void clear() {
-        std::fill(force.begin(), force.end(), 0.0f);
-        std::fill(stiffness.begin(), stiffness.end(), 0.0f);
+        std::fill_n(force.get(), count, 0.0f);
+        std::fill_n(stiffness.get(), count, 0.0f);
     }
-    void add(const Pulls& pulls, int64_t from, float factor, int64_t count, int64_t to) {
-        add_scaled(pulls.force.data() + from, factor, count, force.data() + to);
-        add_scaled(pulls.stiffness.data() + from, factor, count, stiffness.data() + to);
+    void add(const Pulls& pulls, int64_t from, int64_t count, const Tap& tap) {
+        add(pulls.force.get() + from, count, tap, force.get());
+        add(pulls.stiffness.get() + from, count, tap, stiffness.get());
+    }
+    void add_to_neighbours(const Pulls& pulls, const Phase& phase) {
+        volprep::add_to_neighbours(pulls.force.get(), phase.weight, phase.count, force.get() + phase.lower);
+        volprep::add_to_neighbours(pulls.stiffness.get(), phase.weight, phase.count, stiffness.get() + phase.lower);
     }
 
-    std::vector<float> force;
-    std::vector<float> stiffness;
+    std::unique_ptr<float[]> force;
+    std::unique_ptr<float[]> stiffness;
+    int64_t count;
+
+  private:
+    static void add(const float* from, int64_t count, const Tap& tap, float* to) {
+        if (tap.lower == tap.upper) {
+            add_scaled(from, 1.0f, count, to + tap.lower * count);
+        } else {
+            add_to_two(from, tap.weight, count, to + tap.lower * count, to + tap.upper * count);
+        }
+    }
 };
 
 // Planes and rows of one thread. Rows of the level have a voxel more at both ends, which repeats the last one.
@@ -93,6 +135,7 @@ struct Scratch {
           field(row_size),
           values(row_size),
           weights(functions * samples),
+          block_row(-1),
           plane_pulls(plane_size),
           row_pulls(row_size + 2),
           phase_pulls(row_size) {}
@@ -102,6 +145,7 @@ struct Scratch {
     std::vector<float> field;
     std::vector<float> values;
     std::vector<float> weights;  // of each function, by phases
+    int64_t block_row;           // that they are of
     Pulls plane_pulls;
     Pulls row_pulls;
     Pulls phase_pulls;
@@ -261,6 +305,8 @@ void pull_looks(const MeansRow& row, const Phase& phase, int64_t stride, const S
     }
 }
 
+constexpr int64_t most_rows_apart = 2;
+
 template <typename Samples>
 class Fit {
     using Row = decltype(row_of(std::declval<const Samples&>(), std::declval<const FitTask&>(), int64_t{}, int64_t{}));
@@ -274,14 +320,20 @@ class Fit {
           z_(taps_of(task.shape.z, task.factors.z)),
           y_(taps_of(task.shape.y, task.factors.y)),
           x_(phases_of(task.shape.x, task.factors.x)),
+          rows_apart_(std::min({most_rows_apart, task.factors.z, task.factors.y})),
           pulls_(reduced_.voxels()) {
+        for (const Phase& phase : x_) {
+            for (int64_t i = 0; i < phase.count; ++i) {
+                blocks_.push_back((phase.begin + i * task.factors.x) / task.weight_factors.x);
+            }
+        }
         for (int64_t function = 0; function < task.functions; ++function) {
             functions_.emplace_back(task.looks + function * task.bins * look_size, task.bins);
         }
     }
 
-    // Moves the voxels of some slices of the level.
-    void iterate(SliceRange wanted, float step, int threads) noexcept {
+    // Moves the voxels of some slices of the level; `left` steps come after this one.
+    void iterate(SliceRange wanted, int left, float step, int threads) noexcept {
         pulls_.clear();
         // What lies between the slice before them and the first of them pulls at that, too.
         const int64_t from = std::max<int64_t>(wanted.begin - 1, 0);
@@ -294,23 +346,23 @@ class Fit {
                 Scratch scratch(reduced_.slice(), reduced_.x, task_.shape.x, task_.functions);
 #pragma omp for schedule(dynamic)
                 for (int64_t cell = begin; cell < wanted.end; cell += 2) {
-                    add_cell(cell, scratch);
+                    add_cell(cell, left, scratch);
                 }
             }
         }
         const auto largest = static_cast<float>(task_.bins - 1);
 #pragma omp parallel for num_threads(threads) schedule(static)
-        for (int64_t i = wanted.begin * reduced_.slice(); i < wanted.end * reduced_.slice(); ++i) {
-            if (pulls_.stiffness[i] > 0.0f) {
-                level_[i] = std::clamp(level_[i] + step * pulls_.force[i] / pulls_.stiffness[i], 0.0f, largest);
-            }
+        for (int64_t slice = wanted.begin; slice < wanted.end; ++slice) {
+            const int64_t at = slice * reduced_.slice();
+            move_voxels(pulls_.force.get() + at, pulls_.stiffness.get() + at, step, largest, reduced_.slice(),
+                        level_ + at);
         }
     }
 
     int64_t slices() const noexcept { return reduced_.z; }
 
   private:
-    void add_cell(int64_t cell, Scratch& scratch) noexcept {
+    void add_cell(int64_t cell, int left, Scratch& scratch) noexcept {
         const int64_t begin = std::max<int64_t>(0, (cell - 1) * task_.factors.z);
         const int64_t end = std::min(task_.shape.z, (cell + 2) * task_.factors.z);
         for (int64_t z = begin; z < end; ++z) {
@@ -318,44 +370,41 @@ class Fit {
             if (tap.lower != cell) {
                 continue;
             }
-            const int64_t lower = tap.lower * reduced_.slice();
-            const int64_t upper = tap.upper * reduced_.slice();
-            mix(level_ + lower, level_ + upper, tap.weight, reduced_.slice(), scratch.plane.data());
+            mix(level_ + tap.lower * reduced_.slice(), level_ + tap.upper * reduced_.slice(), tap.weight,
+                reduced_.slice(), scratch.plane.data());
             scratch.plane_pulls.clear();
-            for (int64_t y = 0; y < task_.shape.y; ++y) {
-                if (y % task_.weight_factors.y == 0) {
-                    find_weights(z, y, scratch);
-                }
+            scratch.block_row = -1;
+            for (int64_t y = (task_.first + z + left + 1) % rows_apart_; y < task_.shape.y; y += rows_apart_) {
+                find_weights(z, y, scratch);
                 add_row(z, y, scratch);
             }
-            pulls_.add(scratch.plane_pulls, 0, 1.0f - tap.weight, reduced_.slice(), lower);
-            pulls_.add(scratch.plane_pulls, 0, tap.weight, reduced_.slice(), upper);
+            pulls_.add(scratch.plane_pulls, 0, reduced_.slice(), tap);
         }
     }
 
     // Repeats the weight of each block for its samples, in the order of phases.
     void find_weights(int64_t z, int64_t y, Scratch& scratch) noexcept {
-        const int64_t block =
-            ((task_.first + z) / task_.weight_factors.z * task_.weight_shape.y + y / task_.weight_factors.y) *
-            task_.weight_shape.x;
+        const int64_t block_row =
+            (task_.first + z) / task_.weight_factors.z * task_.weight_shape.y + y / task_.weight_factors.y;
+        if (block_row == scratch.block_row) {
+            return;
+        }
+        scratch.block_row = block_row;
         for (int64_t function = 0; function < task_.functions; ++function) {
-            const float* const of_blocks = task_.weights + function * task_.weight_shape.voxels() + block;
-            float* of_samples = scratch.weights.data() + function * task_.shape.x;
-            for (const Phase& phase : x_) {
-                for (int64_t i = 0; i < phase.count; ++i) {
-                    of_samples[i] = of_blocks[(phase.begin + i * task_.factors.x) / task_.weight_factors.x];
-                }
-                of_samples += phase.count;
+            const float* const of_blocks =
+                task_.weights + function * task_.weight_shape.voxels() + block_row * task_.weight_shape.x;
+            float* const of_samples = scratch.weights.data() + function * task_.shape.x;
+            for (int64_t i = 0; i < task_.shape.x; ++i) {
+                of_samples[i] = of_blocks[blocks_[i]];
             }
         }
     }
 
     void add_row(int64_t z, int64_t y, Scratch& scratch) noexcept {
         const Tap& tap = y_[y];
-        const int64_t lower = tap.lower * reduced_.x;
-        const int64_t upper = tap.upper * reduced_.x;
         float* const row = scratch.row.data();
-        mix(scratch.plane.data() + lower, scratch.plane.data() + upper, tap.weight, reduced_.x, row + 1);
+        mix(scratch.plane.data() + tap.lower * reduced_.x, scratch.plane.data() + tap.upper * reduced_.x, tap.weight,
+            reduced_.x, row + 1);
         row[0] = row[1];
         row[reduced_.x + 1] = row[reduced_.x];
         scratch.row_pulls.clear();
@@ -369,28 +418,28 @@ class Fit {
             float* const values = scratch.values.data();
             if (task_.factors.x == 2) {
                 take_values<2>(samples, phase.begin, phase.count, values);
+            } else if (task_.factors.x == 4) {
+                take_values<4>(samples, phase.begin, phase.count, values);
             } else {
                 take_values(samples, phase.begin, task_.factors.x, phase.count, values);
             }
-            pull_values(values, field, task_.linear, phase.count, pulls.force.data(), pulls.stiffness.data());
+            pull_values(values, field, task_.linear, phase.count, pulls.force.get(), pulls.stiffness.get());
             for (int64_t function = 0; function < task_.functions; ++function) {
                 if (functions_[function].is_flat(range)) {
                     continue;
                 }
                 pull_looks(samples, phase, task_.factors.x, functions_[function], function, values,
-                           scratch.weights.data() + function * task_.shape.x + first, field, pulls.force.data(),
-                           pulls.stiffness.data());
+                           scratch.weights.data() + function * task_.shape.x + first, field, pulls.force.get(),
+                           pulls.stiffness.get());
             }
             first += phase.count;
-            scratch.row_pulls.add(pulls, 0, 1.0f - phase.weight, phase.count, phase.lower);
-            scratch.row_pulls.add(pulls, 0, phase.weight, phase.count, phase.lower + 1);
+            scratch.row_pulls.add_to_neighbours(pulls, phase);
         }
-        for (std::vector<float>* const sums : {&scratch.row_pulls.force, &scratch.row_pulls.stiffness}) {
-            (*sums)[1] += (*sums)[0];
-            (*sums)[reduced_.x] += (*sums)[reduced_.x + 1];
+        for (float* const sums : {scratch.row_pulls.force.get(), scratch.row_pulls.stiffness.get()}) {
+            sums[1] += sums[0];
+            sums[reduced_.x] += sums[reduced_.x + 1];
         }
-        scratch.plane_pulls.add(scratch.row_pulls, 1, 1.0f - tap.weight, reduced_.x, lower);
-        scratch.plane_pulls.add(scratch.row_pulls, 1, tap.weight, reduced_.x, upper);
+        scratch.plane_pulls.add(scratch.row_pulls, 1, reduced_.x, tap);
     }
 
     const Samples& samples_;
@@ -400,6 +449,10 @@ class Fit {
     std::vector<Tap> z_;
     std::vector<Tap> y_;
     std::vector<Phase> x_;
+    // Each step takes every second row, which are not the same in the next slice or step: a voxel of the level sees as
+    // much above as below. Where it has one row alone, each step takes that.
+    int64_t rows_apart_;
+    std::vector<int64_t> blocks_;  // of weights, by phases
     std::vector<typename Row::Function> functions_;
     Pulls pulls_;
 };
@@ -408,10 +461,10 @@ template <typename Samples>
 void improve(const Samples& samples, const FitTask& task, int iterations, float step, float* level,
              int threads) noexcept {
     Fit<Samples> fit(samples, task, level);
-    for (int64_t left = iterations - 1; left >= 0; --left) {
+    for (int left = iterations - 1; left >= 0; --left) {
         // What is further away than steps are left has no influence any more.
         fit.iterate({std::max<int64_t>(task.wanted.begin - left, 0), std::min(task.wanted.end + left, fit.slices())},
-                    step, resolve_threads(threads));
+                    left, step, resolve_threads(threads));
     }
 }
 

@@ -46,17 +46,14 @@ Choice choose_rule(const Cubic& value, const Extinction& extinction, double alph
     const double trivial = 2.0 * value.slope_bound(1.0) * alpha;
     if (trivial <= allowed) return {nullptr, trivial};
     Choice choice{nullptr, trivial};
-    for (const double ellipse : kEllipses) {
-        const double radius = 0.5 * (ellipse + 1.0 / ellipse);
-        const double spread = extinction.spread(radius);
+    for (const EllipseBounds& ellipse : kEllipseBounds) {
+        const double spread = extinction.spread(ellipse.radius);
         if (spread > kWidest) continue;
-        const double inverse_square = 1.0 / (ellipse * ellipse);
-        const double scale = 64.0 / 15.0 * value.slope_bound(radius) * std::exp(spread - extinction.depth_at_0()) /
-                             (1.0 - inverse_square);
-        for (const GaussRule& rule : kRules) {
-            double error = scale / rule.next_factorial;
+        const double scale = value.slope_bound(ellipse.radius) * std::exp(spread - extinction.depth_at_0());
+        for (std::size_t k = 0; k < kRules.size(); ++k) {
+            const GaussRule& rule = kRules[k];
+            double error = scale * ellipse.series[k] / rule.next_factorial;
             for (int i = 0; i < rule.exact_terms; ++i) error *= spread;
-            for (int i = 0; i < rule.count; ++i) error *= inverse_square;
             if (error < choice.error) choice = {&rule, error};
             if (error <= allowed) return choice;
         }
@@ -74,12 +71,13 @@ double integrate_k(const GaussRule& rule, const Cubic& value, const Extinction& 
     return sum;
 }
 
-// Adds a piece whose K is known, up to k_error.
-void add(Beam& beam, const Piece& piece, const Extinction& extinction, const RayLimits& limits, double k,
-         double k_error) {
+// Adds a piece that lets `through` so much light and whose K is known, up to k_error.
+void add(Beam& beam, const Piece& piece, const Extinction& extinction, const RayLimits& limits, double through,
+         double k, double k_error) {
     const Segment& segment = *piece.segment;
-    const double alpha = 1.0 - std::exp(-extinction.depth());
+    const double alpha = 1.0 - through;
     Passage passage;
+    passage.through = through;
     for (int channel = 0; channel < 3; ++channel) {
         passage.first[channel] = piece.colour(channel, -1.0);
         passage.last[channel] = piece.colour(channel, 1.0);
@@ -100,17 +98,18 @@ void gather_halves(Beam& beam, const Piece& piece, const RayLimits& limits, doub
 void gather_cut(Beam& beam, const Piece& piece, const RayLimits& limits, int cuts) {
     const Extinction extinction(piece);
     const double steepness = piece.segment->colour_steepness;
+    const double depth = extinction.depth();
+    const double through = std::exp(-depth);
     if (steepness == 0.0) {
-        add(beam, piece, extinction, limits, 0.0, 0.0);
+        add(beam, piece, extinction, limits, through, 0.0, 0.0);
         return;
     }
-    const double depth = extinction.depth();
     if (depth > kStiff && cuts < kDeepestCut) {
         gather_halves(beam, piece, limits, place_of_depth_one(extinction), cuts);
         return;
     }
     // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
-    const double alpha = 1.0 - std::exp(-depth);
+    const double alpha = 1.0 - through;
     const double share = alpha + piece.length_mm / (limits.length_mm * beam.transmittance);
     const double allowed = 0.25 * limits.tolerance * share / steepness;
     const Choice choice = choose_rule(piece.value, extinction, alpha, allowed);
@@ -119,7 +118,7 @@ void gather_cut(Beam& beam, const Piece& piece, const RayLimits& limits, int cut
         return;
     }
     const double k = choice.rule != nullptr ? integrate_k(*choice.rule, piece.value, extinction) : 0.0;
-    add(beam, piece, extinction, limits, k, choice.error);
+    add(beam, piece, extinction, limits, through, k, choice.error);
 }
 
 }  // namespace
@@ -140,7 +139,7 @@ void Beam::pass(const Piece& piece, const Extinction& extinction, const RayLimit
     colour_error += transmittance_error() * passage.variation +
                     transmittance * (passage.error + 8.0 * kEpsilon * (limits.colour_max + passage.variation));
     std::copy_n(passage.last, 3, last_colour);
-    transmittance *= std::exp(-extinction.depth());
+    transmittance *= passage.through;
     stopped = transmittance * limits.colour_max <= 0.25 * limits.tolerance;
 }
 

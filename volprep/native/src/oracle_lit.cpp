@@ -77,23 +77,22 @@ struct Choice {
 // The smallest rule whose error is within `allowed`; none where there is none.
 Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade& shade, const RayLimits& limits,
                    double allowed) {
-    std::array<double, kEllipses.size()> errors;
-    for (std::size_t i = 0; i < kEllipses.size(); ++i) {
-        const double radius = 0.5 * (kEllipses[i] + 1.0 / kEllipses[i]);
+    std::array<double, kEllipseBounds.size()> scales;
+    for (std::size_t i = 0; i < kEllipseBounds.size(); ++i) {
+        const double radius = kEllipseBounds[i].radius;
         const double spread = extinction.spread(radius);
-        errors[i] = std::numeric_limits<double>::infinity();
+        scales[i] = std::numeric_limits<double>::infinity();
         if (spread > kWidest) continue;
         const double rate =
             extinction.half_length * extinction.largest(radius) * std::exp(spread - extinction.depth_at_0());
         const double colour =
             limits.colour_max + piece.segment->colour_steepness * piece.value.slope_bound(radius) * (radius + 1.0);
-        errors[i] = 64.0 / 15.0 * rate * colour * shade.bound(radius) / (1.0 - 1.0 / (kEllipses[i] * kEllipses[i]));
+        scales[i] = rate * colour * shade.bound(radius);
     }
-    for (const GaussRule& rule : kRules) {
-        for (std::size_t i = 0; i < kEllipses.size(); ++i) {
-            double error = errors[i];
-            for (int k = 0; k < rule.count; ++k) error /= kEllipses[i] * kEllipses[i];
-            if (error <= allowed) return {&rule, error};
+    for (std::size_t k = 0; k < kRules.size(); ++k) {
+        for (std::size_t i = 0; i < kEllipseBounds.size(); ++i) {
+            const double error = scales[i] * kEllipseBounds[i].series[k];
+            if (error <= allowed) return {&kRules[k], error};
         }
     }
     return {nullptr, 0.0};
@@ -103,8 +102,10 @@ Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade
 void add(Beam& beam, const Piece& piece, const Extinction& extinction, const Shade& shade, const RayLimits& limits,
          double m, double n, double error) {
     const Segment& segment = *piece.segment;
-    const double alpha = 1.0 - std::exp(-extinction.depth());
+    const double through = std::exp(-extinction.depth());
+    const double alpha = 1.0 - through;
     Passage passage;
+    passage.through = through;
     for (int channel = 0; channel < 3; ++channel) {
         passage.first[channel] = piece.colour(channel, -1.0) * shade.at(-1.0);
         passage.last[channel] = piece.colour(channel, 1.0) * shade.at(1.0);

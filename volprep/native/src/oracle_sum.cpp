@@ -88,17 +88,14 @@ struct Choice {
 // The smallest rule whose error is within `allowed`; the best there is, where none is.
 Choice choose_rule(const Media& media, const Extinction& extinction, double allowed) {
     Choice choice{nullptr, std::numeric_limits<double>::infinity()};
-    for (const double ellipse : kEllipses) {
-        const double radius = 0.5 * (ellipse + 1.0 / ellipse);
-        const double spread = extinction.spread(radius);
+    for (const EllipseBounds& ellipse : kEllipseBounds) {
+        const double spread = extinction.spread(ellipse.radius);
         if (spread > kWidest) continue;
-        const double inverse_square = 1.0 / (ellipse * ellipse);
-        const double scale = extinction.half_length * 64.0 / 15.0 * largest_emission(media, radius) *
-                             std::exp(spread - extinction.depth_at_0()) / (1.0 - inverse_square);
+        const double scale = extinction.half_length * largest_emission(media, ellipse.radius) *
+                             std::exp(spread - extinction.depth_at_0());
         for (std::size_t k = 0; k < kRules.size(); ++k) {
-            double error = scale / kFactorials[k];
+            double error = scale * ellipse.series[k] / kFactorials[k];
             for (int i = 0; i < kExactTerms[k]; ++i) error *= spread;
-            for (int i = 0; i < kRules[k].count; ++i) error *= inverse_square;
             if (error < choice.error) choice = {&kRules[k], error};
             if (error <= allowed) return choice;
         }

@@ -20,9 +20,9 @@ from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, LookupFormat
 from volprep_formats.package.program import TABLES

@@ -8,6 +8,8 @@ too, from which its tables come.
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from volprep.parts.levels.chosen import file_of_level, own_tables, table_of_level
 from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.stage import Shapes, Stage, Work, present
@@ -16,11 +18,11 @@ from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
-from volprep.transfer.preintegrated import fitted_function, segment_table, segment_texels
-from volprep.transfer.table import Table
+from volprep.transfer.preintegrated import segment_table, segment_texels
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.palette import Palette, PaletteEntry
 from volprep_formats.package.parts.editing.record import Editing, encode_histogram
@@ -94,17 +96,20 @@ def _preintegrated(
     draft: Draft, plan: ChannelPlan, planned: PreintegratedPlan, function: TransferFunction
 ) -> Iterator[Texture]:
     """Return the tables of levels that have one of their own, for their own steps, and the common one if needed."""
-    window = plan.quantize.window
+    window, exact = plan.quantize.window, Table.exact(function)
     tables = {
         level: segment_table(
-            fitted_function(function, entries, window), window, planned.entries, plan.render.step_of(level)
+            exact.with_entries(np.linspace(*window, len(entries)), entries),
+            window,
+            planned.entries,
+            plan.render.step_of(level),
         )
         for level, entries in own_tables(draft, plan, planned.transfer).items()
     }
     named = {level: table_of_level(planned, level) for level in tables}
     texels: dict[int | None, Float64Array] = dict(tables.items())
     if _drawn_levels(plan) - tables.keys():
-        texels[None] = segment_table(Table.exact(function), window, planned.entries, planned.segment_mm)
+        texels[None] = segment_table(exact, window, planned.entries, planned.segment_mm)
     # As lookup tables: one shader reads all of them, and holds one scale.
     largest_per_mm = max(float(table[..., 3].max()) for table in texels.values())
     largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))

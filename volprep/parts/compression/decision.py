@@ -20,10 +20,10 @@ from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Compression, Scene
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction

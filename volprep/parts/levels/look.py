@@ -113,12 +113,15 @@ class Looks:
         # The kernel takes four numbers for a bin; here they belong to four tables.
         at_bins = [_at_bins(table, self._bins)[:, 3] for table in self._tables]
         spare = [np.zeros(self._bins)] * (-len(at_bins) % 4)
-        table = np.stack([*at_bins, *spare], axis=-1).reshape(self._bins, -1, 4).transpose(1, 0, 2).astype(np.float32)
+        fours = np.stack([*at_bins, *spare], axis=-1).reshape(self._bins, -1, 4).transpose(1, 0, 2)
+        table = np.ascontiguousarray(fours, np.float32)
         slabs = slab_ranges(self._volume.shape_zyx[0], self._volume.slice_bytes, multiple=self._smallest_block[0])
-        read = (self._volume.read_slab(z0, z1) for z0, z1 in slabs)
-        means = np.concatenate([sample_means(slab, self._smallest_block, table)[1] for slab in read])
-        z, fours, y, x, four = means.shape
-        every = means.transpose(1, 4, 0, 2, 3).reshape(fours * four, z, y, x)
+        z, y, x = _native.box_reduced_shape(self._volume.shape_zyx, self._smallest_block)
+        values, means = np.empty((z, y, x), np.float32), np.empty((z, len(table), y, x, 4), np.float32)
+        for z0, z1 in slabs:
+            part = slice(z0 // self._smallest_block[0], -(-z1 // self._smallest_block[0]))
+            write_means(self._volume.read_slab(z0, z1), self._smallest_block, table, values[part], means[part])
+        every = means.transpose(1, 4, 0, 2, 3).reshape(-1, z, y, x)
         return [np.ascontiguousarray(each) for each in every[: len(at_bins)]]
 
     def _weights(self, block: Factors) -> Float32Array:
@@ -134,14 +137,15 @@ class Looks:
         return self._known[block]
 
 
-def sample_means(slab: NDArray[Any], factors: Factors, table: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """Means over blocks of codes: values in bins [z, y, x], and looks [z, function, y, x, 4] of a table of looks."""
-    values = np.empty(_native.box_reduced_shape(slab.shape, factors), np.float32)
-    z, y, x = values.shape
-    looks = np.empty((z, len(table), y, x, 4), np.float32)
+def write_means(
+    slab: NDArray[Any], factors: Factors, table: Float32Array, values: Float32Array, looks: Float32Array
+) -> None:
+    """Write means over blocks of codes: values in bins [z, y, x], and looks [z, function, y, x, 4] of a table of looks.
+
+    Looks are those of some rows of a block, as many of each slice and height.
+    """
     bins_per_code = (table.shape[1] - 1) / largest_code(slab.dtype)
-    _native.sample_means(slab, factors, bins_per_code, np.ascontiguousarray(table), values, looks)
-    return values, looks
+    _native.sample_means(slab, factors, bins_per_code, table, values, looks)
 
 
 def _at_bins(table: Float64Array, bins: int) -> Float64Array:

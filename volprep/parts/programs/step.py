@@ -19,9 +19,9 @@ from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
 from volprep.techniques import TECHNIQUES
 from volprep.transfer.preintegrated import segment_light
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings, Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo

@@ -21,8 +21,8 @@ from volprep.plan.room import one_channel
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep.scene.scene import SkipSettings
-from volprep.transfer.table import Table
 from volprep_formats.grid import Grid, blocks_along
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import ChannelPlan
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture

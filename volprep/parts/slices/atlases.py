@@ -16,8 +16,8 @@ import numpy as np
 
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import classified_texels
-from volprep.transfer.table import Table
 from volprep_formats.arrays import UInt8Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.parts.slices.record import AXES, SliceLayout, StackAxis
 from volprep_formats.package.transfer_function import TransferFunction
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from volprep.parts.levels.decision import by
-from volprep.parts.programs.decision import VERTEX
+from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, VolumePlan
@@ -16,7 +16,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.program import NormalsFrom, ProgramDesign
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
@@ -121,12 +121,15 @@ def _is_whole(finest: VolumePlan) -> bool:
 
 def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
     name = f"subvolumes-{function.name}"
+    lit = _is_lit(scene)
     return ProgramDesign(
         name=name,
         sampling="subvolumes",
         compositing=scene.render.compositing,
         classification=scene.render.classification,
-        lighting="none",
+        lighting=scene.render.lighting if lit else "none",
+        normals_from=_slopes(scene) if lit else "volume",
+        light=light_of(scene) if lit else None,
         vertex=VERTEX,
         fragment=f"shaders/{name}.frag",
         levels=(0,),
@@ -147,8 +150,6 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
     pieces_zyx, size_bytes = _pieces(plan.grid, subvolumes.size, subvolumes.format)
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
     asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
-    # A gradient at the face of a block would need a layer more, and normals a volume of their own for each piece.
-    unlit = "" if scene.render.lighting == "none" else "; they are drawn without light, because they hold no normals"
     files = [GRID, *(program.fragment for program in subvolumes.programs)]
     if subvolumes.whole is not None and all(subvolumes.whole not in volume.files for volume in plan.volumes):
         files.append(subvolumes.whole)
@@ -156,10 +157,28 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         name=ITEM,
         kept=True,
         reason=f"{asked}{fits}: {by(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
-        f"neighbours share a layer of voxels{unlit}",
+        f"neighbours share a layer of voxels{_light_text(scene)}",
         files=tuple(files),
         size_bytes=size_bytes,
     )
+
+
+def _is_lit(scene: Scene) -> bool:
+    """Return whether pieces are lit: those whose pictures an app lays over each other, and validation judges so."""
+    return scene.render.lighting != "none" and scene.render.compositing in {"emission-absorption", "back-to-front"}
+
+
+def _slopes(scene: Scene) -> NormalsFrom:
+    """Return what shaders light pieces by: eight textures of normals beside those of values are more than 16 units."""
+    return "forward" if scene.lighting.normals == "forward" else "central"
+
+
+def _light_text(scene: Scene) -> str:
+    if scene.render.lighting == "none":
+        return ""
+    if not _is_lit(scene):
+        return f"; they are drawn without light, since pictures of {scene.render.compositing} are not put together"
+    return f"; they are lit by {_slopes(scene)} differences of their values"
 
 
 def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:

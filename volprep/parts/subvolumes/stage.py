@@ -18,7 +18,7 @@ from volprep.parts.work import codes_of_source
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
-from volprep.transfer.table import Table
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,

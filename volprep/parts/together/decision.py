@@ -19,8 +19,8 @@ from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes

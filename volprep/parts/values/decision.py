@@ -12,9 +12,9 @@ from volprep.plan.room import has_exact_16_bits
 from volprep.scan.relabelled import LARGEST_LABEL
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import QuantizeSettings, Scene
-from volprep.transfer.table import Table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from volprep.scan.relabelled import LARGEST_LABEL
 from volprep.scene.scene import Scene
-from volprep.transfer.table import Table
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
 

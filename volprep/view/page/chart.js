@@ -4,7 +4,7 @@ import { number } from "./numbers.js";
 
 const WIDTH = 340;
 const HEIGHT = 240;
-const LEFT = 48;
+const LEFT = 54;
 const RIGHT = 10;
 const TOP = 10;
 const BELOW = 38;

@@ -10,6 +10,8 @@ const RIGHT = 6;
 const TOP = 8;
 const BELOW = 32;
 const NUDGE = 0.01;
+/** Compositings that show where the value passes the function's isovalue. */
+const SURFACES = ["first-hit", "isosurface"];
 
 /** @typedef {{value: number, colour: [number, number, number], extinction_per_mm: number}} Point */
 
@@ -46,7 +48,7 @@ export function functionEditor(stage, manifest, place, changed) {
   };
   /** @param {string} name @param {boolean} titled */
   const one = (name, titled) => {
-    const { channel, points } = of(manifest, name);
+    const { channel, points, isovalue } = of(manifest, name);
     const box = make("div");
     const curve = new Curve(channel, edits.get(name) ?? points, editable, (now) => {
       edits.set(name, now);
@@ -61,6 +63,10 @@ export function functionEditor(stage, manifest, place, changed) {
     });
     if (titled) box.append(make("h3", {}, name));
     box.append(curve.element);
+    const unit = channel.source.info.unit ? ` ${channel.source.info.unit}` : "";
+    if (manifest.programs.some((/** @type {any} */ each) => each.transfer === name && SURFACES.includes(each.compositing))) {
+      box.append(make("p", { className: "hint" }, `A surface is shown: where the value is ${number(isovalue)}${unit}.`));
+    }
     if (editable) {
       curve.buttons.append(undo);
       box.append(curve.fields, curve.buttons);
@@ -81,7 +87,7 @@ export function functionEditor(stage, manifest, place, changed) {
 function of(manifest, name) {
   for (const channel of manifest.channels) {
     const found = channel.transfer_functions.find((/** @type {any} */ each) => each.name === name);
-    if (found) return { channel, points: /** @type {Point[]} */ (found.points), reference_mm: found.reference_mm };
+    if (found) return { channel, points: /** @type {Point[]} */ (found.points), reference_mm: found.reference_mm, isovalue: found.isovalue };
   }
   throw new Error(`there is no transfer function ${name}`);
 }

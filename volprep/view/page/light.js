@@ -4,6 +4,8 @@ import { byId } from "./dom.js";
 import { showProblem } from "./problems.js";
 
 const DEGREE = Math.PI / 180;
+/** Share of the volume's diagonal that is outside of it in every direction. */
+const OUTSIDE = 0.55;
 
 /**
  * Shows the controls if a program has such a light. The light moves on a sphere around the volume.
@@ -12,7 +14,7 @@ const DEGREE = Math.PI / 180;
  * @param {() => void} changed told when the light is elsewhere
  */
 export function lightControls({ renderer }, manifest, changed) {
-  const own = manifest.programs.find((/** @type {any} */ each) => each.light)?.light.place_mm_xyz;
+  const light = manifest.programs.find((/** @type {any} */ each) => each.light)?.light;
   /** Where the light was moved to. @type {number[] | null} */
   let moved = null;
   const put = async (/** @type {number[] | null} */ place) => {
@@ -29,10 +31,12 @@ export function lightControls({ renderer }, manifest, changed) {
       return () => before && put(before);
     },
   };
-  if (!own) return controls;
-  const { centre } = middle(manifest.grid);
-  const away = own.map((/** @type {number} */ each, /** @type {number} */ axis) => each - centre[axis]);
-  const distance = Math.hypot(...away);
+  if (!light) return controls;
+  const { centre, diagonal } = middle(manifest.grid);
+  const away = light.place_mm_xyz.map((/** @type {number} */ each, /** @type {number} */ axis) => each - centre[axis]);
+  const own = Math.hypot(...away);
+  // What these shadows need is a view of the whole volume from the light.
+  const distance = ["map", "half-angle"].includes(light.shadows) ? Math.max(own, OUTSIDE * diagonal) : own;
   const [around, height] = [byId("light-around"), byId("light-height")];
   const text = () => {
     byId("light-around-text").value = `${around.value}°, ${Math.abs(around.value) <= 90 ? "in front" : "behind"}`;
@@ -41,7 +45,7 @@ export function lightControls({ renderer }, manifest, changed) {
   const reset = () => {
     // The patient's x goes to the left, y to the back, z to the head.
     around.value = Math.atan2(away[0], -away[1]) / DEGREE;
-    height.value = distance ? Math.asin(away[2] / distance) / DEGREE : 0;
+    height.value = own ? Math.asin(away[2] / own) / DEGREE : 0;
     text();
   };
   const move = () => {

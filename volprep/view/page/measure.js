@@ -51,7 +51,7 @@ function shown(record, tolerance) {
   const unsteady = programs.flatMap((/** @type {any} */ each) => each.points).filter((/** @type {any} */ each) => spread(each) > STEADY).length;
   const notes = [
     slower > STEADY ? `This device became ${percent(slower)} slower while it was measured: it throttles, and later times are too long.` : "",
-    unsteady ? `${unsteady} of the times vary by more than ${percent(STEADY)}; they are drawn hollow and marked *.` : "",
+    unsteady ? `${unsteady} of the times vary by more than ${percent(STEADY)} from the fastest to the slowest; they are drawn hollow and marked *.` : "",
     ...record.left_out.map((/** @type {string} */ each) => `Not measured: ${each}.`),
   ].filter(Boolean);
   const facts = [
@@ -66,7 +66,7 @@ function shown(record, tolerance) {
     ...programs.flatMap((/** @type {any} */ each) => curveOf(each, tolerance, programs.length > 1)),
     ...notes.map((each) => make("p", { className: "note" }, each)),
     make("dl", {}, ...facts.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
-    make("details", {}, make("summary", {}, "What was tried before"), make("ul", { className: "plan" }, ...probes)),
+    make("details", {}, make("summary", {}, "What this device can do, as tried"), make("ul", { className: "plan" }, ...probes)),
   ];
 }
 
@@ -78,7 +78,7 @@ function curveOf(program, tolerance, titled) {
     `${each.level}`,
     number(each.step_mm),
     `${number(each.draw_ms)}${spread(each) > STEADY ? " *" : ""}`,
-    `±${percent(spread(each) / 2)}`,
+    percent(spread(each)),
     number(each.rmse),
   ]);
   return [

@@ -47,6 +47,7 @@ _BASE_MEMORY_BYTES = 2**28
 _LARGEST_LISTING = 2**22
 _SLAB_BYTES = 2**26
 _SECONDS, _BYTES_PER_SECOND = 30.0, 2**20
+_LEVEL_SET = "Level Set"
 _WORLD = (
     "OpenVDB files do not say their unit of length or how the volume lies in the patient; millimetres are taken, and "
     "left, back and up"
@@ -152,7 +153,11 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource:
         first_xyz, last_xyz = facts.box_xyz
         grid = _grid(path, name, facts, _shape_zyx(path, name, first_xyz, last_xyz), first_xyz)
         info = SourceInfo(
-            format="vdb", grid=grid, stored_type="float32", remarks=_remarks(entries[index], facts, len(entries))
+            format="vdb",
+            grid=grid,
+            stored_type="float32",
+            level_set=entries[index].grid_class == _LEVEL_SET,
+            remarks=_remarks(entries[index], facts, len(entries)),
         )
         return VdbSource(info, worker, tree, first_xyz, opened.pop_all())
 
@@ -204,7 +209,7 @@ def _remarks(entry: GridEntry, facts: TreeFacts, grids: int) -> tuple[str, ...]:
     remarks = [_WORLD]
     if grids > 1:
         remarks.append(f"{grids - 1} more grids in the file are left out")
-    if entry.grid_class == "Level Set":
+    if entry.grid_class == _LEVEL_SET:
         remarks.append(
             f"a level set: values are distances to a surface, cut off at {facts.background:g}, negative inside"
         )

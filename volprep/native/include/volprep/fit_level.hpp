@@ -51,7 +51,9 @@ struct Means {
 // of the level at a sample (outside its outer centres: their value), k = floor(u), d = F[k + 1] - F[k], v the value and
 // V the look of the sample, each voxel moves by
 //   step · Σ h (linear (v - u) + Σ weight d · (V - F[k] - (u - k) d)) / Σ h (linear + Σ weight d · d)
-// over the samples on which it has influence h, and stays within 0 and bins - 1. A voxel sees after n iterations what
+// over the samples on which it has influence h, and stays within 0 and bins - 1. Where factors.z and factors.y are 2 or
+// more, a step takes the rows of samples whose z + y + steps left is odd, where z counts from the first slice of the
+// volume: half of them, as many above a voxel as below. A voxel sees after n iterations what
 // lies up to n voxels of the level away, so that slabs that reach so much further give the same level. The sums do not
 // depend on the number of threads. T: uint8_t, uint16_t.
 template <typename T>

@@ -9,9 +9,11 @@
 
 namespace volprep {
 
-// values[k] = mean of v · bins_per_code, and looks of k = mean of F[nearest bin], over the voxels v of block k.
-// A block that hangs over the edge has those inside. Values are summed exactly. Looks are summed in float32: rows from
-// left to right, then the rows in order of z and y. T: uint8_t, uint16_t.
+// values[k] = mean of v · bins_per_code over the voxels v of block k, summed exactly. looks of k = mean of F[nearest
+// bin] over the rows of block k in which z - y, from the block's first voxel, is a multiple of the smaller of factors.z
+// and factors.y: as many of each slice as of the others, and of each height. They are summed in float32: rows from left
+// to right, then the rows in order of z and y. A block that hangs over the edge has the voxels inside. T: uint8_t,
+// uint16_t.
 template <typename T>
 void sample_means(const Codes<T>& src, Shape3 shape, Shape3 factors, int64_t functions, int64_t bins,
                   const float* table, float* values, float* looks, int threads) noexcept;

@@ -1,4 +1,4 @@
-//: Normals from the volume itself. Sections: central; forward. The sampling gives stored_value, and says what a voxel
+//: Normals from the volume itself. Sections: central; forward; central_in_block; forward_in_block. The sampling gives stored_value, and says what a voxel
 //: is in positions, where the last voxel ends, how many positions a millimetre is, and NEAR, how the volume is read
 //: beside `centre`, OF being what that takes first.
 //#section central
@@ -25,4 +25,19 @@ vec3 normal_at(vec3 at) {
   vec3 z = vec3(0.0, 0.0, voxel.z);
   vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
   return (behind - stored_value(centre)) * ($POSITION_PER_MM / voxel);
+}
+//#section central_in_block
+// The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind; from one and
+// the sample itself at a face of the pieces beyond which the volume goes on.
+vec3 normal_at(vec3 at) {
+  vec3 centre = clamp(at, vec3(0.5), $LAST_POSITION - 0.5);
+  return slope_between(max(centre - 1.0, block_first()), min(centre + 1.0, block_last()), centre);
+}
+//#section forward_in_block
+// The gradient of the normalised stored values, per millimetre, from samples here and one voxel behind; one before and
+// here at a face of the pieces beyond which the volume goes on.
+vec3 normal_at(vec3 at) {
+  vec3 centre = clamp(at, vec3(0.5), $LAST_POSITION - 0.5);
+  vec3 behind = min(centre + 1.0, block_last());
+  return slope_between(behind - 1.0, behind, centre);
 }

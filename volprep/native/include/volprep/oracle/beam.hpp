@@ -84,6 +84,7 @@ struct Passage {
     double light[3];
     double variation;
     double error;
+    double through;  // the part of the light behind it that it lets through
 };
 
 // Adds the piece to the beam. Sets `stopped` when less light comes through than a quarter of the tolerance.

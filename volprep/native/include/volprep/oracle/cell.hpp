@@ -50,7 +50,7 @@ bool visit_run(const CellPath& path, const Cuts& cuts, double from, double to, V
     double place = from;
     while ((last_medium - medium) * step > 0) {
         const double level = begin[ascending ? medium : medium - 1];
-        const double next = std::max(place, crossing(path.value, from, to, level));
+        const double next = std::max(place, crossing(path.value, place, to, level));
         if (!visit(cuts.media[static_cast<std::size_t>(medium)], place, next, ascending)) return false;
         place = next;
         medium += step;

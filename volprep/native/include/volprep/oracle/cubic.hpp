@@ -2,6 +2,7 @@
 // the bounds short: |y| <= R turns every bound on an ellipse around the interval into a sum of |coefficient| R^k.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -28,6 +29,8 @@ struct Cubic {
 
 // Writes the places in (-1, 1) where the slope changes sign, in order, and returns how many there are (0, 1 or 2).
 inline int extrema(const Cubic& cubic, double out[2]) noexcept {
+    // Most pieces are short: their slope keeps its sign by far.
+    if (std::fabs(cubic.c1) > 2.0 * std::fabs(cubic.c2) + 3.0 * std::fabs(cubic.c3)) return 0;
     const double discriminant = cubic.c2 * cubic.c2 - 3.0 * cubic.c1 * cubic.c3;
     if (!(discriminant > 0.0)) return 0;
     // The form without cancellation; a division by zero gives inf or NaN, which the comparisons below leave out.
@@ -47,16 +50,24 @@ inline double crossing(const Cubic& cubic, double from, double to, double level)
     constexpr double kClose = 4.5e-16;  // two units in the last place of 1: positions are not finer than that
     const double at_from = cubic.at(from) - level;
     const double at_to = cubic.at(to) - level;
-    double below = at_from < at_to ? from : to;  // cubic < level here
-    double above = at_from < at_to ? to : from;  // cubic > level here
+    double below = at_from < at_to ? from : to;                           // cubic < level here
+    double above = at_from < at_to ? to : from;                           // cubic > level here
+    const double bend = std::fabs(cubic.c2) + 3.0 * std::fabs(cubic.c3);  // half of the largest second derivative
     double y = from - at_from * (to - from) / (at_to - at_from);
     for (int i = 0; i < 100; ++i) {
         if (!(y >= from && y <= to)) y = 0.5 * (below + above);
         const double value = cubic.at(y) - level;
         if (value == 0.0) return y;
         (value < 0.0 ? below : above) = y;
-        double next = y - value / cubic.slope(y);
-        if (!(next > std::fmin(below, above) && next < std::fmax(below, above))) next = 0.5 * (below + above);
+        const double slope = cubic.slope(y);
+        const double step = value / slope;
+        double next = y - step;
+        if (!(next > std::min(below, above) && next < std::max(below, above))) {
+            next = 0.5 * (below + above);
+        } else if (bend * step * step <= kClose * std::fabs(slope)) {
+            // What Taylor's series leaves of the cubic at `next`, over the slope there or a little less.
+            return next;
+        }
         if (std::fabs(next - y) <= kClose) return next;
         y = next;
     }

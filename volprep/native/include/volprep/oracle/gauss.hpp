@@ -30,7 +30,25 @@ inline constexpr std::array<GaussRule, 5> kRules{{
      {0.36268378337836166, 0.31370664587788688, 0.22238103445337443, 0.10122853629037706}},
 }};
 
-inline constexpr std::array<double, 8> kEllipses{64.0, 32.0, 16.0, 8.0, 5.5, 4.0, 2.8, 2.0};
+// What bounds need of an ellipse, known before any piece is: a choice of a rule was mostly divisions.
+struct EllipseBounds {
+    double radius;                             // of the disc around it
+    std::array<double, kRules.size()> series;  // 64/15 r^-2n / (1 - r^-2) for each rule of n points
+};
+
+inline constexpr std::array<EllipseBounds, 8> kEllipseBounds = [] {
+    constexpr std::array<double, 8> kEllipses{64.0, 32.0, 16.0, 8.0, 5.5, 4.0, 2.8, 2.0};
+    std::array<EllipseBounds, kEllipses.size()> bounds{};
+    for (std::size_t i = 0; i < kEllipses.size(); ++i) {
+        const double inverse_square = 1.0 / (kEllipses[i] * kEllipses[i]);
+        bounds[i].radius = 0.5 * (kEllipses[i] + 1.0 / kEllipses[i]);
+        for (std::size_t k = 0; k < kRules.size(); ++k) {
+            bounds[i].series[k] = 64.0 / 15.0 / (1.0 - inverse_square);
+            for (int n = 0; n < kRules[k].count; ++n) bounds[i].series[k] *= inverse_square;
+        }
+    }
+    return bounds;
+}();
 
 // Calls visit(node, weight) for every node of the rule.
 template <typename Visit>

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
+_FAINTEST_PER_MM = 1e-9
+"""Below what half floats hold: no division by zero where there is nothing to see."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -60,6 +63,35 @@ class Table:
         values = np.linspace(*window, entries)
         return self._with(values)
 
+    def with_entries(self, values: Float64Array, entries: Float64Array) -> "Table":
+        """The function that a level's own entries [n, 4], colour and extinction, at ascending values [n] stand for.
+
+        What they change of this function is linear between entries, and at a jump goes from that of the entry below to
+        that of the entry above. What this function does not show stays empty up to the same value.
+        """
+        is_jump = np.diff(self.values, prepend=-np.inf) == 0.0
+        jumps = np.unique(self.values[is_jump])
+        jumps = jumps[(jumps > values[0]) & (jumps < values[-1])]
+        # An entry at a jump is of neither side.
+        between = ~np.isin(values, jumps)
+        values, changes = values[between], (entries - np.column_stack(self.at(values)))[between]
+        below = np.maximum(np.searchsorted(values, jumps) - 1, 0)
+        # The upper side of a jump lies beside it while values must be different.
+        above = np.nextafter(jumps, np.inf)
+        at = np.concatenate([values, jumps, above])
+        order = np.argsort(at)
+        changes = np.concatenate([changes, changes[below], changes[np.minimum(below + 1, len(values) - 1)]])[order]
+        apart = replace(self, values=np.where(is_jump, np.nextafter(self.values, np.inf), self.values))
+        knots = np.union1d(values, apart.values[(apart.values > values[0]) & (apart.values < values[-1])])
+        own = np.column_stack(apart.at(knots))
+        found = own + np.column_stack([np.interp(knots, at[order], each) for each in changes.T])
+        return replace(
+            self,
+            values=np.where(np.isin(knots, above), np.nextafter(knots, -np.inf), knots),
+            colour=np.ascontiguousarray(np.clip(found[:, :3], 0.0, 1.0)),
+            extinction_per_mm=np.where(own[:, 3] == 0.0, 0.0, np.maximum(found[:, 3], 0.0)),
+        )
+
     def around_isovalue(self) -> "Table":
         """The same function with the isovalue, and what float64 has beside it, among its values, each of them once."""
         if self.isovalue is None:
@@ -78,4 +110,11 @@ class Table:
         distance = self.values[high] - self.values[low]
         weight = np.divide(values - self.values[low], distance, out=np.zeros_like(values), where=distance > 0)
         result: Float64Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
+        # Beside a wall of 1e9 that sum would lose what a haze of 0.01 is.
+        result[weight == 1.0] = channels[high][weight == 1.0]
         return result
+
+
+def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
+    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
+    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]

@@ -1,0 +1,45 @@
+"""Where in a picture something is seen, so that it can fill the picture: a scan holds much air."""
+
+import numpy as np
+
+from volprep.render.renderer import Renderer
+from volprep.render.slices import SliceRenderer
+from volprep_formats.arrays import Float32Array, Float64Array
+
+_FIRST_LOOK = 128
+"""Pixels along the longer side of the picture that tells where something is seen."""
+_SEEN = 0.02
+"""Opacity from which on a pixel counts as seen: haze does not decide what the picture is of."""
+_MARGIN = 1.06
+_ROOM = 1.1
+"""How much more than a standard view the first look shows. That fits the box just into the height, and stacks of few
+slices reach beyond the box."""
+
+
+def filled(renderer: Renderer | SliceRenderer, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:
+    """Return the matrix of a camera that looks the same way, and in whose picture what is seen fills `shape_hw`.
+
+    Neither side may be 0. Raises what the renderer raises.
+    """
+    height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
+    farther = _ROOM * max(height / width, 1.0)
+    whole = box_from_clip @ np.diag([farther, farther, 1.0, 1.0])
+    return whole @ window_of_seen(renderer.render(whole, (height, width))[..., 3])
+
+
+def window_of_seen(opacity: Float32Array) -> Float64Array:
+    """Return 4×4 from the clip coordinates of a picture of what is seen to those of the whole, given its [row, column].
+
+    The window has the shape of the whole and a margin, and is never larger; where nothing is seen it is the whole.
+    """
+    window = np.eye(4)
+    rows, columns = np.nonzero(opacity > _SEEN)
+    if not len(rows):
+        return window
+    height, width = opacity.shape
+    low = np.array([columns.min() / width, 1 - (rows.max() + 1) / height]) * 2 - 1
+    high = np.array([(columns.max() + 1) / width, 1 - rows.min() / height]) * 2 - 1
+    half = min(float((high - low).max()) / 2 * _MARGIN, 1.0)
+    window[:2, :2] *= half
+    window[:2, 3] = np.clip((low + high) / 2, half - 1, 1 - half)
+    return window
