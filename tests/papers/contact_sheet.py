@@ -179,7 +179,7 @@ def _hybrid(bench: Bench, which: str, volume: Volume) -> tuple[Tile, Float32Arra
     assert package.manifest.render.hybrid is not None
     wish = HybridWish.of_package(package.manifest.render.hybrid, shape_hw)
     with bench.renderer(package) as renderer:
-        whole = renderer.render(camera, shape_hw)
+        whole = hybrid_picture(renderer, HybridWish(), camera, shape_hw)
         picture = hybrid_picture(renderer, wish, camera, shape_hw)
     error = rmse(picture, whole.astype(np.float64))
     return Tile(volume.name, "ray-casting", "emission-absorption", error, None, beside="hybrid"), picture
