@@ -327,7 +327,7 @@ def _about_sizes(sizes: _Sizes, names: list[str]) -> str:
     least, most = tried[0], tried[-1]
     return (
         f" Tiles of {most}² pixels finish a picture in {seconds(most):.2f} seconds, of 8² in {seconds(8):.2f}, of "
-        f"{least}² in {seconds(least):.2f}: that larger tiles are faster holds. A frame differs from the next by "
+        f"{least}² in {seconds(least):.2f}; in the paper larger tiles are faster. A frame differs from the next by "
         f"{change(most):.4f} with the largest tiles, by {change(8):.4f} with those of 8²."
     )
 
