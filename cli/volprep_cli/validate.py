@@ -54,7 +54,7 @@ Curves = Annotated[
     bool,
     typer.Option(
         "--curves",
-        help="Measure every choice, too: error against time or bytes of each variant, some forty packages. "
+        help="Measure every choice, too: error against time or bytes of each variant, some ninety packages. "
         "Takes minutes.",
     ),
 ]

@@ -157,6 +157,7 @@ typedef struct volpkg_source {
     double slope, intercept;            /* physical = slope * stored + intercept, for the values of the scan */
     const char* unit;                   /* "HU", or "" */
     const char* modality;               /* "CT", or "" */
+    int32_t level_set;                  /* the values are distances to a surface, negative inside */
     VOLPKG_LIST(int32_t) label_numbers; /* of renumbered labels: the number of each code */
     VOLPKG_LIST(int32_t) repairs;       /* only their number is kept */
     VOLPKG_LIST(char* const) remarks;
@@ -1977,6 +1978,7 @@ static const volpkg__field volpkg__source_fields[] = {
     VOLPKG__MAY(volpkg_source, intercept, volpkg__real, 0),
     VOLPKG__MAY(volpkg_source, unit, volpkg__string, 0),
     VOLPKG__MAY(volpkg_source, modality, volpkg__string, 0),
+    VOLPKG__MAY(volpkg_source, level_set, volpkg__truth, 0),
     VOLPKG__MAY(volpkg_source, label_numbers, volpkg__labels_of_codes, 0),
     VOLPKG__MAY(volpkg_source, repairs, volpkg__anything, 0),
     VOLPKG__MAY(volpkg_source, remarks, volpkg__strings, 0),

@@ -72,18 +72,24 @@ def write_scans(folder: Path, count: int) -> None:
             os.truncate(path, 5000)
 
 
-def serial_rate(jobs: list[Job], folder: Path) -> float:
-    """Scans a second, one after the other in this process."""
-    began, done = 0.0, -1
+def serial_rate(jobs: list[Job], folder: Path) -> tuple[float, float]:
+    """Scans a second, one after the other in this process, and processor seconds a scan."""
+    began, spent, done = 0.0, 0.0, -1
     for job in jobs[: _SERIAL + 1]:
         if done == 0:
-            began = time.monotonic()
+            began, spent = time.monotonic(), time.process_time()
         try:
             build(job.request, folder / f"{job.name}.volpkg", Silent())
         except VolprepError:
             continue
         done += 1
-    return done / (time.monotonic() - began)
+    return done / (time.monotonic() - began), (time.process_time() - spent) / done
+
+
+def processor_seconds() -> np.ndarray:
+    """Of this process, and of those that it started and that have ended."""
+    times = os.times()
+    return np.array([times.user + times.system, times.children_user + times.children_system])
 
 
 def main() -> None:
@@ -99,11 +105,11 @@ def main() -> None:
         write_scans(folder / "in", wished.scans)
         place = Place(folder / "out")
         jobs = find_jobs(folder / "in", place, Defaults(), Silent())
-        serial = serial_rate(jobs, folder / "serial")
+        serial, serial_cpu = serial_rate(jobs, folder / "serial")
         wishes = Wishes(validate=False, retry_failed=False, limits=Limits(600.0, None))
-        clock, began = Clock(), time.monotonic()
+        clock, began, spent = Clock(), time.monotonic(), processor_seconds()
         run_batch(jobs, place, wishes, Local(wished.workers, lambda _link: None), clock)
-        seconds = time.monotonic() - began
+        seconds, spent = time.monotonic() - began, processor_seconds() - spent
         # The first of each worker loads the libraries, and is not counted.
         ends = clock.ends[wished.workers :]
         steady = (len(ends) - 1) / (ends[-1] - ends[0])
@@ -115,6 +121,10 @@ def main() -> None:
     bar = wished.workers * serial
     console.print(f"{len(jobs)} scans, {clock.failed} damaged; one after the other: {serial:.2f} scans/s")
     console.print(f"{wished.workers} workers: {steady:.2f} scans/s, {steady / bar:.2f} of workers x serial")
+    console.print(
+        "processor seconds a scan: {:.3f} one after the other; in the batch {:.3f} here and {:.3f} in workers, "
+        "with their start".format(serial_cpu, *(spent / len(jobs)))
+    )
     console.print(f"workers build for {busy:.2f} of their time")
     console.print(f"with the start of the workers: {len(jobs) / seconds:.2f} scans/s, {seconds:.1f} s")
     console.print(

@@ -1,17 +1,21 @@
 """Every technique with every compositing that it has, on a head and on an engine, each with its error, in one picture.
 
-contact-sheet.png has a row for each technique and a column for each compositing; contact-sheet.json the numbers. What
-is published with an error of its own is compared with that, too: with its twin in double precision.
+contact-sheet.png has a row for each technique and a column for each compositing, then lights and shadows, pictures that
+are not finished, and one with fewer pixels; contact-sheet.json has the numbers. What is published with an error of its
+own is compared with that, too: with its twin in double precision.
 """
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.render.hybrid import HybridWish, hybrid_picture
+from volprep.render.progressive import Order, frames
 from volprep.techniques import TECHNIQUES, Technique
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import Medium
@@ -39,6 +43,11 @@ points = [{{ value = 0.0, colour = "#c08a6a", opacity = 1.0 }}, {{ value = 1.0, 
 _RANGE = 'values = "range"\n'
 
 
+_LIGHTS, _PARTS = "lights", "parts"
+"""Rows beside those of techniques."""
+_N_LIGHTS = 6
+
+
 @dataclass(frozen=True)
 class Tile:
     """One picture of the sheet."""
@@ -55,6 +64,8 @@ class Tile:
     """Error against the twin of the technique, where it has one."""
     refused: str | None = None
     """Why there is no picture."""
+    beside: str | None = None
+    """What else is shown, where it is not the technique: a light, or a picture that is not finished."""
 
 
 def write_contact_sheet(bench: Bench, folder: Path) -> Path:
@@ -69,6 +80,7 @@ def write_contact_sheet(bench: Bench, folder: Path) -> Path:
                 for compositing in COMPOSITINGS
                 if compositing in technique.compositings
             ]
+        drawn += [*_beside(bench, which, scan("MR head").reduced(3) if which == "head" else scan("engine").reduced(2))]
     path = folder / "contact-sheet.png"
     _write_picture(path, drawn)
     data = {"driver": bench.driver, "pixels": _PIXELS, "tiles": [asdict(tile) for tile, _ in drawn]}
@@ -112,6 +124,67 @@ def _tile(
     return Tile(shown.name, technique.name, compositing, rmse(picture, truth), twin_rmse), picture
 
 
+def _beside(bench: Bench, which: str, volume: Volume) -> Iterator[tuple[Tile, Float32Array | None]]:
+    """Draw lights and shadows, then what is shown until a picture is finished."""
+    grid = volume.info.grid
+    middle = grid.corner_mm_xyz + np.array(grid.direction) @ (np.array(grid.extent_mm_zyx[::-1]) / 2)
+    place = middle + np.array([-0.9, -0.8, 1.0]) * max(grid.extent_mm_zyx)
+    light = f'[lighting]\nlight_mm = [{", ".join(f"{each:.1f}" for each in place)}]\nnormals = "central"\n'
+    lights: dict[str, tuple[TechniqueName, CompositingName, str, str]] = {
+        "headlight": ("ray-casting", "emission-absorption", "headlight", ""),
+        "Phong": ("ray-casting", "emission-absorption", "phong", light),
+        "Blinn-Phong": ("ray-casting", "emission-absorption", "blinn-phong", light),
+        # A ray to the light from each sample: slab by slab, or the loops take more turns than a driver makes.
+        "shadow rays": ("slabs", "emission-absorption", "phong", f'{light}shadows = "rays"\n'),
+        "shadow map": ("ray-casting", "isosurface", "phong", f'{light}shadows = "map"\n'),
+        "half-angle slices": ("view-slices", "emission-absorption", "phong", f'{light}shadows = "half-angle"\n'),
+    }
+    for name, (technique, compositing, lighting, more) in lights.items():
+        render = f'technique = "{technique}"\ncompositing = "{compositing}"\nlighting = "{lighting}"\n'
+        render += f"step_voxels = {TECHNIQUES[technique].step_voxels or (0.5 if 'shadows' in more else _STEP_VOXELS)}\n"
+        package = bench.package(volume, _look(which, compositing), render=render, more=ALONE + more)
+        # The truth of shadows takes time with the square of the samples.
+        size = _PIXELS if "shadows" not in more else _PIXELS // 2
+        view = View(standard_views(package.manifest.levels[0].grid)[_VIEW], (size, size))
+        with bench.renderer(package) as renderer:
+            picture = renderer.render(view.camera.box_from_clip(renderer.level.grid, 1.0), view.shape_hw)
+        error = rmse(picture, bench.truth(package, volume, view))
+        yield Tile(volume.name, technique, compositing, error, None, beside=name), picture
+    for order in get_args(Order)[1:]:
+        yield _unfinished(bench, which, volume, order)
+    yield _hybrid(bench, which, volume)
+
+
+def _unfinished(bench: Bench, which: str, volume: Volume, order: Order) -> tuple[Tile, Float32Array]:
+    technique: TechniqueName = order if order in TECHNIQUES else "ray-casting"
+    render = f'technique = "{technique}"\nstep_voxels = {_STEP_VOXELS}\n'
+    package = bench.package(volume, _look(which, "emission-absorption"), render=render, more=ALONE)
+    level = package.manifest.levels[0]
+    camera = standard_views(level.grid)[_VIEW].box_from_clip(level.grid, 1.0)
+    step_mm = _STEP_VOXELS * min(level.grid.spacing_mm_zyx)
+    with bench.renderer(package) as renderer:
+        # Without a budget each part is a frame.
+        shown = [*frames(renderer, order, camera, (_PIXELS, _PIXELS), step_mm, budget_s=0.0)]
+    half = min(shown, key=lambda each: abs(each.finished - 0.5))
+    error = rmse(half.picture, shown[-1].picture.astype(np.float64))
+    return Tile(volume.name, technique, "emission-absorption", error, None, beside=f"{order}, half"), half.picture
+
+
+def _hybrid(bench: Bench, which: str, volume: Volume) -> tuple[Tile, Float32Array]:
+    small = f"[hybrid]\nlongest_side = {_PIXELS // 4}\n"
+    package = bench.package(volume, _look(which, "emission-absorption"), more=ALONE + small)
+    level, shape_hw = package.manifest.levels[0], (_PIXELS, _PIXELS)
+    camera = standard_views(level.grid)[_VIEW].box_from_clip(level.grid, 1.0)
+    assert package.manifest.render is not None
+    assert package.manifest.render.hybrid is not None
+    wish = HybridWish.of_package(package.manifest.render.hybrid, shape_hw)
+    with bench.renderer(package) as renderer:
+        whole = hybrid_picture(renderer, HybridWish(), camera, shape_hw)
+        picture = hybrid_picture(renderer, wish, camera, shape_hw)
+    error = rmse(picture, whole.astype(np.float64))
+    return Tile(volume.name, "ray-casting", "emission-absorption", error, None, beside="hybrid"), picture
+
+
 def _cropped(
     medium: Medium, volume: Volume, origin_mm_xyz: tuple[float, float, float], shape_zyx: tuple[int, int, int]
 ) -> Medium:
@@ -136,7 +209,7 @@ def _write_picture(path: Path, drawn: list[tuple[Tile, Float32Array | None]]) ->
 
     scans = list(dict.fromkeys(tile.scan.partition(",")[0] for tile, _ in drawn))
     techniques, compositings = list(TECHNIQUES), list(COMPOSITINGS)
-    rows = [(name, technique) for name in scans for technique in techniques]
+    rows = [(name, row) for name in scans for row in (*techniques, _LIGHTS, _PARTS)]
     figure = Figure(figsize=(_INCHES * (len(compositings) + 1), 1.18 * _INCHES * len(rows)), dpi=110)
     figure.patch.set_facecolor("white")
     axes = figure.subplots(len(rows), len(compositings), squeeze=False)
@@ -149,15 +222,22 @@ def _write_picture(path: Path, drawn: list[tuple[Tile, Float32Array | None]]) ->
                     0.5, 1.2, compositing, transform=axes[row, column].transAxes, ha="center", fontsize=7, weight="bold"
                 )
     for tile, picture in drawn:
-        row = rows.index((tile.scan.partition(",")[0], tile.technique))
-        place = axes[row, compositings.index(tile.compositing)]
+        name = tile.scan.partition(",")[0]
+        row, column = rows.index((name, tile.technique)), compositings.index(tile.compositing)
+        if tile.beside is not None:
+            of_scan = [each.beside for each, _ in drawn if each.beside is not None and each.scan == tile.scan]
+            number = of_scan.index(tile.beside)
+            row, column = rows.index((name, _LIGHTS if number < _N_LIGHTS else _PARTS)), number % _N_LIGHTS
+        place = axes[row, column]
         if picture is not None and tile.rmse is not None:
             place.imshow(encoded(picture, "black"), interpolation="nearest")
             twin = "" if tile.twin_rmse is None else f"; as published {tile.twin_rmse * 255:.2f}"
-            place.set_title(f"{tile.rmse * 255:.2f}{twin}", fontsize=6, pad=2)
+            beside = "" if tile.beside is None else f"{tile.beside}: "
+            place.set_title(f"{beside}{tile.rmse * 255:.2f}{twin}", fontsize=6, pad=2)
         else:
             place.set_title((tile.refused or "")[:6], fontsize=6, pad=2)
-    figure.text(0.5, 0.995, "RMSE against the oracle, in 255ths", ha="center", va="top", fontsize=8)
+    text = "RMSE against the oracle, in 255ths; of parts, against the whole picture"
+    figure.text(0.5, 0.995, text, ha="center", va="top", fontsize=8)
     figure.tight_layout(rect=(0, 0, 1, 0.985))
     figure.savefig(path)
 

@@ -1,4 +1,4 @@
-"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 7, 8 and 12).
+"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 7 to 10, 12 and 13).
 
 Every order in which volprep.render.progressive finishes a picture is measured; a new one appears by itself.
 """
@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import get_args
 
 import numpy as np
@@ -18,6 +19,7 @@ from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
 from volprep.truth.metrics import picture_error
+from volprep.validation.altered import Altered
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.program import TechniqueName
@@ -33,6 +35,7 @@ _AT_ONCE: tuple[Order, ...] = ("classic", "slabs")
 _SHAPE_HW, QUICK_HW = (640, 360), (256, 144)
 _ZOOMS = (1.0, 1.7)
 _CAMERAS = ("superior", "anterior-left")
+_TILE_SIZES, _QUICK_SIZES = (2, 4, 8, 16, 32), (8, 32)
 _PUBLISHED: dict[Order, str] = {
     "classic": "Classic RC",
     "slabs": "FBSlabs",
@@ -60,9 +63,7 @@ def measure(bench: Bench) -> Paper:
         [scan("MR head").reduced(3)] if bench.quick else [scan("MR head").reduced(2), scan("ch2 head"), scan("engine")]
     )
     found: _Found = {}
-    waiting: list[str] = [
-        "Figures 9, 10 and 13, about sizes of tiles: tiles of a package have 8×8 pixels, as the paper advises."
-    ]
+    waiting: list[str] = ["Figure 11, a detail of an unfinished picture: the contact sheet has such pictures."]
     for order in get_args(Order):
         try:
             found |= {(volume.name, order): [*_runs(bench, volume, order)] for volume in volumes}
@@ -71,12 +72,20 @@ def measure(bench: Bench) -> Paper:
     orders = [*dict.fromkeys(order for _, order in found)]
     names = [volume.name for volume in volumes]
     dssim = _dssim(bench, found, volumes[0], orders)
+    sizes = _sizes(bench, volumes) if "tiles" in orders else {}
     return Paper(
         "diaz-garcia",
         "Progressive ray casting for volumetric models on mobile devices",
         "Díaz-García, Brunet, Navazo and Vázquez 2018",
-        (_table1(found, names, orders), _figure7(found, names, orders), _figure8(found, names, orders), dssim),
-        _finding(found, names, orders, dssim),
+        (
+            _table1(found, names, orders),
+            _figure7(found, names, orders),
+            _figure8(found, names, orders),
+            *_by_size(sizes, names),
+            dssim,
+            *_over_time(sizes, names[0]),
+        ),
+        _finding(found, names, orders, dssim) + _about_sizes(sizes, names),
         tuple(waiting),
     )
 
@@ -163,15 +172,13 @@ _Found = dict[tuple[str, Order], list[_Progress]]
 def _table1(found: _Found, names: list[str], orders: list[Order]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
     for name in names:
-        row: list[Cell] = [name]
         for order in orders:
             rates = [1000 / ms for run in found[name, order] for ms in run.frames_ms]
-            row += [min(rates), max(rates), len(rates) / sum(1 / rate for rate in rates)]
-        rows.append(tuple(row))
-    heads = [f"{_PUBLISHED[order]}, {which}" for order in orders for which in ("min", "max", "avg")]
+            average = len(rates) / sum(1 / rate for rate in rates)
+            rows.append((name, _PUBLISHED[order], min(rates), max(rates), average))
     return PaperTable(
         "Table 1: frames in a second while a picture is made",
-        ("scan", *heads),
+        ("scan", "method", "min", "max", "avg"),
         tuple(rows),
         "Half of the paper's pixels along each axis, two views, two zooms. Errors of the whole pictures stand below.",
     )
@@ -233,6 +240,95 @@ def _dssim(bench: Bench, found: _Found, volume: Volume, orders: list[Order]) -> 
         "All begin with the small picture, of a quarter of the pixels along each axis. Behind a slab nothing is "
         "drawn, "
         "where the paper draws what is left at low resolution.",
+    )
+
+
+_Sizes = dict[tuple[str, int], _Progress]
+
+
+def _sizes(bench: Bench, volumes: list[Volume]) -> _Sizes:
+    """Finish a picture of each scan by tiles of each size."""
+    found: _Sizes = {}
+    for volume in volumes:
+        package = _package(bench, volume, "tiles")
+        view = _views(bench, package)[-1]
+        for size in _QUICK_SIZES if bench.quick else _TILE_SIZES:
+            with bench.renderer(_of_size(package, size)) as renderer:
+                found[volume.name, size] = _progress(bench, renderer, "tiles", package, volume, view)
+    return found
+
+
+def _of_size(package: Package, size: int) -> Package:
+    program = package.manifest.programs[0]
+    assert program.tiles is not None
+    tiles = program.tiles.model_copy(update={"size": size})
+    text = package.read_text(tiles.cost)
+    declared = f"TILE = {program.tiles.size:.1f};"
+    assert declared in text
+    texts = {tiles.cost: text.replace(declared, f"TILE = {size:.1f};")}
+    return Altered(package, texts, program.model_copy(update={"tiles": tiles}))
+
+
+def _changes(run: _Progress) -> list[float]:
+    """Return the DSSIM of each frame from the next; of a picture in one frame, that of the frame from itself."""
+    return [_structural(one, other) for one, other in pairwise(run.pictures)] or [0.0]
+
+
+def _by_size(sizes: _Sizes, names: list[str]) -> Iterator[PaperTable]:
+    tried = sorted({size for _, size in sizes})
+    if not tried:
+        return
+    seconds: list[tuple[Cell, ...]] = [
+        (f"{size}×{size}", *(sum(sizes[name, size].frames_ms) / 1000 for name in names)) for size in tried
+    ]
+    yield PaperTable(
+        "Figure 9: seconds until a picture is complete, by size of tiles",
+        ("pixels of a tile", *names),
+        tuple(seconds),
+        "The paper begins with tiles of one pixel: here each is a draw of its own, 230 400 for a picture.",
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for size in tried:
+        found = [value for name in names for value in _changes(sizes[name, size])]
+        rows.append((f"{size}×{size}", float(np.mean(found)), float(np.std(found))))
+    yield PaperTable(
+        "Figure 10: DSSIM of a frame from the next, by size of tiles",
+        ("pixels of a tile", "mean", "standard deviation"),
+        tuple(rows),
+    )
+
+
+def _over_time(sizes: _Sizes, name: str) -> Iterator[PaperCurves]:
+    lines = []
+    for (scan_name, size), run in sizes.items():
+        if scan_name == name:
+            times = np.cumsum(run.frames_ms)[-len(_changes(run)) :] / 1000
+            lines.append(Line(f"{size}×{size}", tuple(zip(times.tolist(), _changes(run), strict=True))))
+    if lines:
+        yield PaperCurves(
+            f"Figure 13: DSSIM of each frame from the one before it, by size of tiles, {name} voxels",
+            "seconds",
+            "DSSIM",
+            tuple(lines),
+        )
+
+
+def _about_sizes(sizes: _Sizes, names: list[str]) -> str:
+    if not sizes:
+        return ""
+    tried = sorted({size for _, size in sizes})
+
+    def seconds(size: int) -> float:
+        return float(np.mean([sum(sizes[name, size].frames_ms) for name in names])) / 1000
+
+    def change(size: int) -> float:
+        return float(np.mean([value for name in names for value in _changes(sizes[name, size])]))
+
+    least, most = tried[0], tried[-1]
+    return (
+        f" Tiles of {most}² pixels finish a picture in {seconds(most):.2f} seconds, of 8² in {seconds(8):.2f}, of "
+        f"{least}² in {seconds(least):.2f}; in the paper larger tiles are faster. A frame differs from the next by "
+        f"{change(most):.4f} with the largest tiles, by {change(8):.4f} with those of 8²."
     )
 
 

@@ -22,7 +22,7 @@ MIN_VALUES = (0.0, 0.84)
 _ALPHA = 0.03
 _STEP_SHARE = 1 / 355
 _PIXELS, PIXELS = 512, 256
-_DEGREES = 30
+_DEGREES = 60
 """Of the spin; the paper turns by 5 for each picture."""
 _SIDES = {"sagittal": 90.0, "frontal": 0.0}
 _PARTS = ("full volume", "half resolution", "eight pieces", "custom cut")

@@ -234,7 +234,8 @@ def _figure21(bench: Bench, volume: Volume, pixels: int) -> tuple[PaperTable, Pa
 
 
 def _finding(table3: PaperTable, table4: PaperTable, table5: PaperTable, saved: list[Savings]) -> str:
-    (_, calculated, small, full), (_, _, _, full_slices) = table3.rows[0], table3.rows[1]
+    (_, calculated, small, full) = table3.rows[0]
+    full_slices = next(row[-1] for row in table3.rows if row[0] == TECHNIQUES[_SLICES].text)
     (_, colours, palette, texture, points, *_) = table4.rows[0]
     plain, forward, central, sobel = table5.rows[0][1:]
     fetch, cache, slower = _ms(full) / _ms(calculated), _ms(full) / _ms(small), _ms(full_slices) / _ms(full)

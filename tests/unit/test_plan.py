@@ -1,6 +1,7 @@
 """The plan's decisions, on sources that are told apart by one thing each."""
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -333,9 +334,22 @@ class TestRayTermination:
         found = item(decided, "early ray termination")
         assert decided.render.opacity_cutoff is None
         assert not found.kept
-        assert "below 15% it costs more time than it saves" in found.reason
+        assert "to ask each sample costs more time than that" in found.reason
         assert plan(voxels, scene(points, render={"opacity_cutoff": 0.99})).render.opacity_cutoff == 0.99
         assert plan(voxels, scene(points, render={"opacity_cutoff": 1.0})).render.opacity_cutoff is None
+
+    def test_samples_behind_count_for_more_where_they_are_lit(self) -> None:
+        voxels = np.zeros((10, 10, 10), np.uint8)
+        voxels[:, :, 9] = 255
+        points = [(0.0, 0.0), (200.0, 0.0), (255.0, 9.0)]
+        unlit, lit = (
+            item(plan(voxels, scene(points, render={"lighting": lighting})), "early ray termination")
+            for lighting in ("none", "headlight")
+        )
+        assert not unlit.kept
+        assert lit.kept
+        behind, saved = (float(part) for part in re.findall(r"([\d.]+)%", lit.reason))
+        assert behind < 15.0 < saved < 3.5 * behind
 
     def test_left_out_where_no_ray_can(self) -> None:
         # Diagonal of 9×10×11 mm: 17.4 mm; 0.1 per mm gives opacity 0.82.

@@ -1,5 +1,6 @@
 """Steps of rays that are measured: as long as their error is a quarter of the tolerance, for each level its own."""
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ from plans import PlanOfOne, plan_of_one
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.parts.programs.patch_rays import FINE, patch_rays
-from volprep.parts.programs.step import STEP_SHARE, StepChoice, common_steps
+from volprep.parts.programs.step import STEP_SHARE, StepChoice, choose_steps, common_steps
+from volprep.plan.records import LevelPlan
 from volprep.render.renderer import Renderer
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile
@@ -95,6 +97,24 @@ def test_coarser_levels_have_longer_steps_and_the_plan_says_why() -> None:
         assert item.kept
         assert item.reason.startswith(f"{step_mm:.3g} mm")
         assert "within a quarter of the tolerance (RMSE 0.005, 0.12 at most)" in item.reason
+
+
+def test_steps_of_levels_whose_cells_are_wider_than_a_patch_take_no_more_memory() -> None:
+    grid = Grid.of((1200, 96, 96), (1.0, 1.0, 1.0))
+    info = SourceInfo(format="raw", grid=grid, stored_type="uint8")
+    gauge = Gauge(info)
+    gauge.add(np.random.default_rng(1).integers(0, 256, grid.shape_zyx).astype(np.uint8))
+    measured = gauge.result("0" * 64)
+    level = LevelPlan(channel="a", index=7, factors_zyx=(128, 128, 128), shape_zyx=(10, 1, 1), filter="auto")
+    transfer = function((0.0, (1, 1, 1), 0.0), (255.0, (1, 1, 1), 0.3))
+    tracemalloc.start()
+    try:
+        choose_steps(scene_of(), [transfer], info, measured, grid=grid, levels=[level])
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # Patches that were padded to whole cells would take 1510 MB.
+    assert peak < 500e6
 
 
 def test_pre_integrated_tables_take_longer_steps_than_single_samples() -> None:

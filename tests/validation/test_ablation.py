@@ -30,7 +30,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 NAMED = {item.name: item for item in ITEMS}
-FEW = ("empty border", "16-bit values", "skip table", "bricks")
+FEW = ("empty border", "16-bit values", "skip table", "bricks", "shadows", "technique slabs")
 """Each is a build or two."""
 TOLERANCE = Tolerance(rmse=0.02, maximum=0.25)
 
@@ -68,6 +68,21 @@ def test_each_item_of_the_package_has_a_row_and_says_which_way_it_went(found) ->
     assert {f"level {k} of shell" for k in (1, 2)} <= set(names)
     assert {"level 0", "lookup table shell", "lookup table core", "shaders"} <= set(names)
     assert all(row.finding for row in found.rows)
+
+
+def test_a_technique_that_takes_the_same_samples_is_rightly_left_out(found) -> None:
+    row = row_of(found, "technique slabs")
+    assert not row.kept
+    assert row.outcome == "rightly left out"
+    assert {each.name for each in ITEMS if each.name.startswith("technique")} == {
+        "technique slabs",
+        "technique tiles",
+        "technique two-pass",
+    }
+
+
+def test_shadows_are_asked_about_where_the_scene_has_them(found) -> None:
+    assert "shadows" not in {row.item for row in found.rows}
 
 
 def test_what_no_program_can_draw_without_earns_its_place(found) -> None:
@@ -244,7 +259,8 @@ def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
         assert item.gain(scene) in {"time", "memory", "truth", "wish"}
         assert item.chosen_by(scene) in {"plan", "scene"}
         assert item.without
-        assert item.added(scene) is not None
+        # With shadows it would be another picture.
+        assert (item.added(scene) is None) == (item.name == "shadows")
 
 
 def reported(ablation: Ablation | None, monkeypatch) -> None:

@@ -80,7 +80,9 @@ def test_every_choice_has_a_curve_or_says_why_not(report) -> None:
 def test_the_variant_that_the_package_has_is_marked_once(report) -> None:
     for each in report.curves:
         assert sum(point.chosen for point in each.points) == (1 if each.points else 0), each.name
-    assert next(point.label for point in curve(report, "tables of levels").points if point.chosen).startswith("own")
+    assert next(point.label for point in curve(report, "tables of levels").points if point.chosen).startswith(
+        "lookup, own"
+    )
     (chosen,) = (point for point in curve(report, "early ray termination").points if point.chosen)
     assert chosen.label == "rays run to their end"
     assert "rays may end at 0.998" in curve(report, "early ray termination").reason
@@ -114,7 +116,7 @@ def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
 def test_a_level_is_drawn_with_its_own_table_and_with_the_common_one(report) -> None:
     points = curve(report, "tables of levels").points
     assert {point.label for point in points} == {
-        f"{name} table, level 1, {step}× step" for name in ("own", "common") for step in (1, 2)
+        f"lookup, {name} table, level 1, {step}× step" for name in ("own", "common") for step in (1, 2)
     }
     assert len({point.errors.rmse for point in points}) == 4
 

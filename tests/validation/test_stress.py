@@ -68,6 +68,19 @@ def test_a_shell_thinner_than_the_samples_is_missed_by_them_and_seen_between_the
 
 
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_coarse_levels_show_shells_thinner_than_an_entry_of_their_own_tables(tmp_path, profile):
+    """Light of entries is mixed, not colours, and what a shell hides lies between two entries."""
+    report = tried(
+        tmp_path, "thin-shells", "sixteen-bits", "jumps", profile=profile, trials=replace(USUAL, levels=True)
+    )
+    assert report.passed
+    for result in report.results:
+        coarse = [each for each in result.drawings if each.level and each.classification == "preintegrated"]
+        assert len(coarse) == 2
+        assert all(each.limit is not None for each in coarse)
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_each_technique_level_and_precision_is_drawn_and_judged(tmp_path, profile):
     report = tried(tmp_path, "depth-1e-1", profile=profile, trials=Trials())
     assert report.passed

@@ -34,6 +34,8 @@ _SETTINGS = {
     # A killed worker is started again by its nanny. After this time the cluster would give both up, for ever: with the
     # 15 s that Dask has, a batch on a busy machine was left without workers, and waited.
     "distributed.deploy.lost-worker-timeout": "10 days",
+    # Dask would look at every worker's stack a hundred times a second, under the lock that the scan needs.
+    "distributed.worker.profile.enabled": False,
     # A worker has one scan and holds no results: limits of memory are watched where the work is done.
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,

@@ -25,8 +25,12 @@ def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: Sampl
         kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
         before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
         weight = before[:-1] - before[1:]
+        # Most of what rays run through gives no light: its colour need not be found.
+        shown = weight > 0.0
+        given = np.zeros(weight.shape)
         for channel in range(3):
-            result[:, channel] += (weight * np.interp(samples, table.values, table.colour[:, channel])).sum(axis=0)
+            given[shown] = weight[shown] * np.interp(samples[shown], table.values, table.colour[:, channel])
+            result[:, channel] += given.sum(axis=0)
         transmittance = before[-1]
     result[:, 3] = 1.0 - transmittance
     return result

@@ -11,7 +11,7 @@ from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import describe_editing, plan_editing
 from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
 from volprep.parts.programs.decision import ray_casters
-from volprep.parts.programs.early_end import EarlyEnd, cutoff_of, opaque_share
+from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of, light_cost
 from volprep.parts.programs.step import StepChoice, choose_steps, describe_steps
 from volprep.parts.proxy.decision import describe_proxy, plan_proxy
 from volprep.parts.skip.decision import Found, describe_skip, plan_skip
@@ -114,7 +114,7 @@ class _Slices:
 
     @property
     def early_end(self) -> EarlyEnd:
-        return EarlyEnd(0.0, 0.0)
+        return EarlyEnd(0.0, 0.0, 0.0)
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scene = self.scan.scene
@@ -158,7 +158,10 @@ class _Volume:
         opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*self.grid.extent_mm_zyx))
         spacing_mm_zyx, cutoff = scan.info.grid.spacing_mm_zyx, cutoff_of(scan.scene)
         rays_zyx = scan.measured.rays_zyx
-        return EarlyEnd(opacity, opaque_share(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff))
+        light = light_cost(scan.scene)
+        return EarlyEnd(
+            opacity, *behind_cutoff(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff, light)
+        )
 
     def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
         scan, scene, functions, values = self.scan, self.scan.scene, self.scan.functions, self.values

@@ -36,6 +36,8 @@ _VARIABLES = {
     _LIMIT: "var(--bad)",
     **{marker: f"var(--series-{number})" for number, marker in enumerate(_SERIES, 1)},
 }
+_MOST_LABELS = 10
+"""Points that can all have a label; of more only those that matter have one."""
 _MARKERS = ("o", "s", "D", "^", "v", "P")
 _LEFT_INCHES, _RIGHT_INCHES, _ABOVE_INCHES, _BELOW_INCHES = 0.75, 0.15, 0.1, 0.55
 """Room around the axes, for tick labels and axis labels."""
@@ -251,7 +253,8 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
             costs,
             [point.errors.rmse for point in points],
             color=_SERIES[0 if one_each else number % len(_SERIES)],
-            marker=_MARKERS[0 if one_each else number % len(_MARKERS)],
+            # Of more series than there are colours, those of one colour have other markers.
+            marker=_MARKERS[0 if one_each else (number + number // len(_SERIES)) % len(_MARKERS)],
             linewidth=1.2,
             label=None if one_each else name,
         )
@@ -265,7 +268,7 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
         if point.chosen:
             place = (plotted_cost(point, curve.cost), point.errors.rmse)
             axes.plot(*place, "o", markersize=15, markerfacecolor="none", color=_LIMIT, label="in the package")
-        if one_each:
+        if one_each and (len(curve.points) <= _MOST_LABELS or point.on_front or point.chosen):
             axes.annotate(
                 point.label,
                 (plotted_cost(point, curve.cost), point.errors.rmse),

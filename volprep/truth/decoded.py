@@ -129,10 +129,11 @@ def table_function(
     """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
 
     `level` may have a table of its own. Texels of an `edited` table, by its name, replace those of the package. A
-    pre-integrated table stands for the function itself; one of a level's own for
-    what it says of segments of one value. 8-bit tables hold the
-    square root of the extinction, so that it is a parabola between two entries. Here it is cut into straight pieces
-    that miss it by at most a millionth of the largest extinction.
+    pre-integrated table stands for the function itself; one of a level's own for what it says of segments of one value,
+    and between these for the function as they change it: there may be more than one feature between two entries.
+
+    8-bit tables hold the square root of the extinction, so that it is a parabola between two entries. Here it is cut
+    into straight pieces that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
     function = next(function for function in manifest.transfer_functions if function.name == transfer)
@@ -154,8 +155,8 @@ def table_function(
     if entries.dtype.kind != "f":
         values, colours, extinctions = _from_roots(entries, texture)
     else:
-        values = np.linspace(0.0, 1.0, len(entries))
         media = entries.astype(np.float64)
+        values = np.linspace(0.0, 1.0, len(entries))
         colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
     if texture.role == "preintegrated":

@@ -57,9 +57,6 @@ class StressCase:
     """Name of the case that is the same with less extinction, and must be no more opaque."""
     profile: str | None = None
     """Class of devices that it is for, whatever is asked; None for any."""
-    levels_judged: bool = True
-    """Whether coarse levels have the same limits. Where several features lie in a step of theirs, the colour of a
-    segment of the length that the pre-integrated table is made for is not that of their longer segments."""
     techniques: bool = True
     """Whether other techniques and coarser levels are drawn, too; not where that takes minutes and says no more."""
     refused: str | None = None
@@ -145,7 +142,6 @@ CASES: tuple[StressCase, ...] = (
         hard="four shells, each a fiftieth of a voxel thick and opaque to a half",
         voxels=_field(_centred),
         points=_comb(range(3, 10, 2), 0.02, 35.0),
-        levels_judged=False,
         limits=_BETWEEN_SAMPLES,
     ),
     StressCase(
@@ -203,7 +199,6 @@ CASES: tuple[StressCase, ...] = (
         hard="values over all 16 bits, of which the transfer function shows a window of 100: a shell of 0.03 voxels",
         voxels=lambda: (_field(_centred)() * np.float32(3150)).astype(np.uint16),
         points=(_point(30000, 0.0), _point(30050, 20.0, "#ff60a0"), _point(30100, 0.0)),
-        levels_judged=False,
         limits=_BETWEEN_SAMPLES,
     ),
     StressCase(

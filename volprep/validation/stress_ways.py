@@ -92,7 +92,7 @@ def _technique(
 
 def _level(case: StressCase, classification: ClassificationName, subject: Subject, level: int) -> StressDrawing:
     truths = {view: subject.on_data(TRANSFER, view, level).rgba for view in VIEWS}
-    limit = case.limits[classification] if case.levels_judged else None
+    limit = case.limits[classification]
     with _renderer(subject.package, subject, level, "rgba8") as renderer:
         pictures = views_of(renderer, subject)
     return StressDrawing(

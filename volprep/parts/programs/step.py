@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.patch_rays import PatchRays, patch_rays
@@ -82,9 +83,10 @@ def choose_steps(
         elif scene.editable:
             voxels, reason = usual, "users may edit the functions that it would be measured with"
         else:
-            patches = _reduced(measured.stored_patches.astype(np.float64), level.factors_zyx)
-            physical = info.slope * patches + info.intercept
-            rays = patch_rays(physical, (z, y, x), float(np.mean(grid.extent_mm_zyx)))
+            patches = np.stack([_reduced(patch, level.factors_zyx) for patch in measured.stored_patches])
+            patches *= info.slope
+            patches += info.intercept
+            rays = patch_rays(patches, (z, y, x), float(np.mean(grid.extent_mm_zyx)))
             bench = _Bench(scene.render, functions, rays)
             voxels, reason = _longest(bench, voxel_mm, scene.tolerance)
         chosen.append(
@@ -122,13 +124,15 @@ def _voxels(number: float) -> str:
     return "1 voxel" if number == 1 else f"{number:.3g} voxels"
 
 
-def _reduced(patches: Float64Array, factors_zyx: tuple[int, int, int]) -> Float64Array:
-    """Return the means of so many voxels of each patch; what is missing at the end of an axis is its last voxel."""
-    missing = [-n % f for n, f in zip(patches.shape[1:], factors_zyx, strict=True)]
-    padded = np.pad(patches, [(0, 0), *((0, n) for n in missing)], mode="edge")
-    z, y, x = (n // f for n, f in zip(padded.shape[1:], factors_zyx, strict=True))
-    cells = padded.reshape(len(patches), z, factors_zyx[0], y, factors_zyx[1], x, factors_zyx[2])
-    means: Float64Array = cells.mean(axis=(2, 4, 6))
+def _reduced(patch: NDArray[np.generic], factors_zyx: tuple[int, int, int]) -> Float64Array:
+    """Return the means of so many voxels of a patch; what is missing at the end of an axis is its last voxel."""
+    means: Float64Array = patch.astype(np.float64)
+    # Axis by axis: a patch is as deep as the volume, and cells may be wider than a patch.
+    for axis, factor in enumerate(factors_zyx):
+        missing = [(0, -n % factor if each == axis else 0) for each, n in enumerate(means.shape)]
+        padded = np.pad(means, missing, mode="edge")
+        shape = padded.shape
+        means = padded.reshape(*shape[:axis], -1, factor, *shape[axis + 1 :]).mean(axis=axis + 1)
     return means
 
 
@@ -180,9 +184,12 @@ class _Bench:
         ends, segment_mm = self._cut(rays, step_mm)
         values = _at(rays, ends)
         colour, extinction = segment_light(table, values[:-1], values[1:], segment_mm)
-        before = np.exp(-segment_mm * np.vstack([np.zeros(rays.shape[1]), np.cumsum(extinction, axis=0)]))
+        before = np.zeros((len(values), rays.shape[1]))
+        np.cumsum(extinction, axis=0, out=before[1:])
+        before *= -segment_mm
+        np.exp(before, out=before)
         weight = before[:-1] - before[1:]
-        return np.column_stack([(weight[..., None] * colour).sum(axis=0), 1.0 - before[-1]])
+        return np.column_stack([np.einsum("sr,src->rc", weight, colour), 1.0 - before[-1]])
 
     def _cut(self, rays: Float64Array, step_mm: float) -> tuple[Float64Array, float]:
         """Return where equal segments, none longer than the step, end, in samples of the rays; and their length."""

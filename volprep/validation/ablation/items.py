@@ -9,9 +9,13 @@ from typing import Literal
 
 from volprep.parts.programs.early_end import AUTO_CUTOFF
 from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
+from volprep.techniques.record import Technique
 from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.texture import Texture
+
+_PLAIN = "ray-casting"
 
 Gain = Literal["time", "memory", "truth", "wish"]
 """What keeping an item gains. time: pictures are drawn faster. memory: a device holds fewer bytes. truth: pictures are
@@ -87,6 +91,29 @@ def _has_early_end(manifest: Manifest, _: str) -> bool | None:
 def _has_preintegrated(manifest: Manifest, _: str) -> bool | None:
     names = {program.classification for program in manifest.programs}
     return "preintegrated" in names if names <= {"lookup", "preintegrated"} else None
+
+
+def _has_shadows(manifest: Manifest, _: str) -> bool | None:
+    return any(each.light is not None and each.light.shadows != "none" for each in manifest.programs) or None
+
+
+def _finds_the_same(technique: Technique) -> bool:
+    """Return whether a technique takes the samples of ray casting, in another order or in several draws."""
+    return technique.loops and technique.order is None and technique.name != _PLAIN
+
+
+def _drawn_by(technique: Technique) -> Item:
+    """Return the item of a technique in place of plain ray casting: an app asks for it, to show frames in between."""
+    return Item(
+        f"technique {technique.name}",
+        f"technique {technique.name}",
+        lambda _: "wish",
+        lambda manifest, _: any(each.technique == technique.name for each in manifest.programs),
+        without={"render": {"technique": _PLAIN}},
+        added=lambda _: {"render": {"technique": technique.name}},
+        chosen_by=lambda _: "scene",
+        lossy=True,
+    )
 
 
 def _volumes(manifest: Manifest) -> list[Texture]:
@@ -227,6 +254,17 @@ ITEMS: tuple[Item, ...] = (
         chosen_by=lambda _: "scene",
         lossy=True,
     ),
+    Item(
+        "shadows",
+        "shadows",
+        lambda _: "wish",
+        _has_shadows,
+        without={"lighting": {"shadows": "none"}},
+        # With them it is another picture.
+        added=lambda _: None,
+        chosen_by=lambda _: "scene",
+    ),
+    *(_drawn_by(technique) for technique in TECHNIQUES.values() if _finds_the_same(technique)),
 )
 """Every item that keys of a scene bring or take away. Levels, their own tables, and what no program can draw without
 are taken out of the package itself."""

@@ -38,6 +38,8 @@ _FILTERS = (
 )
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
 _BLOCKS = (2, 4, 8, 16)
+_TABLES = ("lookup", "preintegrated")
+"""Classifications with tables, of which a level may have its own."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,6 @@ def _normals(scene: Scene) -> list[Variant]:
         Variant(f"{kernel}, {code}", {"normals": {"kernel": kernel, "code": code}, **_ALONE})
         for kernel in get_args(GradientKernel)
         for code in get_args(NormalCode)
-        if code == "snorm8" or kernel == "thesis"
     ]
 
 
@@ -117,14 +118,11 @@ def _gradients(scene: Scene) -> list[Variant]:
 
 def _tables(scene: Scene) -> list[Variant]:
     compositing = COMPOSITINGS[scene.render.compositing]
-    if (
-        scene.source.labels
-        or compositing.level_filter
-        or scene.render.classification not in {"lookup", "preintegrated"}
-    ):
+    if scene.source.labels or compositing.level_filter or scene.render.classification not in _TABLES:
         return []
     return [
-        Variant(name, {}, level, (2.0, 1.0), altered)
+        Variant(f"{tables}, {name}", {"render": {"classification": tables}}, level, (2.0, 1.0), altered)
+        for tables in _TABLES
         for level in (1, 2)
         for name, altered in (("own table", None), ("common table", with_common_tables))
     ]
@@ -133,7 +131,9 @@ def _tables(scene: Scene) -> list[Variant]:
 def _skips(scene: Scene) -> list[Variant]:
     kinds = [Variant(kind, {"skip": {"kind": kind}, **_ALONE}) for kind in ("none", *get_args(SkipKind))]
     blocks = [
-        Variant(f"distance, blocks of {n}", {"skip": {"kind": "distance", "block": n}, **_ALONE}) for n in _BLOCKS
+        Variant(f"{kind}, blocks of {n}", {"skip": {"kind": kind, "block": n}, **_ALONE})
+        for kind in get_args(SkipKind)
+        for n in _BLOCKS
     ]
     return [] if scene.source.labels and scene.editable else [*kinds, *blocks]
 
@@ -184,7 +184,7 @@ def _gradients_name(manifest: Manifest) -> str:
 
 def _tables_name(manifest: Manifest) -> str:
     own = any(each.role in {"transfer", "preintegrated"} and each.level is not None for each in manifest.textures)
-    return "own table" if own else "common table"
+    return f"{_classification_name(manifest)}, {'own' if own else 'common'} table"
 
 
 def _filter_name(manifest: Manifest) -> str:

@@ -15,7 +15,7 @@ from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 from volprep_formats.writers import nrrd
 
 MOST_VOXELS = 2_000_000
-"""Curves of so many voxels take minutes, not hours: some forty packages are built."""
+"""Curves of so many voxels take minutes, not hours: some ninety packages are built."""
 
 
 class _Means:
