@@ -1,6 +1,6 @@
-//: Normals from the volume itself. Sections: central; forward; central_in_block; forward_in_block. The sampling gives stored_value, and says what a voxel
-//: is in positions, where the last voxel ends, how many positions a millimetre is, and NEAR, how the volume is read
-//: beside `centre`, OF being what that takes first.
+//: Normals from the volume itself. Sections: central; forward; central_in_block; forward_in_block. The sampling gives
+//: stored_value, and says what a voxel is in positions, where the last voxel ends, how many positions a millimetre is,
+//: and NEAR, how the volume is read beside `centre`, OF being what that takes first.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {
