@@ -90,7 +90,7 @@ def page_table(rows: list[PageRow]) -> Table:
 
 
 def _package(folder: Path) -> Path:
-    y, x = np.ogrid[:SIDE, :SIDE] - np.array(SIDE / 2)
+    y, x = (each - SIDE / 2 for each in np.ogrid[:SIDE, :SIDE])
     with (folder / "large.raw").open("wb") as file:
         for z in range(SIDE):
             radius = np.sqrt(x**2 + y**2 + (z - SIDE / 2) ** 2)
