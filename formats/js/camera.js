@@ -29,9 +29,11 @@ const VIEWS = {
 };
 
 /** @param {readonly number[]} a @param {readonly number[]} b */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+/** @param {readonly number[]} a @param {readonly number[]} b */
+export const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 /** @param {readonly number[]} a */
-const unit = (a) => a.map((each) => each / Math.hypot(...a));
+export const unit = (a) => a.map((each) => each / Math.hypot(...a));
 /** @param {readonly number[]} a @param {readonly number[]} b @param {number} [by] */
 const plus = (a, b, by = 1) => a.map((each, i) => each + by * b[i]);
 

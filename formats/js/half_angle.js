@@ -1,5 +1,6 @@
 /** Half-angle slices: a stack of layers of which each is drawn for the viewer, and then for the light. SPEC section 9.4. */
-import { axesOf, cornersOf, cross, dot, times, unit } from "./layers.js";
+import { cross, dot, unit } from "./camera.js";
+import { axesOf, cornersOf, times } from "./layers.js";
 
 /** @typedef {readonly number[]} Vector */
 

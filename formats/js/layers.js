@@ -1,5 +1,5 @@
 /** The stack of layers of a view: where it stands, and the corners of its squares. SPEC section 9.1. */
-import { invert } from "./camera.js";
+import { cross, dot, invert, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */
 
@@ -9,14 +9,8 @@ const RIM = 6;
 const FAR = 1e6;
 const SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
 
-/** @param {Vector} a @param {Vector} b */
-export const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
-/** @param {Vector} a @param {Vector} b */
-export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a @param {number} by */
 export const times = (a, by) => a.map((each) => each * by);
-/** @param {Vector} a */
-export const unit = (a) => times(a, 1 / Math.hypot(...a));
 
 /** @param {Vector} m column by column @param {Vector} at four numbers */
 const product = (m, at) => [0, 1, 2, 3].map((row) => at.reduce((sum, each, column) => sum + each * m[4 * column + row], 0));

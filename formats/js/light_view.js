@@ -1,15 +1,11 @@
 /** What a light with a place sees: the view of shadow maps and of half-angle slices. SPEC section 12. */
-import { multiply } from "./camera.js";
+import { cross, dot, multiply, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */
 
 /** So much wider than the volume: what its border touches is in it. */
 const WIDER = 1.01;
 
-/** @param {Vector} a @param {Vector} b */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** @param {Vector} a @param {Vector} b */
-const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 /** @param {Vector} a @param {Vector} b */
 const minus = (a, b) => a.map((each, i) => each - b[i]);
 
@@ -25,8 +21,7 @@ export function lightFromBox(light, extent) {
   if (!(distance > 1e-6 * Math.hypot(...extent))) return null;
   const ahead = minus(nearest, light).map((each) => each / distance);
   const least = [0, 1, 2].reduce((best, axis) => (Math.abs(ahead[axis]) < Math.abs(ahead[best]) ? axis : best), 0);
-  const sideways = cross(ahead, [0, 1, 2].map((axis) => Number(axis === least)));
-  const right = sideways.map((each) => each / Math.hypot(...sideways));
+  const right = unit(cross(ahead, [0, 1, 2].map((axis) => Number(axis === least))));
   const rows = [right, cross(right, ahead), ahead];
   const corners = Array.from({ length: 8 }, (_, i) => rows.map((row) => dot(row, minus(extent.map((size, axis) => ((i >> axis) & 1) * size), light))));
   const [x, y] = [0, 1].map((axis) => corners.map((each) => each[axis] / each[2])).map((all) => ({ low: Math.min(...all), high: Math.max(...all) }));
