@@ -4,6 +4,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from ball_scan import write_ball
 
 from volprep.pipeline.build import build, plan_build
 from volprep.render.renderer import Renderer
@@ -65,9 +66,7 @@ EMPTY = """crop = "none"
 
 
 def scene_with(folder, render, profile="gles3", tables=""):
-    z, y, x = np.meshgrid(*(np.arange(n) * h for n, h in ((12, 1.5), (15, 1.0), (17, 0.9))), indexing="ij")
-    ball = 220 * np.exp(-((z - 8) ** 2 + (y - 6) ** 2 + (x - 9) ** 2) / 30)
-    ball.astype(np.uint8).tofile(folder / "ball.raw")
+    write_ball(folder)
     scene = folder / "ball.toml"
     scene.write_text(SCENE.format(profile=profile, render=render, tables=tables), encoding="utf-8")
     return scene
