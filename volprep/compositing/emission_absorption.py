@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from volprep.compositing.record import Compositing
-from volprep.transfer.rays import segments
+from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
@@ -19,21 +19,9 @@ from volprep_formats.package.texture import SampleFilter
 
 
 def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
-    result = np.zeros((columns.shape[1], 4))
-    transmittance = np.ones(columns.shape[1])
-    for samples, step_mm in segments(columns, spacing_mm, between):
-        kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
-        before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
-        weight = before[:-1] - before[1:]
-        # Most of what rays run through gives no light: its colour need not be found.
-        shown = weight > 0.0
-        given = np.zeros(weight.shape)
-        for channel in range(3):
-            given[shown] = weight[shown] * np.interp(samples[shown], table.values, table.colour[:, channel])
-            result[:, channel] += given.sum(axis=0)
-        transmittance = before[-1]
-    result[:, 3] = 1.0 - transmittance
-    return result
+    light = np.empty((columns.shape[1], 4))
+    _native.column_light(np.ascontiguousarray(columns), spacing_mm, between == "nearest", *table.points, light)
+    return light
 
 
 def _visible(table: Table) -> Float64Array:
