@@ -15,12 +15,11 @@ from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
 from volprep_formats.arrays import Float32Array
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package
 
 from .bench import ALONE, Bench, View
-from .progress import BUDGET_S, FRAMES, Progress, dssim, finishing, progress, seconds_of_equal_frames
+from .progress import BUDGET_S, FRAMES, Progress, budget_s_of, dssim, finishing, progress, seconds_of_equal_frames
 from .record import Cell, Paper, PaperCurves, PaperPicture, PaperPictures, PaperTable
 from .tile_sizes import Sized, about_sizes, by_sizes, size_parts
 from .volumes import Volume, scan
@@ -45,19 +44,15 @@ def measure(bench: Bench) -> Paper:
     volumes = (
         [scan("MR head").reduced(3)] if bench.quick else [scan("MR head").reduced(2), scan("ch2 head"), scan("engine")]
     )
+    orders = get_args(Order)
     found: _Found = {}
-    waiting: list[str] = []
-    for order in get_args(Order):
-        try:
-            found |= {(volume.name, order): [*_runs(bench, volume, order)] for volume in volumes}
-        except VolprepError as error:
-            waiting.append(f"{_PUBLISHED.get(order, order)}: this driver or profile cannot do it ({error}).")
-    orders = [*dict.fromkeys(order for _, order in found)]
+    for volume in volumes:
+        budgets_s = [*_budgets_s(bench, volume)]
+        found |= {(volume.name, order): [*_runs(bench, volume, order, budgets_s)] for order in orders}
     names = [volume.name for volume in volumes]
     change = _change(bench, volumes[0], orders)
-    has_tiles = "tiles" in orders
-    sizes = [each for volume in volumes for each in _sizes(bench, volume)] if has_tiles else []
-    parts = [*size_parts(sizes, names, _sizes_hw(bench))] if has_tiles else []
+    sizes = [each for volume in volumes for each in _sizes(bench, volume)]
+    figure9, figure10, figure13 = size_parts(sizes, names, _sizes_hw(bench))
     return Paper(
         "diaz-garcia",
         "Progressive ray casting for volumetric models on mobile devices",
@@ -65,22 +60,29 @@ def measure(bench: Bench) -> Paper:
         (
             _table1(found, names, orders),
             _figure7(found, names, orders),
-            *([_figure8(bench, volumes)] if has_tiles else []),
-            *parts[:2],
+            _figure8(bench, volumes),
+            figure9,
+            figure10,
             change.figure11,
             change.figure12,
-            *parts[2:],
+            figure13,
         ),
-        _finding(found, names, orders, change.figure12) + (about_sizes(sizes) if has_tiles else ""),
-        tuple(waiting),
+        _finding(found, names, orders, change.figure12) + about_sizes(sizes),
     )
 
 
-def _runs(bench: Bench, volume: Volume, order: Order) -> Iterator[Progress]:
-    package = _package(bench, volume, order)
+def _budgets_s(bench: Bench, volume: Volume) -> Iterator[float]:
+    package = _package(bench, volume, "tiles")
     with bench.renderer(package) as renderer:
         for view in _views(bench, package):
-            yield progress(renderer, order, view, bench.truth(package, volume, view))
+            yield budget_s_of(renderer, view)
+
+
+def _runs(bench: Bench, volume: Volume, order: Order, budgets_s: list[float]) -> Iterator[Progress]:
+    package = _package(bench, volume, order)
+    with bench.renderer(package) as renderer:
+        for view, budget_s in zip(_views(bench, package), budgets_s, strict=True):
+            yield progress(renderer, order, view, budget_s, bench.truth(package, volume, view))
 
 
 def _sizes(bench: Bench, volume: Volume) -> Iterator[Sized]:
@@ -124,7 +126,7 @@ def _views(bench: Bench, package: Package) -> list[View]:
 _Found = dict[tuple[str, Order], list[Progress]]
 
 
-def _table1(found: _Found, names: list[str], orders: list[Order]) -> PaperTable:
+def _table1(found: _Found, names: list[str], orders: tuple[Order, ...]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
     for name in names:
         for order in orders:
@@ -136,12 +138,11 @@ def _table1(found: _Found, names: list[str], orders: list[Order]) -> PaperTable:
         ("scan", "method", "min", "max", "avg"),
         tuple(rows),
         f"Half of the paper's pixels along each axis, two views, two zooms. A frame of tiles or single pixels has "
-        f"{BUDGET_S:g} s, or less: 1/{FRAMES} of the time of a picture that is drawn at once. Errors of the whole "
-        "pictures stand below.",
+        f"{BUDGET_S:g} s, or less: 1/{FRAMES} of the time of all tiles. Errors of the whole pictures stand below.",
     )
 
 
-def _figure7(found: _Found, names: list[str], orders: list[Order]) -> PaperTable:
+def _figure7(found: _Found, names: list[str], orders: tuple[Order, ...]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
     for order in orders:
         row: list[Cell] = [_PUBLISHED[order]]
@@ -186,19 +187,22 @@ class _Change:
     """How far each frame is from the last one."""
 
 
-def _change(bench: Bench, volume: Volume, orders: list[Order]) -> _Change:
+def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
     lines, shown = [], {}
+    budget_s = [*_budgets_s(bench, volume)][-1]
     for order in orders:
         package = _package(bench, volume, order)
+        view = _views(bench, package)[-1]
         with bench.renderer(package) as renderer:
-            frames = [*finishing(renderer, order, _views(bench, package)[-1])]
+            [*finishing(renderer, order, View(view.camera, view.small_hw), math.inf)]
+            frames = [*finishing(renderer, order, view, budget_s)]
         final = frames[-1].picture
         times = np.cumsum([0.0, *(frame.ms for frame in frames[1:])]) / 1000
         values = [dssim(frame.picture, final) for frame in frames]
         lines.append(Line(_PUBLISHED[order], tuple(zip(times.tolist(), values, strict=True))))
         half = min(range(len(frames)), key=lambda number: abs(values[number] - values[0] / 2))
         shown[order] = frames[half].picture, values[half]
-    rows, columns = _detail(shown["tiles"][0] if "tiles" in shown else final, final)
+    rows, columns = _detail(shown["tiles"][0], final)
     pictures = [
         PaperPicture.of(f"{_PUBLISHED[order]}, DSSIM {value:.4f}", picture[rows, columns])
         for order, (picture, value) in shown.items()
@@ -234,7 +238,7 @@ def _detail(picture: Float32Array, final: Float32Array) -> tuple[slice, slice]:
     return slice(row, row + side), slice(column, column + side)
 
 
-def _finding(found: _Found, names: list[str], orders: list[Order], figure12: PaperCurves) -> str:
+def _finding(found: _Found, names: list[str], orders: tuple[Order, ...], figure12: PaperCurves) -> str:
     def total(order: Order) -> float:
         return float(np.mean([sum(run.frames_ms) for name in names for run in found[name, order]]))
 

@@ -1,5 +1,6 @@
 """Pictures that get finished frame by frame: how long each frame takes, and how far it is from others."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from .bench import View, rmse
 BUDGET_S = 0.1
 """Of a frame, as in the paper."""
 FRAMES = 10
-"""A frame has less than its budget where a picture is drawn at once in the time of fewer frames, as on most GPUs."""
+"""A frame has less time where tiles need fewer frames than these, as on most GPUs."""
 
 EQUAL_FRAMES = 20
 """Frames with as many tiles in each."""
@@ -30,23 +31,27 @@ class Progress:
     """Error of the last one."""
 
 
-def finishing(renderer: Renderer, order: Order, view: View) -> Iterator[ShownFrame]:
+def budget_s_of(renderer: Renderer, view: View) -> float:
+    """Return the time that a frame has: that of the paper, or a tenth of what all tiles take."""
+    *_, whole = finishing(renderer, "tiles", view, math.inf)
+    return min(BUDGET_S, whole.ms / 1000 / FRAMES)
+
+
+def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> Iterator[ShownFrame]:
     """Finish a picture, in steps of half a voxel. The first frame is the small one of a view that changes."""
     camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
     step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
     if order == "classic":
         yield ShownFrame(low_resolution(renderer, camera, view.shape_hw, step_mm), 0.0, 0.0)
     clock = honest_clock(renderer.driver.renderer)
-    whole_s = renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1, clock=clock) / 1000
-    budget_s = min(BUDGET_S, whole_s / FRAMES)
     yield from frames(renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock)
 
 
-def progress(renderer: Renderer, order: Order, view: View, truth: Float64Array) -> Progress:
+def progress(renderer: Renderer, order: Order, view: View, budget_s: float, truth: Float64Array) -> Progress:
     """Time the frames of a picture; the error is that of the last one with fewer pixels, as `truth` has."""
     # First the small one: the driver compiles the shaders for it.
-    *_, last = finishing(renderer, order, View(view.camera, view.small_hw))
-    times = [frame.ms for frame in finishing(renderer, order, view)]
+    *_, last = finishing(renderer, order, View(view.camera, view.small_hw), math.inf)
+    times = [frame.ms for frame in finishing(renderer, order, view, budget_s)]
     return Progress(tuple(times[1:]), rmse(last.picture, truth))
 
 

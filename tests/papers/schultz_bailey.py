@@ -1,5 +1,4 @@
-"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, as a "
-"cut."""
+"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, cut."""
 
 import math
 from collections.abc import Iterator

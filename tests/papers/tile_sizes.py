@@ -11,7 +11,7 @@ from volprep.validation.altered import Altered
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
-from .progress import dssim, finishing
+from .progress import budget_s_of, dssim, finishing
 from .record import Cell, PaperCurves, PaperTable
 from .volumes import Volume
 
@@ -42,11 +42,15 @@ class Sized:
 
 def by_sizes(bench: Bench, volume: Volume, package: Package, view: View) -> Iterator[Sized]:
     """Finish a picture by tiles of each size."""
+    with bench.renderer(_of_size(package, _CHOSEN)) as renderer:
+        # First the small one: the driver compiles the shaders for it.
+        budget_s_of(renderer, View(view.camera, view.small_hw))
+        budget_s = budget_s_of(renderer, view)
     for size in SIZES:
         with bench.renderer(_of_size(package, size)) as renderer:
-            renderer.sorted_tiles(view.camera.box_from_clip(renderer.level.grid, view.aspect), view.small_hw, None)
+            budget_s_of(renderer, View(view.camera, view.small_hw))
             times, changes = [], []
-            for one, other in pairwise(finishing(renderer, "tiles", view)):
+            for one, other in pairwise(finishing(renderer, "tiles", view, budget_s)):
                 times.append(other.ms)
                 changes.append(dssim(one.picture, other.picture))
         yield Sized(volume.name, size, tuple(times), tuple(changes))

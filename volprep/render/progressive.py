@@ -8,6 +8,7 @@ a picture that is drawn at once: which parts there are, and in which order, chan
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -144,6 +145,16 @@ def tile_parts(
         yield PicturePart(rectangle=rectangle), (slice(height - y - rectangle[3], height - y), slice(x, x + size))
 
 
+def _more(drawn: int, ms: float, budget_ms: float) -> int:
+    """Return how many parts to draw before waiting again: waiting takes longer than a small tile.
+
+    Half of what still has time, as those to come cost more; no more than there are already.
+    """
+    if ms <= 0.0:
+        return drawn
+    return max(1, int(min(drawn, drawn * (budget_ms - ms) / (2 * ms))))
+
+
 def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
     renderer: Renderer,
     box_from_clip: Float64Array,
@@ -158,12 +169,15 @@ def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
     finished = np.zeros(shape_hw, bool)
     while not finished.all():
         watch.start()
-        ms = 0.0
-        for part, pixels in parts:
-            renderer.draw_part(box_from_clip, shape_hw, step_mm, part)
-            finished[pixels] = True
+        ms, drawn, more = 0.0, 0, 1
+        while batch := [*islice(parts, more)]:
+            for part, pixels in batch:
+                renderer.draw_part(box_from_clip, shape_hw, step_mm, part)
+                finished[pixels] = True
+            drawn += len(batch)
             ms = watch.lap_ms()
-            if ms > budget_s * 1000:
+            if ms >= budget_s * 1000:
                 break
+            more = _more(drawn, ms, budget_s * 1000)
         picture = np.where(finished[..., None], renderer.drawn(shape_hw), low)
         yield ShownFrame(picture, float(finished.mean()), ms)
