@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks.drawing_time import best_ms, honest_clock, picture_ms
+from tests.benchmarks.drawing_time import best_ms, honest_clock, is_software, picture_ms
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.choose import ray_caster_of
@@ -70,6 +70,11 @@ class Bench:
         self.driver = ""
         self._folder = folder
         self._truths: dict[str, Float64Array] = {}
+
+    @property
+    def software(self) -> bool:
+        """Whether the driver draws with the processor."""
+        return is_software(self.driver)
 
     def package(
         self,

@@ -137,7 +137,7 @@ def _table1(found: _Found, names: list[str], orders: tuple[Order, ...]) -> Paper
         "Table 1: frames in a second while a picture is made",
         ("scan", "method", "min", "max", "avg"),
         tuple(rows),
-        f"Half of the paper's pixels along each axis, two views, two zooms. A frame of tiles or single pixels has "
+        "Half of the paper's pixels along each axis, two views, two zooms. A frame of tiles or single pixels has "
         f"{BUDGET_S:g} s, or less: 1/{FRAMES} of the time of all tiles. Errors of the whole pictures stand below.",
     )
 
@@ -150,7 +150,7 @@ def _figure7(found: _Found, names: list[str], orders: tuple[Order, ...]) -> Pape
             runs = found[name, order]
             seconds = float(np.mean([sum(run.frames_ms) for run in runs])) / 1000
             error = math.sqrt(float(np.mean([run.rmse**2 for run in runs])))
-            row.append(f"{seconds:.3f} s, {error:.4f}, {np.mean([len(run.frames_ms) for run in runs]):.0f} frames")
+            row.append(f"{seconds:.3g} s, {error:.4f}, {np.mean([len(run.frames_ms) for run in runs]):.0f} frames")
         rows.append(tuple(row))
     return PaperTable(
         "Figure 7: seconds until a picture is complete, its RMSE and its frames, means over views and zooms",
@@ -247,28 +247,24 @@ def _finding(found: _Found, names: list[str], orders: tuple[Order, ...], figure1
 
     progressive = [each for each in orders if each != _CLASSIC]
     slower = ", ".join(f"{_PUBLISHED[each]} {total(each) / total(_CLASSIC):.1f} times" for each in progressive)
-    worst = ", ".join(f"{_PUBLISHED[each]} {longest(each):.0f}" for each in progressive)
+    worst = ", ".join(f"{_PUBLISHED[each]} {longest(each):.3g}" for each in progressive)
     quickest = min(progressive, key=total)
     early = []
     for line in figure12.lines:
         limit = line.points[0][1] / 10
         at = next((seconds for seconds, value in line.points[1:] if value <= limit), line.points[-1][0])
-        early.append(f"{line.label} after {at:.3f} s")
+        early.append(f"{line.label} after {at:.3g} s")
     tiles = (
         "That tiles are the fastest progressive form holds here, too."
         if quickest == "tiles"
         else f"The paper has tiles as the fastest; here it is {_PUBLISHED[quickest]}: each tile is a draw of its own, "
-        "which costs a software driver as much as many samples, and it has no texture cache that tiles would use "
-        "better."
+        "which takes as long as many samples."
     )
     return (
-        "The paper finds that progressive forms take longer in all than classic ray casting and answer sooner. "
-        "In all they "
-        f"take, as against the classic form here: {slower}. The longest frame of the classic form takes "
-        f"{longest(_CLASSIC):.0f} milliseconds, that of the others: {worst}. {tiles} Slabs lose early ray "
-        "termination from "
-        "slab to slab, and look at no skip table. A tenth of the first DSSIM is reached by: "
-        f"{'; '.join(early)}. The errors of the whole pictures are those of ray casting: no order changes what a "
-        "pixel "
-        "shows in the end, but slabs round it to 8 bits once for each slab."
+        "The paper finds that progressive forms take longer in all than classic ray casting and answer sooner. In all "
+        f"they take, as against the classic form here: {slower}. The longest frame of the classic form takes "
+        f"{longest(_CLASSIC):.3g} milliseconds, that of the others: {worst}. {tiles} Slabs lose early ray termination "
+        f"from slab to slab, and look at no skip table. A tenth of the first DSSIM is reached by: {'; '.join(early)}. "
+        "The errors of the whole pictures are those of ray casting: no order changes what a pixel shows in the end, "
+        "but slabs round it to 8 bits once for each slab."
     )

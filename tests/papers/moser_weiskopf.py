@@ -100,8 +100,7 @@ def _estimates(bench: Bench, volume: Volume) -> PaperTable:
         f"Figure 2: where the opacity of the small picture comes from, {volume.name} voxels",
         ("source", "small picture with its opacity", "RMSE of the screen"),
         tuple(rows),
-        "The error of the small picture is that of its opacity against the alpha of the buffer. That of the "
-        "screen is "
+        "The error of the small picture is that of its opacity against the alpha of the buffer. That of the screen is "
         "against volume and lines with all pixels.",
     )
 
@@ -181,8 +180,8 @@ def _updates(bench: Bench, head: Volume, sizes: tuple[int, ...]) -> PaperCurves:
         "n of n³ voxels",
         "milliseconds",
         tuple(lines),
-        "Reading the files, and the upload; with making the context. A form ends where the profile has no room for its "
-        "three stacks.",
+        "Reading the files, and the upload; with making the context. A form ends where the profile has no room for "
+        "its three stacks.",
     )
 
 
@@ -233,21 +232,16 @@ def _finding(
     opacity = {str(row[0]): row[1].rmse or 0.0 for row in estimates.rows if isinstance(row[1], Measured)}
     larger = slices.points[-1][0] / slices.points[0][0]
     return (
-        "The paper finds that time goes with fragments, that is, with the number of slices and the pixels that "
-        "they cover. "
-        f"That holds: {larger:g} times as many slices take {growth(slices):.1f} times as long, {larger:g} times "
-        "as many "
-        f"texels along each axis of a slice {growth(texels):.1f} times; four times the pixels take "
+        "The paper finds that time goes with fragments, that is, with the number of slices and the pixels that they "
+        f"cover. That holds: {larger:g} times as many slices take {growth(slices):.1f} times as long, {larger:g} "
+        f"times as many texels along each axis of a slice {growth(texels):.1f} times; four times the pixels take "
         f"{growth(by_pixels.lines[-1]):.1f} times as long. Close to the volume the picture of 128² pixels is "
-        f"{full.ms / small.ms:.1f} times as fast as that of the screen, with reading back and enlarging; the "
-        "paper has 652 "
-        f"against 101 milliseconds. Enlarging costs an error of {small.rmse:.3f}. Opacity from black and white "
-        "backgrounds "
-        f"({opacity['black-and-white']:.4f}) and from a white volume ({opacity['white-volume']:.4f}) is the "
-        "alpha but for "
-        f"rounding; luminance is off by {opacity['luminance-average']:.3f} averaged and by "
-        f"{opacity['luminance-perceived']:.3f} as perceived, so that, as in the paper, neither is better by "
-        "much. Textures "
-        f"with palettes take {palette[largest] / colours[largest]:.2f} of the time of RGBA textures at {largest:g}³ "
-        f"voxels; in the paper they are several times as fast to make, because a quarter of the bytes is uploaded."
+        f"{full.ms / small.ms:.1f} times as fast as that of the screen, with reading back and enlarging; the paper "
+        f"has 652 against 101 milliseconds. Enlarging costs an error of {small.rmse:.3f}. Opacity from black and "
+        f"white backgrounds ({opacity['black-and-white']:.4f}) and from a white volume "
+        f"({opacity['white-volume']:.4f}) is the alpha but for rounding; luminance is off by "
+        f"{opacity['luminance-average']:.3f} averaged and by {opacity['luminance-perceived']:.3f} as perceived, so "
+        "that, as in the paper, neither is better by much. Textures with palettes take "
+        f"{palette[largest] / colours[largest]:.2f} of the time of RGBA textures at {largest:g}³ voxels; in the paper "
+        "they are several times as fast to make, because a quarter of the bytes is uploaded."
     )
