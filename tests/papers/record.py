@@ -1,8 +1,15 @@
-"""What a paper's page holds: tables, curves, and what of the paper's finding holds here."""
+"""What a paper's page holds: tables, curves, pictures, and what of the paper's finding holds here."""
 
+import base64
+import io
 from dataclasses import dataclass, field
+from typing import Self
+
+from matplotlib.image import imsave
 
 from volprep.report.plots import Line
+from volprep.truth.picture import encoded
+from volprep_formats.arrays import Float32Array
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,35 @@ class PaperCurves:
 
 
 @dataclass(frozen=True)
+class PaperPicture:
+    """A picture with its caption."""
+
+    caption: str
+    """What it shows."""
+    png: str
+    """PNG in base64."""
+
+    @classmethod
+    def of(cls, caption: str, picture: Float32Array) -> Self:
+        """Return a rendered picture [H, W, 4] over black."""
+        file = io.BytesIO()
+        imsave(file, encoded(picture, "black"), format="png")
+        return cls(caption, base64.b64encode(file.getvalue()).decode("ascii"))
+
+
+@dataclass(frozen=True)
+class PaperPictures:
+    """A figure of the paper: pictures side by side."""
+
+    title: str
+    """What it is, with its number in the paper."""
+    pictures: tuple[PaperPicture, ...]
+    """The pictures."""
+    note: str = ""
+    """What differs from the paper's."""
+
+
+@dataclass(frozen=True)
 class Paper:
     """A paper, measured again."""
 
@@ -66,8 +102,8 @@ class Paper:
     """Title of the paper."""
     authors: str
     """Authors and year."""
-    parts: tuple[PaperTable | PaperCurves, ...]
-    """Tables and curves, in the order of the paper."""
+    parts: tuple[PaperTable | PaperCurves | PaperPictures, ...]
+    """Tables, curves and pictures, in the order of the paper."""
     finding: str
     """What of the paper's finding holds on this driver, what does not, and why."""
     waiting: tuple[str, ...] = field(default=())
