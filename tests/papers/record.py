@@ -1,15 +1,13 @@
 """What a paper's page holds: tables, curves, pictures, and what of the paper's finding holds here."""
 
 import base64
-import io
 from dataclasses import dataclass, field
 from typing import Self
-
-from matplotlib.image import imsave
 
 from volprep.report.plots import Line
 from volprep.truth.picture import encoded
 from volprep_formats.arrays import Float32Array
+from volprep_formats.png import png_bytes
 
 
 @dataclass(frozen=True)
@@ -75,9 +73,7 @@ class PaperPicture:
     @classmethod
     def of(cls, caption: str, picture: Float32Array) -> Self:
         """Return a rendered picture [H, W, 4] over black."""
-        file = io.BytesIO()
-        imsave(file, encoded(picture, "black"), format="png")
-        return cls(caption, base64.b64encode(file.getvalue()).decode("ascii"))
+        return cls(caption, base64.b64encode(png_bytes(encoded(picture, "black"))).decode("ascii"))
 
 
 @dataclass(frozen=True)

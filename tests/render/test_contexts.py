@@ -61,6 +61,21 @@ def test_an_object_that_is_left_is_reported_when_the_context_ends():
         gl.close()
 
 
+def test_a_context_that_was_lost_once_stays_lost():
+    answers = iter([0, 0, 0x8253, 0])
+    with egl.context("es2.0") as context:
+        context._reset_status = lambda: next(answers)
+        assert [context.is_lost for _ in range(4)] == [False, False, True, True]
+        assert next(answers) == 0, "a lost context is not asked again"
+
+
+def test_the_driver_is_asked_for_resets_where_it_can_tell_of_them():
+    with egl.context("es3.0") as context:
+        can_tell = not context.driver.extensions.isdisjoint({"GL_KHR_robustness", "GL_EXT_robustness"})
+        assert (context._reset_status is not None) == can_tell
+        assert not context.is_lost
+
+
 def test_a_forked_child_is_told_instead_of_hanging():
     with egl.context("es2.0"):
         pass
