@@ -1,4 +1,4 @@
-"""A GPU that has rested draws at its idle clock: it is woken before it is timed. A software driver needs none of that."""
+"""A GPU that has rested draws at its idle clock: it is woken before it is timed. A software driver needs no waking."""
 
 import time
 from collections.abc import Callable
