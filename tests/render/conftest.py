@@ -47,7 +47,7 @@ def watch(monkeypatch, library, alive):
 
     for kind in NUMBERED if library is GLES3 else NUMBERED[:1]:
         counted(f"glGen{kind}", kind, lambda count, *_: count)
-        counted(f"glDelete{kind}", kind, lambda count, handles: -np.count_nonzero(handles[:count]))
+        counted(f"glDelete{kind}", kind, lambda count, handles: -int(np.count_nonzero(handles[:count])))
     for kind in SINGLE if library is GLES3 else ():
         counted(f"glCreate{kind}", kind, lambda *_: 1)
         counted(f"glDelete{kind}", kind, lambda _: -1)

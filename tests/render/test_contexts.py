@@ -1,5 +1,6 @@
 """Contexts of OpenGL ES without a window."""
 
+import ctypes
 import os
 import subprocess
 import sys
@@ -9,12 +10,14 @@ import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render import egl
+from volprep.render.bindings import GLES3
 from volprep.render.gl import Gl, ShaderText
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 
 APIS = ["es1.1", "es2.0", "es3.0", "es3.1"]
+RESET_NOTIFICATION_STRATEGY, LOSE_CONTEXT_ON_RESET = 0x8256, 0x8252
 
 
 @pytest.mark.parametrize("api", APIS)
@@ -74,6 +77,10 @@ def test_the_driver_is_asked_for_resets_where_it_can_tell_of_them():
         can_tell = not context.driver.extensions.isdisjoint({"GL_KHR_robustness", "GL_EXT_robustness"})
         assert (context._reset_status is not None) == can_tell
         assert not context.is_lost
+        if can_tell and "EGL_EXT_create_context_robustness" in egl._extensions(context._display):
+            strategy = ctypes.c_int()
+            GLES3.glGetIntegerv(RESET_NOTIFICATION_STRATEGY, ctypes.byref(strategy))
+            assert strategy.value == LOSE_CONTEXT_ON_RESET
 
 
 def test_a_forked_child_is_told_instead_of_hanging():

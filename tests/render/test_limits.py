@@ -155,9 +155,9 @@ def test_what_cannot_be_deleted_is_no_error_where_the_context_is_lost(package, m
         failed.append(handle)
         raise GLError(err=0x0507)
 
+    monkeypatch.setattr("volprep.render.gl.GLES3.glDeleteProgram", fails)
     with monkeypatch.context() as patched:
         with Renderer(package) as renderer:
-            patched.setattr("volprep.render.gl.GLES3.glDeleteProgram", fails)
             patched.setattr(type(renderer._gl._context), "is_lost", True)
         assert failed
 
