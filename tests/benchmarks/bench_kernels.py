@@ -1,4 +1,4 @@
-"""The native kernels against the best public tools for the same work, on inputs of 117 MB each, or two pictures."""
+"""The native kernels against the best public tools for the same work, on inputs of 117 MB each."""
 
 from collections.abc import Iterator
 
@@ -6,7 +6,6 @@ import numpy as np
 import SimpleITK
 import tinybrain
 from numpy.typing import NDArray
-from skimage.metrics import structural_similarity
 from skimage.transform import downscale_local_mean
 
 from volprep.kernels import _native
@@ -32,7 +31,6 @@ def contests() -> Iterator[Contest]:
         yield _minmax(volume)
         yield _quantize(volume)
         yield from _stored_values(volume)
-    yield _similarity()
 
 
 def _scan() -> NDArray[np.uint8]:
@@ -158,23 +156,4 @@ def _bins(source: NDArray[np.generic]) -> Contest:
         bytes_written=0,
         ours=lambda: _native.bin_values(source, 0.0, 255.0, histogram),
         peers={"numpy histogram": lambda: np.histogram(source, 1024, (0.0, 255.0))},
-    )
-
-
-def _similarity() -> Contest:
-    one = np.random.default_rng(2).random((512, 512, 3))
-    other = np.clip(one + 0.05, 0.0, 1.0)
-    counted, row_sums = np.ones(one.shape[:2], np.bool_), np.empty(len(one))
-
-    def scikit_image() -> object:
-        return structural_similarity(
-            one, other, channel_axis=2, data_range=1.0, gaussian_weights=True, use_sample_covariance=False
-        )
-
-    return Contest(
-        work="structural similarity of 512² pixels",
-        source=np.stack([one, other]),
-        bytes_written=row_sums.nbytes,
-        ours=lambda: _native.structural_similarity(one, other, counted, row_sums),
-        peers={"scikit-image": scikit_image},
     )

@@ -1166,32 +1166,6 @@ def straight_light(rays: numpy.typing.NDArray[numpy.float64], pieces: int, piece
         If an array has another type or order.
     """
 
-def structural_similarity(one: numpy.typing.NDArray[numpy.float64], other: numpy.typing.NDArray[numpy.float64], counted: numpy.typing.NDArray[numpy.bool_], row_sums: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
-    """
-    Write the sums of the structural similarity of two pictures over each row.
-
-    That of Wang et al. (2004), per channel: Gaussian window of 11 × 11 pixels with σ = 1.5, K = 0.01 and 0.03, range 1. Beyond
-    an edge lies the mirror image of the picture.
-
-    Parameters
-    ----------
-    one, other
-        float64 [height, width, 3], at least 11 pixels high and wide.
-    counted
-        bool [height, width]: the pixels that are summed, all three channels of each.
-    row_sums
-        float64 [height], written.
-    threads
-        Threads to use, 0 for all. The result does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a size does not fit.
-    TypeError
-        If an array has another type or order.
-    """
-
 def max_threads() -> int:
     """Number of threads that a kernel uses when it is asked for 0."""
 

@@ -54,7 +54,6 @@ void ray_samples(nb::module_& module);
 void rgba_reduce(nb::module_& module);
 void slice_ranges(nb::module_& module);
 void straight_light(nb::module_& module);
-void structural_similarity(nb::module_& module);
 void threads(nb::module_& module);
 void value_range(nb::module_& module);
 

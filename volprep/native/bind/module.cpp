@@ -36,7 +36,6 @@ NB_MODULE(_native, module) {
     volprep::bind::rgba_reduce(module);
     volprep::bind::slice_ranges(module);
     volprep::bind::straight_light(module);
-    volprep::bind::structural_similarity(module);
     volprep::bind::threads(module);
     volprep::bind::value_range(module);
 }
