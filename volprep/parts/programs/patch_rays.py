@@ -16,6 +16,8 @@ FINE = 8
 """Samples of a ray for each of the smallest edges of a voxel."""
 _SAMPLES = 1_200_000
 """Of all rays together, about, for each level: 0.3 s."""
+_TOGETHER = 16_384
+"""Samples that are taken at once: more do not fit a cache, fewer cost calls."""
 _MOST_RAYS, _FEWEST_RAYS = 1000, 100
 _SEED = 7
 
@@ -42,10 +44,14 @@ def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm
     step_mm = length_mm / samples
     at_mm = (np.arange(samples) + 0.5) * step_mm
     values = np.empty((count, samples))
-    for ray in range(count):
-        velocity = directions[ray] / np.array(spacing_mm_zyx)
-        places = starts[ray][:, None] + velocity[:, None] * at_mm
-        values[ray] = _trilinear(patches[ray % len(patches)], _thrown_back(places, shape[:, None]))
+    velocities = directions / np.array(spacing_mm_zyx)
+    together = len(patches) * max(1, _TOGETHER // samples)
+    for number, patch in enumerate(patches):
+        for first in range(number, count, together):
+            rays = slice(first, first + together, len(patches))
+            places = starts[rays].T[:, :, None] + velocities[rays].T[:, :, None] * at_mm
+            inside = _thrown_back(places.reshape(3, -1), shape[:, None])
+            values[rays] = _trilinear(patch, inside).reshape(-1, samples)
     return PatchRays(np.ascontiguousarray(values.T), step_mm, views)
 
 
