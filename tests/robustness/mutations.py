@@ -86,10 +86,16 @@ def assert_survives(
     outcomes: Counter[str] = Counter()
     file = folder / f"damaged{suffix}"
     for case in range(count):
-        file.write_bytes(pack(mutation(whole, seed, case)))
+        write_anew(file, pack(mutation(whole, seed, case)))
         outcomes[outcome(file, read, f"case {case} of seed {seed}")] += 1
     print(f"{count} damaged files{suffix and ' ' + suffix}, seed {seed}: {dict(outcomes.most_common())}")
     return outcomes
+
+
+def write_anew(file: Path, data: bytes) -> None:
+    """Write a file that may be there. One that is cut to nothing and written again waits 2 ms for the disk."""
+    file.unlink(missing_ok=True)
+    file.write_bytes(data)
 
 
 def outcome(file: Path, read: Callable[[Path], None], name: str) -> str:
