@@ -12,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+from write_anew import write_anew
 
 from volprep_formats.diagnostics import VolprepError
 
@@ -90,12 +91,6 @@ def assert_survives(
         outcomes[outcome(file, read, f"case {case} of seed {seed}")] += 1
     print(f"{count} damaged files{suffix and ' ' + suffix}, seed {seed}: {dict(outcomes.most_common())}")
     return outcomes
-
-
-def write_anew(file: Path, data: bytes) -> None:
-    """Write a file that may be there. One that is cut to nothing and written again waits 2 ms for the disk."""
-    file.unlink(missing_ok=True)
-    file.write_bytes(data)
 
 
 def outcome(file: Path, read: Callable[[Path], None], name: str) -> str:

@@ -4,11 +4,12 @@ import time
 
 import numpy as np
 import pytest
+from write_anew import write_anew
 
 from volprep_formats.diagnostics import VolprepError
 
 from . import mutations
-from .mutations import assert_survives, mutation, outcome, prefixes, write_anew
+from .mutations import assert_survives, mutation, outcome, prefixes
 from .subjects import SUBJECTS, sound_file
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
