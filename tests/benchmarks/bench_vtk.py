@@ -39,8 +39,9 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceSpec
 
 from .bare_loop import bare, taking_all
-from .drawing_time import honest_ms, is_software, picture_ms
+from .drawing_time import honest_ms, picture_ms
 from .real_scans import SCANS, have_scans
+from .waking import is_software
 
 PRESETS = {"MR head": "mr-head", "ch2 head": "mr-head", "engine": "micro-ct"}
 VIEWS = ("anterior", "superior", "anterior-left")
