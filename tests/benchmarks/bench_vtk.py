@@ -53,8 +53,8 @@ _CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "control-points")
 _ENTRIES = 1024
 _ROUNDS = 3
 _TURNS = 2
-"""How often all are drawn in turn; the best time of each counts, because others may load the machine in between. A run of
-VTK takes 27 seconds of the processor where it is longest: three scans take eight minutes of it, lit and unlit."""
+"""How often all are drawn in turn; the best time of each counts, because others may load the machine in between. VTK
+takes up to 27 seconds of the processor for a turn."""
 _SECONDS = 600.0
 _TARGET = {"unlit": 5.0, "lit": 3.0}
 LIMIT = 1.6
