@@ -21,7 +21,7 @@ _ROUND_MS = 30.0
 """A round takes so long: a GPU draws many pictures in it."""
 _MOST_PICTURES = 64
 """Of a round."""
-_LEAST_MS = 0.001
+LEAST_MS = 0.001
 """No picture takes less; a clock with coarse steps may see none at all."""
 
 
@@ -42,10 +42,10 @@ def best_ms(renderer_name: str, ms_of: Callable[[int], float], *, rounds: int) -
     counted: the driver compiles the shader for it.
     """
     wake(renderer_name, lambda: ms_of(1))
-    pictures = math.ceil(min(_MOST_PICTURES, _ROUND_MS / max(ms_of(1), _LEAST_MS)))
+    pictures = math.ceil(min(_MOST_PICTURES, _ROUND_MS / max(ms_of(1), LEAST_MS)))
     found: list[float] = []
     while len(found) < rounds and sum(found) * pictures < _PATIENCE_MS:
-        found.append(max(ms_of(pictures), _LEAST_MS))
+        found.append(max(ms_of(pictures), LEAST_MS))
     return min(found)
 
 
