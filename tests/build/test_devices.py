@@ -1,7 +1,6 @@
 """A small package for each profile that comes with volprep: its limits are kept, and it can be drawn."""
 
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 from slice_packages import missing_es11
@@ -28,8 +27,7 @@ def profiles():
 @pytest.mark.parametrize("name", list(profiles()))
 def test_a_package_for_a_device_keeps_its_limits_and_is_drawn(tmp_path, name) -> None:
     request = load_request(write_kind(tmp_path, "plain"), name)
-    with patch("os.fsync"):
-        build(request, tmp_path / "p.volpkg", Silent())
+    build(request, tmp_path / "p.volpkg", Silent())
     package = Package.open(tmp_path / "p.volpkg")
     profile = load_profile(name, Path())
     assert package.manifest.profile == profile

@@ -51,8 +51,7 @@ def scene_in(folder, technique="ray-casting", profile="gles3", tables=HYBRID):
 
 def package_in(folder, *wishes, **more):
     target = folder / "ball.volpkg"
-    with patch("os.fsync"):
-        build(scene_in(folder, *wishes, **more), target, Silent())
+    build(scene_in(folder, *wishes, **more), target, Silent())
     assert check(target) == []
     return target
 

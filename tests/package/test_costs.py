@@ -1,7 +1,5 @@
 """What a manifest and a plan say that drawing costs a device is what the renderer hands to the driver."""
 
-from unittest.mock import patch
-
 import pytest
 from tamper_scenes import KINDS, write_kind
 
@@ -21,8 +19,7 @@ ONLY_BOUNDED = {"bricks", "house", "compressed"}
 def made(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
     wanted = load_request(write_kind(folder, request.param))
-    with patch("os.fsync"):
-        build(wanted, folder / "p.volpkg", Silent())
+    build(wanted, folder / "p.volpkg", Silent())
     return request.param, wanted, Package.open(folder / "p.volpkg")
 
 
