@@ -56,7 +56,6 @@ MIDA = Compositing(
     ends_early=False,
     meshes=True,
     classifications=frozenset(("lookup",)),
-    lit=False,
     several=False,
     labels=False,
     level_filter="box",
@@ -66,6 +65,7 @@ MIDA = Compositing(
     # As of a maximum: a value up to which nothing is shown is less than any that something in front of it has.
     visible=MAXIMUM.visible,
     rays=_rays,
+    lit_rays=None,
     oracle=_oracle,
     truth="maximum intensity difference accumulation in the scan, refined until two halvings of the steps agree",
     fixed_path=False,
