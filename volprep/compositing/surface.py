@@ -76,7 +76,7 @@ def _rays(*, solid: bool) -> LitRays:
         inside = samples >= isovalue
         values = np.where(inside[0] & solid, samples[0], isovalue)
         met: NDArray[np.bool_] = np.concatenate([inside[:1] & solid, inside[1:] != inside[0]])
-        result = shown(values, table) * met.max(axis=0)[:, None]
+        result: Float64Array = shown(values, table) * met.max(axis=0)[:, None]
         if light is not None:
             result[:, :3] *= np.take_along_axis(light, met.argmax(axis=0)[None], axis=0)[0][:, None]
         return result

@@ -91,9 +91,8 @@ def _seen(scan: Classified, plan: ChannelPlan) -> SeenLevels | None:
     if plan.is_classified or (_is_light_of_tables(plan) and not drawing.lit):
         return None
     compositing = COMPOSITINGS[drawing.compositing]
-    return SeenLevels(
-        scan, RaySight(plan.transfer_functions, quantize.window, quantize.filter, compositing, drawing.lit)
-    )
+    sight = RaySight(plan.transfer_functions, quantize.window, quantize.filter, compositing, drawing.lit)
+    return SeenLevels(scan, sight)
 
 
 def _is_light_of_tables(plan: ChannelPlan) -> bool:
