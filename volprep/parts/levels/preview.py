@@ -1,6 +1,19 @@
 """Which levels are for previews only: their pictures will be beyond the scene's tolerance.
 
-PLACEHOLDER
+What is known when a level is made is how far its light along random rays is from that of level 0. Validation draws nine
+views, each pixel the mean of four rays at least and as large as a voxel of the level, and takes the worst. Of 54 builds
+(ten scans, seven compositings, with and without light, labels, two channels; 119 coarse levels) the worst picture had
+
+    error of the picture | error along rays times | median
+    above 0.0125         | 0.34 to 0.86           | 0.55
+    below                | up to 2 where it is below 0.007, mostly what 8 bits and steps make
+
+so that four fifths of the error along rays is the error to expect, more than all pictures near the default tolerance of
+0.02 had (0.74 at most). With it all 55 levels beyond that tolerance were marked, and 20 of the 64 that were within, most
+of them with more than 0.015. A factor of 0.7 marked 15 of these, with no room for another scan. Of the average along
+rays, errors are too small for the rule to matter (0.007 at most).
+
+Pictures of several channels are not measured: a level is for previews there if it is so in a channel.
 """
 
 from collections.abc import Sequence
@@ -9,7 +22,7 @@ from volprep.parts.levels.records import LevelChoice, LightError
 from volprep_formats.package.manifest import Tolerance
 
 _PICTURES = 0.8
-"""Error of the worst of nine pictures, in errors of rays."""
+"""Error to expect of the worst of nine pictures, in errors along rays."""
 
 
 def preview_levels(choices: Sequence[LevelChoice], finest: int, tolerance: Tolerance) -> frozenset[int]:
@@ -26,7 +39,7 @@ def preview_reason(choice: LevelChoice, tolerance: Tolerance) -> str:
     worst = max(choice.errors, key=_rmse)
     measured = f"along random rays its light is {worst.rmse:.2g} from that of level 0"
     if _expected(choice) > tolerance.rmse:
-        expected = f"pictures are up to {_PICTURES:g} times that, and the tolerance is {tolerance.rmse:g}"
+        expected = f"a picture may have {_PICTURES:g} times that, the tolerance is {tolerance.rmse:g}"
     else:
         expected = "a finer level is, too"
     return f"for previews only: {measured}; {expected}"
