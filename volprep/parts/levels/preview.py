@@ -8,10 +8,9 @@ views, each pixel the mean of four rays at least and as large as a voxel of the 
     above 0.0125         | 0.34 to 0.86           | 0.55
     below                | up to 2 where it is below 0.007, mostly what 8 bits and steps make
 
-so that four fifths of the error along rays is the error to expect, more than all pictures near the default tolerance of
-0.02 had (0.74 at most). With it all 55 levels beyond that tolerance were marked, and 20 of the 64 that were within, most
-of them with more than 0.015. A factor of 0.7 marked 15 of these, with no room for another scan. Of the average along
-rays, errors are too small for the rule to matter (0.007 at most).
+Four fifths of the error along rays is the error to expect: pictures of 0.015 to 0.04, near the default tolerance of
+0.02, had 0.71 at most. With it all 55 levels beyond that tolerance were marked, and 20 of the 64 within it, 15 of these
+with more than 0.015; a factor of 0.7 marked 15 of them, and left no room for other scans.
 
 Pictures of several channels are not measured: a level is for previews there if it is so in a channel.
 """
