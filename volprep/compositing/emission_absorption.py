@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from volprep.compositing.record import Compositing
-from volprep.transfer.rays import segments
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
@@ -20,7 +20,7 @@ from volprep_formats.package.texture import SampleFilter
 
 def _rays(
     columns: Float64Array,
-    spacing_mm: float,
+    spacing_mm: Spacing,
     table: Table,
     between: SampleFilter,
     light: Float64Array | None = None,

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
@@ -27,7 +28,7 @@ class Visible(Protocol):
 class Rays(Protocol):
     """Pictures of few rays, for decisions of the plan."""
 
-    def __call__(self, columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+    def __call__(self, columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
         """Return colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values, [voxel, ray]."""
 
 
@@ -37,7 +38,7 @@ class LitRays(Protocol):
     def __call__(
         self,
         columns: Float64Array,
-        spacing_mm: float,
+        spacing_mm: Spacing,
         table: Table,
         between: SampleFilter,
         light: Float64Array | None = None,

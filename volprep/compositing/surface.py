@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from volprep.compositing.projection import shown
 from volprep.compositing.record import Compositing, LitRays, Oracle, Visible
-from volprep.transfer.rays import segments
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.surface import surface_picture
@@ -66,7 +66,7 @@ def next_values(table: Table) -> tuple[Float64Array, Float64Array]:
 def _rays(*, solid: bool) -> LitRays:
     def rays(
         columns: Float64Array,
-        spacing_mm: float,
+        spacing_mm: Spacing,
         table: Table,
         between: SampleFilter,
         light: Float64Array | None = None,

@@ -92,7 +92,7 @@ class SeenLevels:
             rays = np.flatnonzero(counts == count)
             at = samples.offsets[rays] + np.arange(count)[:, None]
             values = first + samples.values[at].astype(np.float64) * samples.scale * (last - first)
-            segment_mm = float(samples.lengths_mm[rays].mean()) / int(count)
+            segment_mm = samples.lengths_mm[rays] / count
             if cosines is None or compositing.lit_rays is None:
                 result[rays] = compositing.rays(values, segment_mm, table, "nearest")
             else:
