@@ -137,6 +137,22 @@ def _opengl_es() -> Iterator[Fact]:
             )
         else:
             yield Fact(topic="OpenGL ES", name=name, found=True, needed=needed, detail=detail)
+    yield from _filter()
+
+
+def _filter() -> Iterator[Fact]:
+    from volprep.render.probe import MOST_FILTER_STEPS, filter_steps  # noqa: PLC0415 -- raises where there is no EGL
+
+    try:
+        steps = filter_steps()
+    except VolprepError:
+        # The fact about OpenGL ES 3.0 says so.
+        return
+    if steps is not None:
+        number = f"{steps} or more" if steps == MOST_FILTER_STEPS else str(steps)
+        yield Fact(
+            topic="OpenGL ES", name="filter", found=True, needed=False, detail=f"{number} steps between two texels"
+        )
 
 
 def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:

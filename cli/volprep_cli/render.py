@@ -116,10 +116,12 @@ def render(
     )
     taken = take(package, shot, output)
     if as_json:
-        drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver}
+        drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})
         return
     print_line(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
+    if taken.seen == 0.0:
+        print_line("Nothing is seen: every pixel is empty. The volume may be smaller than a pixel, or transparent.")
 
 
 def _eye(text: str) -> tuple[float, float, float]:

@@ -38,8 +38,16 @@ Take = Callable[[int, NDArray[np.generic]], None]
 _WORKER = Path(__file__).with_name("isolation_worker.py")
 _LARGEST_REPLY = 2**16
 _START_SECONDS = 60.0
-# One thread each: the pool has a worker for every core, and the stack of each thread counts as memory.
-_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPJ_NUM_THREADS": "1"}
+# One thread each: the pool has a worker for every core, and the stack of each thread counts as memory, as does the room
+# that the allocator keeps for it.
+_ONE_THREAD = {
+    "MALLOC_ARENA_MAX": "1",
+    "MKL_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OPENIMAGEIO_THREADS": "1",
+    "OPJ_NUM_THREADS": "1",
+}
 
 
 @dataclass(frozen=True)

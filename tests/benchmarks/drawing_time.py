@@ -4,15 +4,23 @@ On a software driver the processor draws: its time over the number of its cores 
 what else runs does not disturb it. On a GPU it is the time until the driver has finished.
 """
 
+import math
 import os
 import time
 from collections.abc import Callable
 
 from volprep.render.renderer import Renderer
+from volprep.render.timing import Clock
 from volprep_formats.arrays import Float64Array
 
 _PATIENCE_MS = 400.0
 """What takes so long is not drawn again: it varies little."""
+_ROUND_MS = 30.0
+"""A round takes so long: a GPU draws a picture in less than it takes to leave its idle clock."""
+_MOST_PICTURES = 64
+"""Of a round."""
+_LEAST_MS = 0.001
+"""No picture takes less; a clock with coarse steps may see none at all."""
 
 
 def is_software(renderer_name: str) -> bool:
@@ -25,16 +33,21 @@ def honest_ms(renderer_name: str, wall_ms: float, cpu_ms: float) -> float:
     return cpu_ms / (os.cpu_count() or 1) if is_software(renderer_name) else wall_ms
 
 
-def best_ms(renderer_name: str, wall_ms_of: Callable[[], float], *, rounds: int, draws: int) -> float:
+def honest_clock(renderer_name: str) -> Clock:
+    """Return the clock for what a driver draws."""
+    return lambda: honest_ms(renderer_name, time.perf_counter(), time.process_time())
+
+
+def best_ms(ms_of: Callable[[int], float], *, rounds: int) -> float:
     """Return the milliseconds of a picture, the best of so many rounds; of slow pictures, of fewer.
 
-    `wall_ms_of` draws so many pictures, and returns the milliseconds of one by the clock on the wall.
+    `ms_of` draws so many pictures and waits for each; it returns the milliseconds of one. The first picture is not
+    counted: the driver compiles the shader for it.
     """
+    pictures = math.ceil(min(_MOST_PICTURES, _ROUND_MS / max(ms_of(1), _LEAST_MS)))
     found: list[float] = []
-    while len(found) < rounds and sum(found) < _PATIENCE_MS:
-        cpu = time.process_time()
-        wall_ms = wall_ms_of()
-        found.append(honest_ms(renderer_name, wall_ms, (time.process_time() - cpu) * 1000 / draws))
+    while len(found) < rounds and sum(found) * pictures < _PATIENCE_MS:
+        found.append(max(ms_of(pictures), _LEAST_MS))
     return min(found)
 
 
@@ -42,10 +55,5 @@ def picture_ms(
     renderer: Renderer, camera: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None, rounds: int = 3
 ) -> float:
     """Return the milliseconds of a picture, the best of so many rounds."""
-    # The first picture is not counted: the driver compiles the shader for it.
-    renderer.time_ms(camera, shape_hw, step_mm, repeats=1)
-
-    def again() -> float:
-        return renderer.time_ms(camera, shape_hw, step_mm, repeats=1)
-
-    return best_ms(renderer.driver.renderer, again, rounds=rounds, draws=1)
+    clock = honest_clock(renderer.driver.renderer)
+    return best_ms(lambda n: renderer.time_ms(camera, shape_hw, step_mm, repeats=n, clock=clock), rounds=rounds)

@@ -1,5 +1,7 @@
 """volprep render, as a person would use it."""
 
+import json
+
 import numpy as np
 import OpenImageIO
 import pytest
@@ -13,11 +15,9 @@ from volprep_formats.package.storage.draft import Draft
 RED = function((0.0, (1.0, 0.0, 0.0), 5.0), name="red")
 
 
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    """Sealed package of an opaque red box, 4 × 6 × 12 mm along the body."""
-    folder = tmp_path_factory.mktemp("red") / "red.volpkg"
-    tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), RED, ES2)
+def sealed(folder, transfer_function):
+    """Sealed package of a box of one value, 4 × 6 × 12 mm along the body."""
+    tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), transfer_function, ES2)
     stored = Quantization(
         bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
     )
@@ -25,6 +25,12 @@ def package(tmp_path_factory):
     record = StageRecord(name="seal", key="0" * 64, made=(Contribution(channel=part),))
     Draft.open(folder).commit(record, seal=True)
     return folder
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """Package whose box is opaque and red."""
+    return sealed(tmp_path_factory.mktemp("red") / "red.volpkg", RED)
 
 
 def picture(path):
@@ -42,6 +48,15 @@ def test_a_picture_has_the_size_and_background_that_were_asked_for(package, tmp_
     assert drawn[0, 0].tolist() == corner
     assert drawn[15, 30, :3].tolist() == [255, 0, 0]
     assert "61×31, level 0, program ray-caster" in done.stdout
+
+
+def test_a_picture_that_shows_nothing_says_so(package, tmp_path):
+    clear = sealed(tmp_path / "clear.volpkg", function((0.0, (1.0, 0.0, 0.0), 0.0), name="clear"))
+    said = {path: volprep("render", path, "-o", tmp_path / "p.png", "--size", "9").stdout for path in (package, clear)}
+    assert "Nothing is seen" in said[clear]
+    assert "Nothing is seen" not in said[package]
+    drawn = volprep("render", package, "-o", tmp_path / "p.png", "--size", "14", "--json")
+    assert json.loads(drawn.stdout)["seen"] == pytest.approx(4 * 12 / 14**2, abs=0.03)
 
 
 def test_one_number_is_width_and_height_as_it_is_for_validate(package, tmp_path):

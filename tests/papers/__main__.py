@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from volprep_formats.diagnostics import VolprepError
+
 from . import diaz_garcia, moser_weiskopf, noguera, schultz_bailey, thesis
 from .bench import Bench
 from .contact_sheet import write_contact_sheet
@@ -38,18 +40,24 @@ def main() -> None:
     asked.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="volprep-") as folder:
         bench = Bench(Path(folder), quick=asked.quick)
-        found = []
+        found, missing = [], []
         for name in wanted:
             began = time.perf_counter()
-            if name == _SHEET:
-                print(f"{name}: {write_contact_sheet(bench, asked.output)}", end="", flush=True)
-            else:
-                found.append((PAPERS[name](bench), bench.driver))
-                print(f"{name}: measured", end="", flush=True)
-            print(f", {time.perf_counter() - began:.0f} s", flush=True)
+            try:
+                if name == _SHEET:
+                    made = str(write_contact_sheet(bench, asked.output))
+                else:
+                    found.append((PAPERS[name](bench), bench.driver))
+                    made = "measured"
+            except VolprepError as error:
+                missing.append(name)
+                made = f"this driver does not do it: {error}"
+            print(f"{name}: {made}, {time.perf_counter() - began:.0f} s", flush=True)
         for paper, driver in found:
             others = [each for each, _ in found if each is not paper]
             print(write_page(paper, others, asked.output, driver, quick=asked.quick))
+    if missing:
+        parser.exit(1, f"not measured: {', '.join(missing)}\n")
 
 
 if __name__ == "__main__":

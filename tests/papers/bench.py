@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks.drawing_time import best_ms, picture_ms
+from tests.benchmarks.drawing_time import best_ms, honest_clock, is_software, picture_ms
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.choose import ray_caster_of
@@ -70,6 +70,11 @@ class Bench:
         self.driver = ""
         self._folder = folder
         self._truths: dict[str, Float64Array] = {}
+
+    @property
+    def software(self) -> bool:
+        """Whether the driver draws with the processor."""
+        return is_software(self.driver)
 
     def package(
         self,
@@ -133,12 +138,8 @@ class Bench:
         """Time a picture of OpenGL ES 1.1 and compare it."""
         self.driver = str(renderer.driver)
         camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
-        ms = best_ms(
-            renderer.driver.renderer,
-            lambda: renderer.time_ms(camera, view.shape_hw, repeats=3),
-            rounds=_ROUNDS,
-            draws=4,
-        )
+        clock = honest_clock(renderer.driver.renderer)
+        ms = best_ms(lambda n: renderer.time_ms(camera, view.shape_hw, repeats=n, clock=clock), rounds=_ROUNDS)
         return Measured(ms, rmse(renderer.render(camera, view.small_hw), truth))
 
     def samples(self, renderer: Renderer, package: Package, view: View, step_mm: float | None = None) -> float:

@@ -1,8 +1,13 @@
-"""What a paper's page holds: tables, curves, and what of the paper's finding holds here."""
+"""What a paper's page holds: tables, curves, pictures, and what of the paper's finding holds here."""
 
+import base64
 from dataclasses import dataclass, field
+from typing import Self
 
 from volprep.report.plots import Line
+from volprep.truth.picture import encoded
+from volprep_formats.arrays import Float32Array
+from volprep_formats.png import png_bytes
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,33 @@ class PaperCurves:
 
 
 @dataclass(frozen=True)
+class PaperPicture:
+    """A picture with its caption."""
+
+    caption: str
+    """What it shows."""
+    png: str
+    """PNG in base64."""
+
+    @classmethod
+    def of(cls, caption: str, picture: Float32Array) -> Self:
+        """Return a rendered picture [H, W, 4] over black."""
+        return cls(caption, base64.b64encode(png_bytes(encoded(picture, "black"))).decode("ascii"))
+
+
+@dataclass(frozen=True)
+class PaperPictures:
+    """A figure of the paper: pictures side by side."""
+
+    title: str
+    """What it is, with its number in the paper."""
+    pictures: tuple[PaperPicture, ...]
+    """The pictures."""
+    note: str = ""
+    """What differs from the paper's."""
+
+
+@dataclass(frozen=True)
 class Paper:
     """A paper, measured again."""
 
@@ -66,8 +98,8 @@ class Paper:
     """Title of the paper."""
     authors: str
     """Authors and year."""
-    parts: tuple[PaperTable | PaperCurves, ...]
-    """Tables and curves, in the order of the paper."""
+    parts: tuple[PaperTable | PaperCurves | PaperPictures, ...]
+    """Tables, curves and pictures, in the order of the paper."""
     finding: str
     """What of the paper's finding holds on this driver, what does not, and why."""
     waiting: tuple[str, ...] = field(default=())

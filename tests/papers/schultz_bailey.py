@@ -1,5 +1,4 @@
-"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, as a "
-"cut."""
+"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, cut."""
 
 import math
 from collections.abc import Iterator
@@ -53,10 +52,9 @@ def measure(bench: Bench) -> Paper:
                 f"Table {number}: {part}, {found[0.0].volume.name if part == 'custom cut' else whole.name} voxels",
                 ("view", "zoom", "alpha", "least value", "frame rate"),
                 tuple(rows),
-                f"{pixels}² pixels; a zoom of 1.5 shows the volume with 2.25 times the pixels. Steps are 1/355 "
-                "of the "
-                f"longest axis. The spin is the mean of a turn in steps of {_degrees(bench)}°; no error is given "
-                "for it.",
+                f"{pixels}² pixels; a zoom of 1.5 shows the volume with 2.25 times the pixels. Steps are 1/355 of the "
+                f"longest axis. The spin is the mean of a turn in steps of {_degrees(bench)}°; no error is given for "
+                "it.",
             )
         )
     return Paper(
@@ -64,7 +62,7 @@ def measure(bench: Bench) -> Paper:
         "BVR: a volume renderer for a tablet, with sub-volumes",
         "Schultz and Bailey",
         tuple(tables),
-        _finding(cells),
+        _finding(cells, software=bench.software),
         ("Walking from piece to piece and swapping levels by zoom: the paper has no numbers for them.",),
     )
 
@@ -156,7 +154,7 @@ def _drawn(bench: Bench, renderer: Renderer, shown: _Shown, view: View) -> Measu
 _Rows = dict[str, dict[tuple[Cell, Cell], Cell]]
 
 
-def _finding(cells: _Rows) -> str:
+def _finding(cells: _Rows, *, software: bool) -> str:
     def ms(part: str, view: str, low: float = 0.0) -> float:
         cell = cells[part][view, low]
         assert isinstance(cell, Measured)
@@ -183,18 +181,13 @@ def _finding(cells: _Rows) -> str:
         "pixels, and steps that are shares of the box are as many"
     )
     return (
-        "The paper's front view is up to five times as fast as its side view, and it suspects how the driver "
-        "stores 3D "
-        f"textures. Here the side view takes {apart[full]:.2f} of the time of the front view for the full volume and "
-        f"{apart[half]:.2f} at half the resolution. {memory} Half the resolution is {gain:.2f} times as fast in "
-        "a spin, "
-        f"where the paper gains a factor of three: {halved}. Eight pieces take {pieces:.1f} times as long as one "
-        "volume; in "
-        "the paper, too, they are slower than half the resolution, because the shader chooses a texture for each "
-        "sample, "
-        f"and a driver without branches reads all eight. The cut takes {own / ms(full, 'spin'):.2f} of the time "
-        "of the full "
-        f"volume: {smaller}. A least value of 0.84 takes {low:.2f} of the time of none: samples that show "
-        "nothing are taken "
-        "all the same where no skip table leaves them out, and rays that meet less end later."
+        "The paper's front view is up to five times as fast as its side view, and it suspects how the driver stores "
+        f"3D textures. Here the side view takes {apart[full]:.2f} of the time of the front view for the full volume "
+        f"and {apart[half]:.2f} at half the resolution. {memory} Half the resolution is {gain:.2f} times as fast in a "
+        f"spin, where the paper gains a factor of three: {halved}. Eight pieces take {pieces:.1f} times as long as "
+        "one volume; in the paper, too, they are slower than half the resolution, because the shader chooses a "
+        f"texture for each sample{', and a driver without branches reads all eight' if software else ''}. The cut "
+        f"takes {own / ms(full, 'spin'):.2f} of the time of the full volume: {smaller}. A least value of 0.84 takes "
+        f"{low:.2f} of the time of none: samples that show nothing are taken all the same where no skip table leaves "
+        "them out, and rays that meet less end later."
     )

@@ -1,12 +1,14 @@
 """The papers' tables on a ball of 12 voxels: rows, columns and pages, not times."""
 
 import json
+from itertools import count
 
 import numpy as np
 import pytest
 
-from tests.papers import diaz_garcia, moser_weiskopf, noguera, schultz_bailey
+from tests.papers import diaz_garcia, moser_weiskopf, noguera, progress, schultz_bailey
 from tests.papers.bench import Bench, techniques_of
+from tests.papers.browsers import about_browsers, native_and_browser
 from tests.papers.page import write_page
 from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
 from tests.papers.volumes import Volume
@@ -81,7 +83,7 @@ def test_a_page_shows_cells_curves_and_what_is_missing(tmp_path):
 
 SMALL = {
     moser_weiskopf: {"SCREEN_HW": (40, 30)},
-    diaz_garcia: {"QUICK_HW": (32, 18)},
+    diaz_garcia: {"QUICK_HW": (64, 36)},
     schultz_bailey: {"PIXELS": 24},
 }
 
@@ -96,3 +98,43 @@ def test_every_paper_can_be_measured_where_nothing_is_large(ball, tmp_path, monk
     page = write_page(paper, [], tmp_path, "a driver", quick=True).read_text(encoding="utf-8")
     for part in paper.parts:
         assert part.title in page
+
+
+def part_of(paper, figure):
+    return next(part for part in paper.parts if part.title.startswith(f"{figure}:"))
+
+
+def test_frames_of_small_tiles_differ_less_and_the_last_frame_is_the_final_picture(ball, tmp_path, monkeypatch):
+    monkeypatch.setattr(diaz_garcia, "scan", lambda _: ball)
+    monkeypatch.setattr(diaz_garcia, "QUICK_HW", (64, 36))
+    looks = count()
+    monkeypatch.setattr(progress, "honest_clock", lambda _: lambda: next(looks) / 1000)
+    paper = diaz_garcia.measure(Bench(tmp_path, quick=True))
+    assert [row[0] for row in part_of(paper, "Figure 9").rows] == ["1×1", "2×2", "4×4", "8×8", "16×16", "32×32"]
+    means = [row[1] for row in part_of(paper, "Figure 10").rows]
+    assert 0.0 < means[0] < means[3] < means[5]
+    for line in part_of(paper, "Figure 12").lines:
+        assert line.points[0][1] > 0.01, line.label
+        assert line.points[-1][1] == 0.0, line.label
+        assert line.points == tuple(sorted(line.points)), line.label
+    details = part_of(paper, "Figure 11").pictures
+    assert [each.caption.partition(",")[0] for each in details] == [
+        *("FBSlabs", "STiles", "Simple random", "Simple structured"),
+        "Final picture",
+    ]
+    assert details[1].png != details[-1].png
+
+
+def test_a_browser_on_the_same_driver_draws_the_same_picture(ball, tmp_path):
+    bench = Bench(tmp_path, quick=True)
+    table = native_and_browser(bench, {ball: "micro-ct"}, 40)
+    if table is None:
+        pytest.skip("no Chromium with WebGL 2")
+    (name, *native), (other, *browser) = table.rows
+    assert "native" in name
+    assert "Chromium" in other
+    for here, there in zip(native, browser, strict=True):
+        assert min(here.ms, there.ms) > 0.0
+        assert there.rmse == pytest.approx(here.rmse, abs=1e-4)
+        assert here.rmse < 0.02
+    assert "of the time of a native program" in about_browsers(table)

@@ -62,6 +62,8 @@ def test_a_driver_that_is_lost_is_an_error_and_no_black_picture(package, monkeyp
             patched.setattr(type(renderer._gl._context), "is_lost", True)
             with pytest.raises(VolprepError, match="VP5042"):
                 renderer.render(camera(package), HW)
+            with pytest.raises(VolprepError, match="VP5042"):
+                renderer.finish()
 
 
 @pytest.mark.parametrize("order", ["slabs", "tiles", "random", "structured"])

@@ -1,5 +1,6 @@
 """Contexts of OpenGL ES without a window."""
 
+import ctypes
 import os
 import subprocess
 import sys
@@ -9,12 +10,14 @@ import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render import egl
+from volprep.render.bindings import GLES3
 from volprep.render.gl import Gl, ShaderText
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 
 APIS = ["es1.1", "es2.0", "es3.0", "es3.1"]
+RESET_NOTIFICATION_STRATEGY, LOSE_CONTEXT_ON_RESET = 0x8256, 0x8252
 
 
 @pytest.mark.parametrize("api", APIS)
@@ -59,6 +62,25 @@ def test_an_object_that_is_left_is_reported_when_the_context_ends():
             gl.close()
         left.__exit__(None, None, None)
         gl.close()
+
+
+def test_a_context_that_was_lost_once_stays_lost():
+    answers = iter([0, 0, 0x8253, 0])
+    with egl.context("es2.0") as context:
+        context._reset_status = lambda: next(answers)
+        assert [context.is_lost for _ in range(4)] == [False, False, True, True]
+        assert next(answers) == 0, "a lost context is not asked again"
+
+
+def test_the_driver_is_asked_for_resets_where_it_can_tell_of_them():
+    with egl.context("es3.0") as context:
+        can_tell = not context.driver.extensions.isdisjoint({"GL_KHR_robustness", "GL_EXT_robustness"})
+        assert (context._reset_status is not None) == can_tell
+        assert not context.is_lost
+        if can_tell and "EGL_EXT_create_context_robustness" in egl._extensions(context._display):
+            strategy = ctypes.c_int()
+            GLES3.glGetIntegerv(RESET_NOTIFICATION_STRATEGY, ctypes.byref(strategy))
+            assert strategy.value == LOSE_CONTEXT_ON_RESET
 
 
 def test_a_forked_child_is_told_instead_of_hanging():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
-from volprep.render.bindings import GLError
+from volprep.render.bindings import GLES3, GLError
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
@@ -133,6 +133,33 @@ def test_a_context_that_the_driver_lost_is_an_error_and_no_black_picture(package
             for draw in (renderer.render, renderer.time_ms):
                 with pytest.raises(VolprepError, match="VP5042"):
                     draw(box_from_clip, (9, 9))
+
+
+def test_tiles_that_a_lost_context_sorted_are_an_error(tmp_path, monkeypatch):
+    package = tiny_package(tmp_path / "p", CODES, GREY, ES3, technique="tiles")
+    with Renderer(package) as renderer:
+        if renderer.driver.version_number < (3, 1):
+            pytest.skip("no compute shaders")
+        with monkeypatch.context() as patched:
+            patched.setattr(type(renderer._gl._context), "is_lost", True)
+            with pytest.raises(VolprepError, match="VP5042"):
+                renderer.sorted_tiles(camera_of(package), (9, 9), 0.5)
+
+
+def test_what_cannot_be_deleted_is_no_error_where_the_context_is_lost(package, monkeypatch):
+    deletes = GLES3.glDeleteProgram
+    failed = []
+
+    def fails(handle):
+        deletes(handle)
+        failed.append(handle)
+        raise GLError(err=0x0507)
+
+    monkeypatch.setattr("volprep.render.gl.GLES3.glDeleteProgram", fails)
+    with monkeypatch.context() as patched:
+        with Renderer(package) as renderer:
+            patched.setattr(type(renderer._gl._context), "is_lost", True)
+        assert failed
 
 
 def test_an_error_of_a_lost_context_is_told_from_others(package, monkeypatch):

@@ -10,7 +10,7 @@ from volprep.doctor import examine
 from volprep.render.capabilities import capabilities_of, probe_of
 from volprep.render.gl import Gl
 from volprep.render.gl1 import Gl1
-from volprep.render.probe import TOLERANCE, probe_profile
+from volprep.render.probe import MOST_FILTER_STEPS, TOLERANCE, filter_steps, probe_profile
 from volprep.scene.profiles import class_names, load_profile
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS
@@ -156,6 +156,17 @@ def test_a_palette_that_is_drawn_wrong_is_found_without_shaders(monkeypatch):
     monkeypatch.setattr(Gl1, "read", lambda self, *place: original(self, *place)[..., ::-1])
     wrong = wrong_of(profile)
     assert {"PALETTE8_RGBA8 2D linear", "RGBA8 2D nearest"} <= set(wrong)
+
+
+def test_the_steps_of_the_filter_are_counted(monkeypatch):
+    exact = filter_steps()
+    assert MOST_FILTER_STEPS // 4 < exact <= MOST_FILTER_STEPS
+    plain = Gl.read
+    monkeypatch.setattr(Gl, "read", lambda self, target: np.rint(plain(self, target) * 50) / 50)
+    # From 0.2 to 0.8, in steps of a fiftieth.
+    assert filter_steps() == 30
+    facts = {(fact.topic, fact.name): fact for fact in examine().facts}
+    assert facts["OpenGL ES", "filter"].detail == "30 steps between two texels"
 
 
 def test_doctor_says_which_profiles_a_broken_format_spoils(monkeypatch):

@@ -1,6 +1,6 @@
 """Pictures that get finished part by part: the samples are those of one draw, in whatever order pixels come."""
 
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 import pytest
@@ -123,3 +123,14 @@ def test_pictures_of_any_size_are_finished(tmp_path, shape_hw):
         assert np.array_equal(last.picture, whole)
         with pytest.raises(VolprepError, match="VP5009"):
             list(frames(renderer, "tiles", camera(package), (0, 4), 2.0))
+
+
+def test_the_time_of_a_frame_is_that_of_the_clock_that_was_given(tmp_path):
+    package = package_of(tmp_path / "p")
+    looks = count()
+    with Renderer(package) as renderer:
+        shown = [
+            *frames(renderer, "random", camera(package), HW, STEP_MM, budget_s=2.5, clock=lambda: float(next(looks)))
+        ]
+    # The clock moves on by a second whenever it is looked at: after each of 16 parts.
+    assert [frame.ms for frame in shown] == [1000.0, *[3000.0] * 5, 1000.0]

@@ -27,7 +27,13 @@ def drawn(folder, technique, profile=ES3, **wishes):
     package = tiny_package(folder, CODES, SHELLS, profile, technique=technique, **wishes)
     grid = package.manifest.grid
     with Renderer(package, target="rgba32f") as renderer:
-        return [*renderer.progress(standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0), HW, 0.19)]
+        camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        if technique != "slabs":
+            return [renderer.render(camera, HW, 0.19)]
+        shown = [(finished, renderer.drawn(HW)) for finished in renderer.draw_slabs(camera, HW, 0.19)]
+    assert [finished for finished, _ in shown[:-1]] == sorted({finished for finished, _ in shown} - {1.0})
+    assert shown[-1][0] == 1.0
+    return [picture for _, picture in shown]
 
 
 @pytest.mark.parametrize(("profile", "wishes"), WISHES.values(), ids=WISHES.keys())

@@ -131,6 +131,7 @@ def empty_space_of(*, passed: bool) -> EmptySpace:
             for way, (samples, looks) in ways.items()
         ),
         limit=1 / 255,
+        rounding=0.0,
         passed=passed,
         mesh_read_ms=1.5,
         picture="pictures/raycast-samples.png",

@@ -124,6 +124,17 @@ def test_memory_within_the_limit_may_be_used() -> None:
     assert run(request(decoders.devour, 2**27))[0].tolist() == [1]
 
 
+def test_threads_of_a_decoder_take_none_of_its_memory(tmp_path) -> None:
+    # Each would take a stack of 8 MB and 64 MB of the allocator: 16 of them more than a decoder may have.
+    import OpenImageIO
+
+    picture = tmp_path / "p.tif"
+    pixels = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(64, 64, 1, "uint16"))
+    assert pixels.write(str(picture))
+    (added_mb,) = run(request(decoders.room_for_a_picture, str(picture)))
+    assert added_mb < 40
+
+
 def test_a_limit_is_that_of_its_request() -> None:
     with workers():
         assert refusal(request(decoders.devour, 2**26, memory_bytes=2**25)).code == "VP1272"

@@ -1,6 +1,7 @@
 """A headless Chromium for tests, driven through its DevTools protocol over two pipes: no driver to install.
 
-https://chromedevtools.github.io/devtools-protocol/. WebGL 1 and 2 run on SwiftShader, whatever the machine has.
+https://chromedevtools.github.io/devtools-protocol/. WebGL 1 and 2 run on SwiftShader, whatever the machine has, unless
+the machine's own driver is asked for.
 """
 
 import json
@@ -10,16 +11,19 @@ import subprocess
 import threading
 from pathlib import Path
 from queue import Empty, Queue
-from typing import Any, Self
-
-import pytest
+from typing import Any, Literal, Self
 
 _FLAGS = (
     *("--headless=new", "--no-sandbox", "--no-first-run", "--disable-extensions", "--disable-component-update"),
     *("--disable-background-networking", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio"),
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-pipe"),
+    *("--use-gl=angle", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--remote-debugging-pipe"),
 )
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+def chromium() -> str | None:
+    """Return the program; None if there is none."""
+    return next((path for path in map(shutil.which, _NAMES) if path), None)
 
 
 class PageError(Exception):
@@ -31,13 +35,18 @@ class PageError(Exception):
 
 
 class Browser:
-    """One Chromium with one page. Use it as a context manager."""
+    """One Chromium with one page. Use it as a context manager.
 
-    def __init__(self, profile: Path) -> None:
-        found = [path for path in (shutil.which(name) for name in _NAMES) if path]
-        if not found:
+    `angle` is what draws: "gl-egl" is the machine's OpenGL ES.
+    """
+
+    def __init__(self, profile: Path, angle: Literal["swiftshader", "gl-egl"] = "swiftshader") -> None:
+        found = chromium()
+        if found is None:
+            import pytest
+
             pytest.skip("no Chromium: tools/system_packages.sh says how to get it")
-        self._command = [found[0], *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
+        self._command = [found, *_FLAGS, f"--use-angle={angle}", f"--user-data-dir={profile}", "about:blank"]
         self._events: Queue[dict[str, Any]] = Queue()
         self._answers: dict[int, Queue[dict[str, Any]]] = {}
         self._last = 0

@@ -1,8 +1,10 @@
 """Functions that stand for decoders of foreign code, sound and bad ones, called in worker processes."""
 
 import ctypes
+import mmap
 import os
 import time
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,3 +73,18 @@ def sleep_and_mark(path: str) -> NDArray[np.generic]:
         file.write(f"{os.getpid()}\n")
     time.sleep(3)
     return np.zeros(1)
+
+
+def room_for_a_picture(path: str) -> NDArray[np.generic]:
+    """Return the megabytes of address space that reading a picture adds to those of the imported library."""
+    import OpenImageIO  # noqa: F401 - not counted
+
+    from volprep_formats.readers.pictures.file import opened
+
+    before = _address_space_mb()
+    assert opened(Path(path)).read_image() is not None
+    return np.array([_address_space_mb() - before])
+
+
+def _address_space_mb() -> float:
+    return int(Path("/proc/self/statm").read_text().split()[0]) * mmap.PAGESIZE / 1e6

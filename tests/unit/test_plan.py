@@ -163,6 +163,8 @@ class TestLevels:
             ((1, 130, 65), (1, 1, 1), 20, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (1, 8, 8)]),
             ((1, 1, 1), (1, 1, 1), 1, [(1, 1, 1)]),
             ((7, 1, 1), (9, 1, 1), 1, [(1, 1, 1), (2, 1, 1), (4, 1, 1), (8, 1, 1)]),
+            # A voxel stands for no more than 2^21: kernels need its block whole.
+            ((16385, 300, 300), (1, 1, 1), 1, [(2**k,) * 3 for k in range(8)]),
         ],
     )
     def test_axes_are_halved_until_the_longest_is_short_enough(self, shape, spacing, coarsest, expected) -> None:

@@ -134,6 +134,28 @@ def test_a_table_that_hides_something_fails_whatever_the_tolerance(tmp_path) -> 
     assert "What skips empty space changes pictures of raycast-core" in page
 
 
+@pytest.mark.parametrize("of_all", [True, False])
+def test_what_rounding_does_on_a_driver_is_no_fault_of_a_mesh(package, tmp_path, monkeypatch, of_all) -> None:
+    plain = Renderer.render
+
+    def render(renderer, camera, *more):
+        # Another picture for rays that rounding has moved: by another camera, or by the corners of a mesh.
+        picture = plain(renderer, camera, *more)
+        if not of_all and type(renderer) is Renderer:
+            return picture
+        key = f"{type(renderer).__name__} {camera.tobytes()}"
+        chance = np.random.default_rng(list(hashlib.sha256(key.encode()).digest()))
+        return picture + np.float32(0.02) * chance.integers(0, 2, picture.shape, dtype=np.int8)
+
+    monkeypatch.setattr(Renderer, "render", render)
+    (found,) = found_in(validate(package, tmp_path / "phantom.report", Silent(), picture_size=SIZE))
+    # A step of 8 bits may come on top.
+    assert max(way.difference for way in found.ways) == pytest.approx(0.02, abs=0.0041)
+    assert found.rounding == pytest.approx(0.02 if of_all else 0.0, abs=0.0041)
+    assert found.limit == pytest.approx(1 / 255 + found.rounding, abs=2e-6)
+    assert found.passed is of_all
+
+
 def test_only_rays_of_nearly_whole_steps_may_get_another_number_of_samples() -> None:
     chords = np.array([[0.0, 99.9999, 100.0], [100.5, 1e-6, 3.25]])
     assert settled(chords, 1.0).tolist() == [[False, False, False], [True, False, True]]

@@ -57,6 +57,8 @@ class Taken:
     """Program, or slices."""
     driver: str
     """Driver."""
+    seen: float
+    """Part of the pixels in which something is seen."""
 
 
 def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
@@ -80,7 +82,8 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
             picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
         else:
             picture = hybrid_picture(renderer, hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
-        return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver))
+        seen = float((picture[..., 3] > 0.0).mean())
+        return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver), seen)
 
 
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:

@@ -347,6 +347,8 @@ class Gl(GlObjects):
         with self._checked("reading a buffer"):
             GLES3.glBindBuffer(GLES3.GL_SHADER_STORAGE_BUFFER, buffer)
             mapped = GLES3.glMapBufferRange(GLES3.GL_SHADER_STORAGE_BUFFER, 0, found.nbytes, GLES3.GL_MAP_READ_BIT)
+            # A lost context maps nothing.
+            self._require_context("reading a buffer")
             ctypes.memmove(found.ctypes.data, mapped, found.nbytes)
             GLES3.glUnmapBuffer(GLES3.GL_SHADER_STORAGE_BUFFER)
         return found

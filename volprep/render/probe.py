@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.render.capabilities import PIXELS, Capability, ProbeTexture, capabilities_of, probe_of
 from volprep.render.egl import Context, context
@@ -20,6 +22,9 @@ TOLERANCE = 4 / 255
 """How far a pixel may be off: pictures and the weights of filters have 8 bits."""
 _FOLDER = Path(__file__).parent / "glsl"
 _SHAPE_HW = (1, PIXELS)
+MOST_FILTER_STEPS = 4095
+"""As many are told apart."""
+_FILTERED = Capability(format="R8", target="TEXTURE_2D", filter="linear")
 _SHADERS = {
     "TEXTURE_2D": ("probe_vertex.glsl", "probe_2d.glsl"),
     "TEXTURE_3D": ("probe_vertex3d.glsl", "probe_3d.glsl"),
@@ -39,6 +44,36 @@ def probe_profile(profile: DeviceProfile) -> ProfileProbes:
             results = tuple(_try(each, profile.api, driver, draw) for each in capabilities_of(profile))
     taken = round(1000 * (perf_counter() - start), 1)
     return ProfileProbes(profile=profile.name, driver=driver, milliseconds=taken, results=results)
+
+
+def filter_steps() -> int | None:
+    """Return in how many steps the filter of OpenGL ES 3.0 goes from one texel to the next, MOST_FILTER_STEPS at most.
+
+    A GPU has few, 256 for most; what is drawn between two voxels is rounded so. None where the driver does not draw
+    floats. Raises VP5002 to VP5004 as `probe_profile` does.
+    """
+    pixels = MOST_FILTER_STEPS + 1
+    probe = probe_of(_FILTERED, "es3.0")
+    finer = replace(probe, step=probe.step * (PIXELS - 1) / (pixels - 1))
+    with context("es3.0") as opened:
+        gl = Gl(opened)
+        with ExitStack() as stack:
+            try:
+                target = stack.enter_context(gl.target("rgba32f", (1, pixels)))
+            except VolprepError:
+                return None
+            program = stack.enter_context(gl.program("probe", *map(_shader, _SHADERS["TEXTURE_2D"])))
+            texture = stack.enter_context(gl.texture(probe.texture, probe.texels))
+            triangle = stack.enter_context(gl.triangle())
+            gl.draw(program, Bindings({"u_texels": ("TEXTURE_2D", texture)}, _uniforms(finer)), target, triangle)
+            drawn = gl.read(target)[0, :, 0]
+        gl.close()
+    return len(np.unique(drawn)) - 1
+
+
+def _uniforms(probe: ProbeTexture) -> dict[str, NDArray[np.float32]]:
+    numbers = {"u_first": probe.first, "u_step": probe.step, "u_middle": probe.middle, "u_span": probe.span}
+    return {name: np.asarray(value, np.float32) for name, value in numbers.items()}
 
 
 def _try(capability: Capability, api: Api, driver: str, draw: _Draw) -> ProbeResult:
@@ -101,10 +136,8 @@ def _drawing_by_shaders(opened: Context, *, volumes: bool) -> Iterator[_Draw]:
 
         def draw(probe: ProbeTexture) -> Float32Array:
             dimensions = probe.texture.gl.target
-            numbers = {"u_first": probe.first, "u_step": probe.step, "u_middle": probe.middle, "u_span": probe.span}
-            uniforms = {name: np.asarray(value, np.float32) for name, value in numbers.items()}
             with gl.texture(probe.texture, probe.texels) as texture:
-                bindings = Bindings({"u_texels": (dimensions, texture)}, uniforms)
+                bindings = Bindings({"u_texels": (dimensions, texture)}, _uniforms(probe))
                 gl.draw(programs[dimensions], bindings, target, triangle)
                 return gl.read(target).reshape(PIXELS, 4)
 

@@ -8,6 +8,7 @@ a picture that is drawn at once: which parts there are, and in which order, chan
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from volprep.render.gl import PicturePart
 from volprep.render.renderer import Renderer
+from volprep.render.timing import Clock
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 
@@ -37,7 +39,9 @@ class ShownFrame:
     picture: Float32Array
     """[H, W, 4] as `Renderer.render` gives it."""
     finished: float
-    """Part of the picture's pixels, or of its slabs, that is finished."""
+    """Part of the picture's pixels, or of its samples along a ray, that is finished."""
+    ms: float
+    """Milliseconds that drawing took since the frame before, without reading it back."""
 
 
 def low_resolution(
@@ -61,31 +65,55 @@ def frames(
     step_mm: float,
     *,
     budget_s: float = 0.1,
+    clock: Clock = time.perf_counter,
 ) -> Iterator[ShownFrame]:
     """Draw a picture frame by frame, each in about `budget_s`. The first is that of a view that changes.
 
-    Raises VP5041 for an order that the program does not have, and what `Renderer.render` raises.
+    `clock` tells the time in seconds. Raises VP5041 for an order that the program does not have, and what
+    `Renderer.render` raises.
     """
     if order == "slabs" and renderer.program.slab_samples is None:
         raise VolprepError("VP5041", technique=renderer.program.technique)
+    watch = _Watch(renderer, clock)
     if order == "classic":
-        yield ShownFrame(renderer.render(box_from_clip, shape_hw, step_mm), 1.0)
+        renderer.draw(box_from_clip, shape_hw, step_mm)
+        ms = watch.lap_ms()
+        yield ShownFrame(renderer.drawn(shape_hw), 1.0, ms)
         return
     low = low_resolution(renderer, box_from_clip, shape_hw, step_mm)
-    yield ShownFrame(low, 0.0)
+    yield ShownFrame(low, 0.0, watch.lap_ms())
     if order == "slabs":
-        pictures = [*renderer.progress(box_from_clip, shape_hw, step_mm)]
-        for number, picture in enumerate(pictures, start=1):
-            yield ShownFrame(picture, number / len(pictures))
+        watch.start()
+        for finished in renderer.draw_slabs(box_from_clip, shape_hw, step_mm):
+            ms = watch.lap_ms()
+            yield ShownFrame(renderer.drawn(shape_hw), finished, ms)
+            watch.start()
         return
     if order == "tiles":
         parts = tile_parts(renderer, box_from_clip, shape_hw, step_mm)
-        yield from _by_parts(renderer, box_from_clip, step_mm, low, parts, budget_s)
+        yield from _by_parts(renderer, box_from_clip, step_mm, low, parts, budget_s, watch)
         return
     share = pixel_order(order, shape_hw)
     with renderer.in_order(share):
         numbers = ((PicturePart(share=float(each)), share == each) for each in np.unique(share))
-        yield from _by_parts(renderer, box_from_clip, step_mm, low, numbers, budget_s)
+        yield from _by_parts(renderer, box_from_clip, step_mm, low, numbers, budget_s, watch)
+
+
+class _Watch:
+    """Tells how long drawing takes."""
+
+    def __init__(self, renderer: Renderer, clock: Clock) -> None:
+        self._finish, self._clock = renderer.finish, clock
+        self.start()
+
+    def start(self) -> None:
+        """Begin again."""
+        self._began = self._clock()
+
+    def lap_ms(self) -> float:
+        """Wait for the driver; return the milliseconds since the start."""
+        self._finish()
+        return (self._clock() - self._began) * 1000
 
 
 Part = tuple[PicturePart, NDArray[np.bool_] | tuple[slice, slice]]
@@ -117,6 +145,16 @@ def tile_parts(
         yield PicturePart(rectangle=rectangle), (slice(height - y - rectangle[3], height - y), slice(x, x + size))
 
 
+def _more(drawn: int, ms: float, budget_ms: float) -> int:
+    """Return how many parts to draw before waiting again: waiting takes longer than a small tile.
+
+    Half of what still has time, as those to come cost more; no more than there are already.
+    """
+    if ms <= 0.0:
+        return drawn
+    return max(1, int(min(drawn, drawn * (budget_ms - ms) / (2 * ms))))
+
+
 def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
     renderer: Renderer,
     box_from_clip: Float64Array,
@@ -124,17 +162,22 @@ def _by_parts(  # noqa: PLR0917 - those of frames, and the parts
     low: Float32Array,
     parts: Iterator[Part],
     budget_s: float,
+    watch: _Watch,
 ) -> Iterator[ShownFrame]:
     """Draw parts until the time of a frame is over, and show the rest as it was in `low`."""
     shape_hw = low.shape[0], low.shape[1]
     finished = np.zeros(shape_hw, bool)
     while not finished.all():
-        began = time.perf_counter()
-        for part, pixels in parts:
-            renderer.draw_part(box_from_clip, shape_hw, step_mm, part)
-            renderer.finish()
-            finished[pixels] = True
-            if time.perf_counter() - began > budget_s:
+        watch.start()
+        ms, drawn, more = 0.0, 0, 1
+        while batch := [*islice(parts, more)]:
+            for part, pixels in batch:
+                renderer.draw_part(box_from_clip, shape_hw, step_mm, part)
+                finished[pixels] = True
+            drawn += len(batch)
+            ms = watch.lap_ms()
+            if ms >= budget_s * 1000:
                 break
+            more = _more(drawn, ms, budget_s * 1000)
         picture = np.where(finished[..., None], renderer.drawn(shape_hw), low)
-        yield ShownFrame(picture, float(finished.mean()))
+        yield ShownFrame(picture, float(finished.mean()), ms)

@@ -105,6 +105,7 @@ class Renderer:
             self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
             self._targets_before: list[PictureTarget] = []
             self._overlay = None
+            self._sorters: dict[str, LinkedProgram] = {}
             self._handles = {
                 sampler.name: (
                     texture.gl.target,
@@ -284,6 +285,10 @@ class Renderer:
             towards = Corners(lit[number], light_pass.blend, clears=False)
             self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
 
+    def draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None) -> None:
+        """Ask for a picture, which `drawn` gives. Errors as `render`."""
+        self._draw(box_from_clip, shape_hw, step_mm)
+
     def draw_part(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None, part: PicturePart
     ) -> None:
@@ -337,36 +342,42 @@ class Renderer:
         with ExitStack() as stack:
             buffers = [stack.enter_context(self._gl.numbers(size)) for size in (count, tiles.groups, count)]
             for path, groups in zip(paths, (runs, 1, runs), strict=True):
-                text = ShaderText(path, self._package.read_text(path))
-                linked = stack.enter_context(self._gl.compute(path, text))
-                self._gl.dispatch(linked, bindings, buffers, groups)
+                self._gl.dispatch(self._sorter(path), bindings, buffers, groups)
             found: list[int] = self._gl.read_numbers(buffers[2], count).tolist()
         return found
 
-    def progress(
+    def _sorter(self, path: str) -> LinkedProgram:
+        """Return a compute shader, linked once."""
+        if path not in self._sorters:
+            text = ShaderText(path, self._package.read_text(path))
+            self._sorters[path] = self._stack.enter_context(self._gl.compute(path, text))
+        return self._sorters[path]
+
+    def draw_slabs(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
-    ) -> Iterator[Float32Array]:
-        """Draw a picture slab by slab, as `render` gives it after each; once, if the program has no slabs."""
+    ) -> Iterator[float]:
+        """Draw a picture slab by slab; gives after each how much of it is drawn, 1 at the end. `drawn` has the picture.
+
+        Errors as `render`; VP5041 for a program without slabs.
+        """
         slab = self._program.slab_samples
         if slab is None:
-            yield self.render(box_from_clip, shape_hw, step_mm)
-            return
+            raise VolprepError("VP5041", technique=self._program.technique)
         step = self._step(step_mm)
         target = self._target_of(shape_hw)
         values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
-        for _ in self._slabs(target, values, step, slab):
-            yield self._gl.read(target)
+        yield from self._slabs(target, values, step, slab)
 
     def _slabs(
         self, target: PictureTarget, values: Mapping[str, ArrayLike], step_mm: float, slab: int
-    ) -> Iterator[int]:
-        """Draw one slab after the other; gives the number of the first sample that is not drawn yet."""
+    ) -> Iterator[float]:
+        """Draw one slab after the other; gives how much of all is drawn."""
         samples = math.ceil(float(np.linalg.norm(self._extent_mm_xyz)) / step_mm)
         for first in range(0, samples, slab):
             bindings = self._bindings(self._program.uniforms, {**values, "first_sample": first})
             corners = Corners(TRIANGLE, self._program.blend, clears=first == 0)
             self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
-            yield first + slab
+            yield min(1.0, (first + slab) / samples)
 
     def _faces(self, geometry: Geometry, box_from_clip: Float64Array) -> Corners:
         return Corners(face_corners(box_from_clip, self._extent_mm_xyz, front=geometry == "front-faces"))

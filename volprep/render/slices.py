@@ -10,6 +10,7 @@ multiply: by 1 / cos, which is that for faint texels, at most √3 with three st
 most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
 """
 
+import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
-from volprep.render.timing import median_ms
+from volprep.render.timing import Clock, median_ms
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -173,9 +174,18 @@ class SliceRenderer:
         """Draw a picture as `render` does, before a grey, 0 to 1; if `white`, as if the volume were white."""
         return self._gl.read(self._draw(box_from_clip, shape_hw, background, white=white), shape_hw)
 
-    def time_ms(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], repeats: int = 5) -> float:
-        """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted."""
-        return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats)
+    def time_ms(
+        self,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        repeats: int = 5,
+        clock: Clock = time.perf_counter,
+    ) -> float:
+        """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
+
+        `clock` tells the time in seconds.
+        """
+        return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats, clock=clock)
 
     def render_with_lines(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], small: Float32Array, lines: Sequence[BoxLines]

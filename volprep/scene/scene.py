@@ -47,7 +47,7 @@ class PyramidSettings(Record):
     """Coarser levels."""
 
     coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
-    """Levels are added until the longest axis has at most this many voxels."""
+    """Levels are added until the longest axis has at most this many voxels, or a voxel stands for 2^21 of level 0."""
     filter: Literal["auto"] | LevelFilter = "auto"
     """Filter that makes a level from level 0. "auto" tries several for each level and keeps the one whose pictures come
     nearest to those of level 0; for labels it takes "mode"."""

@@ -253,7 +253,10 @@ class EmptySpace(Record):
     ways: Annotated[tuple[SavingWay, ...], Field(min_length=2)]
     """With neither first, as the package is drawn last."""
     limit: NonNegative
-    """Largest difference that there may be: a step of 8 bits, and what the scene lets both take from a ray."""
+    """Largest difference that there may be: a step of 8 bits, what the scene lets both take from a ray, rounding."""
+    rounding: NonNegative
+    """What rays that are moved as little as rounding moves them change at most, on this driver; 0 where no picture
+    differs so much that it was measured."""
     passed: bool
     """Whether all views of all ways are within that."""
     mesh_read_ms: NonNegative | None

@@ -18,6 +18,8 @@ from volprep_formats.textures.block_formats import CompressedFormat
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
+_MOST_VOXELS_OF_A_BLOCK = 2**21
+"""Kernels that need a block whole, such as the median's, take no larger ones."""
 
 
 def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
@@ -45,9 +47,10 @@ def candidate_levels(
 ) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
-    Each halves those axes of the one before whose spacing is nearly the smallest, so that voxels come closer to
-    cubes; odd sizes round up. Where levels are mosaics only the longest of these axes is halved: the package holds
-    one level, and the finest that fits loses less when the steps between levels are small.
+    It ends before that where a voxel of the next would stand for more than 2^21. Each halves those axes of the one
+    before whose spacing is nearly the smallest, so that voxels come closer to cubes; odd sizes round up. Where levels
+    are mosaics only the longest of these axes is halved: the package holds one level, and the finest that fits loses
+    less when the steps between levels are small.
     """
     factors = (1, 1, 1)
     levels: list[LevelPlan] = []
@@ -66,6 +69,8 @@ def candidate_levels(
         if max(z, y, x) <= coarsest_longest_axis:
             return levels
         factors = _halved(grid, factors, (z, y, x), one_axis=profile.max_3d_texture_size == 0)
+        if math.prod(factors) > _MOST_VOXELS_OF_A_BLOCK:
+            return levels
 
 
 def _halved(

@@ -172,7 +172,9 @@ def _windows(volume: RawVolume, ranges: Iterable[tuple[int, int]], room: "_Room"
         if room.filled == 3 * room.size:
             room.drop_first()
             given -= room.size
-        room.append(volume.read_slab(z0, z1))
+        # A strip of a level far down is many slices of level 0.
+        for first, stop in slab_ranges(z1 - z0, volume.slice_bytes, multiple=room.cell_slices):
+            room.append(volume.read_slab(z0 + first, z0 + stop))
         if room.filled == given + 2 * room.size:
             yield room.window(), slice(given, given + room.size)
             given += room.size
@@ -199,8 +201,13 @@ class _Room:
         self._samples = 0
         self.filled = 0
 
+    @property
+    def cell_slices(self) -> int:
+        """Slices of level 0 for one of the level."""
+        return self._factors_zyx[0]
+
     def append(self, slab: NDArray[Any]) -> None:
-        """Add the next slices of level 0."""
+        """Add the next slices of level 0: whole cells, but for the last of a volume."""
         samples = slice(self._samples, self._samples + -(-len(slab) // self._mean_of_zyx[0]))
         cells = slice(self.filled, self.filled + -(-len(slab) // self._factors_zyx[0]))
         write_means(slab, self._mean_of_zyx, self._look.table, self._values[samples], self._looks[samples])

@@ -218,7 +218,6 @@ def opened(path: Path) -> Any:
     """Open a picture as OpenImageIO's ImageInput, which has no types. In workers only. Raises VP1165."""
     import OpenImageIO  # noqa: PLC0415 - in workers only
 
-    OpenImageIO.attribute("threads", 1)
     as_stored = OpenImageIO.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
     with open_regular(path) as file:

@@ -1,0 +1,76 @@
+"""Pictures that get finished frame by frame: how long each frame takes, and how far it is from others."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tests.benchmarks.drawing_time import honest_clock
+from volprep.render.progressive import Order, ShownFrame, frames, low_resolution, tile_parts
+from volprep.render.renderer import Renderer
+from volprep.truth.metrics import picture_error
+from volprep_formats.arrays import Float32Array, Float64Array
+
+from .bench import View, rmse
+
+BUDGET_S = 0.1
+"""Of a frame, as in the paper."""
+FRAMES = 10
+"""A frame has less time where tiles need fewer frames than these, as on most GPUs."""
+
+EQUAL_FRAMES = 20
+"""Frames with as many tiles in each."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How a picture came."""
+
+    frames_ms: tuple[float, ...]
+    """Time of each frame, without reading it back."""
+    rmse: float
+    """Error of the last one."""
+
+
+def budget_s_of(renderer: Renderer, view: View) -> float:
+    """Return the time that a frame has: that of the paper, or a tenth of what all tiles take."""
+    *_, whole = finishing(renderer, "tiles", view, math.inf)
+    return min(BUDGET_S, whole.ms / 1000 / FRAMES)
+
+
+def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> Iterator[ShownFrame]:
+    """Finish a picture, in steps of half a voxel. The first frame is the small one of a view that changes."""
+    camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
+    step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
+    if order == "classic":
+        yield ShownFrame(low_resolution(renderer, camera, view.shape_hw, step_mm), 0.0, 0.0)
+    clock = honest_clock(renderer.driver.renderer)
+    yield from frames(renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock)
+
+
+def progress(renderer: Renderer, order: Order, view: View, budget_s: float, truth: Float64Array) -> Progress:
+    """Time the frames of a picture; the error is that of the last one with fewer pixels, as `truth` has."""
+    # First the small one: the driver compiles the shaders for it.
+    *_, last = finishing(renderer, order, View(view.camera, view.small_hw), math.inf)
+    times = [frame.ms for frame in finishing(renderer, order, view, budget_s)]
+    return Progress(tuple(times[1:]), rmse(last.picture, truth))
+
+
+def dssim(picture: Float32Array, other: Float32Array) -> float:
+    """Structural dissimilarity over black, (1 - SSIM) / 2."""
+    return (1 - picture_error(picture, other).ssim_black) / 2
+
+
+def seconds_of_equal_frames(renderer: Renderer, view: View) -> list[float]:
+    """Finish a picture by as many tiles in each of 20 frames, those that cost least first; times add up."""
+    camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
+    step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
+    tiles = [part for part, _ in tile_parts(renderer, camera, view.shape_hw, step_mm)]
+    renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1)
+    clock, per_frame = honest_clock(renderer.driver.renderer), -(-len(tiles) // EQUAL_FRAMES)
+    began, seconds = clock(), []
+    for first in range(0, len(tiles), per_frame):
+        for part in tiles[first : first + per_frame]:
+            renderer.draw_part(camera, view.shape_hw, step_mm, part)
+        renderer.finish()
+        seconds.append(clock() - began)
+    return seconds

@@ -1,0 +1,127 @@
+"""Figures 9, 10 and 13 of Díaz-García et al.: the tiles that a picture is finished by, in several sizes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from volprep.report.plots import Line
+from volprep.validation.altered import Altered
+from volprep_formats.package.reader import Package
+
+from .bench import Bench, View
+from .progress import budget_s_of, dssim, finishing
+from .record import Cell, PaperCurves, PaperTable
+from .volumes import Volume
+
+SIZES = (1, 2, 4, 8, 16, 32)
+"""Pixels of a tile along each axis, as in the paper."""
+_CHOSEN = 8
+"""The paper's choice."""
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A picture of one scan that tiles of one size finished."""
+
+    scan: str
+    """Scan and size."""
+    size: int
+    """Pixels of a tile along each axis."""
+    frames_ms: tuple[float, ...]
+    """Time of each frame."""
+    changes: tuple[float, ...]
+    """DSSIM of each frame from the one before it; of the first, from the small picture that the view had before."""
+
+    @property
+    def seconds(self) -> float:
+        """Time until the picture is complete."""
+        return sum(self.frames_ms) / 1000
+
+
+def by_sizes(bench: Bench, volume: Volume, package: Package, view: View) -> Iterator[Sized]:
+    """Finish a picture by tiles of each size."""
+    with bench.renderer(_of_size(package, _CHOSEN)) as renderer:
+        # First the small one: the driver compiles the shaders for it.
+        budget_s_of(renderer, View(view.camera, view.small_hw))
+        budget_s = budget_s_of(renderer, view)
+    for size in SIZES:
+        with bench.renderer(_of_size(package, size)) as renderer:
+            budget_s_of(renderer, View(view.camera, view.small_hw))
+            times, changes = [], []
+            for one, other in pairwise(finishing(renderer, "tiles", view, budget_s)):
+                times.append(other.ms)
+                changes.append(dssim(one.picture, other.picture))
+        yield Sized(volume.name, size, tuple(times), tuple(changes))
+
+
+def size_parts(sized: list[Sized], names: list[str], shape_hw: tuple[int, int]) -> Iterator[PaperTable | PaperCurves]:
+    """Give both tables and the curves."""
+    found = {(each.scan, each.size): each for each in sized}
+    yield PaperTable(
+        "Figure 9: seconds until a picture is complete, by size of tiles",
+        ("pixels of a tile", *names),
+        tuple((f"{size}×{size}", *(found[name, size].seconds for name in names)) for size in SIZES),
+        f"One view of {shape_hw[1]}×{shape_hw[0]} pixels; each tile is a draw of its own.",
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for size in SIZES:
+        changes = _changes(sized, size)
+        frames = np.mean([len(found[name, size].frames_ms) for name in names])
+        rows.append((f"{size}×{size}", float(np.mean(changes)), float(np.std(changes)), f"{frames:.0f}"))
+    yield PaperTable(
+        "Figure 10: DSSIM of a frame from the one before it, by size of tiles",
+        ("pixels of a tile", "mean", "standard deviation", "frames"),
+        tuple(rows),
+        "The first frame is compared with the small picture.",
+    )
+    lines = []
+    for size in SIZES[2:]:
+        run = found[names[0], size]
+        times = (np.cumsum(run.frames_ms) / 1000).tolist()
+        lines.append(Line(f"{size}×{size}", tuple(zip(times, run.changes, strict=True))))
+    yield PaperCurves(
+        f"Figure 13: DSSIM of each frame from the one before it, by size of tiles, {names[0]} voxels",
+        "seconds",
+        "DSSIM",
+        tuple(lines),
+        "Smaller tiles take many times as long: figures 9 and 10 have them.",
+    )
+
+
+def about_sizes(sized: list[Sized]) -> str:
+    """Say what of the paper's finding holds."""
+
+    def seconds(size: int) -> float:
+        return float(np.mean([each.seconds for each in sized if each.size == size]))
+
+    def change(size: int) -> float:
+        return float(np.mean(_changes(sized, size)))
+
+    least, most = SIZES[0], SIZES[-1]
+    larger_is_faster = seconds(most) <= seconds(_CHOSEN) <= seconds(least)
+    smoother = change(least) <= change(_CHOSEN) <= change(most)
+    return (
+        f" Tiles of {most}² pixels finish a picture in {seconds(most):.3g} seconds, of {_CHOSEN}² in "
+        f"{seconds(_CHOSEN):.3g}, single pixels in {seconds(least):.3g}: that larger tiles are faster "
+        f"{'holds' if larger_is_faster else 'does not hold here'}. A frame differs from the one before it by "
+        f"{change(most):.4f} with the largest tiles, by {change(_CHOSEN):.4f} with those of {_CHOSEN}², by "
+        f"{change(least):.4f} with single pixels: that smaller tiles make the change harder to see "
+        f"{'holds' if smoother else 'does not hold here'}."
+    )
+
+
+def _changes(sized: list[Sized], size: int) -> list[float]:
+    return [value for each in sized if each.size == size for value in each.changes]
+
+
+def _of_size(package: Package, size: int) -> Package:
+    program = package.manifest.programs[0]
+    assert program.tiles is not None
+    tiles = program.tiles.model_copy(update={"size": size})
+    text = package.read_text(tiles.cost)
+    declared = f"TILE = {program.tiles.size:.1f};"
+    assert declared in text
+    texts = {tiles.cost: text.replace(declared, f"TILE = {size:.1f};")}
+    return Altered(package, texts, program.model_copy(update={"tiles": tiles}))
