@@ -41,9 +41,10 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     others = [other for each in programs for other in each.others]
     beyond = tuple(other.item for other in others if not other.passed and not other.preview_only)
-    previews = tuple(
-        PreviewOutcome(item=other.item, rmse=other.rmse, within=other.passed) for other in others if other.preview_only
-    )
+    # Two programs may draw one level: the worse of them counts.
+    told = {other.item: other for other in sorted(others, key=lambda other: other.rmse) if other.preview_only}
+    named = dict.fromkeys(other.item for other in others if other.preview_only)
+    previews = tuple(PreviewOutcome(item=name, rmse=told[name].rmse, within=told[name].passed) for name in named)
     return Verdict(
         passed=not (failed or changed or differing or beyond or unproved or disagreeing),
         views=len(views),
