@@ -37,7 +37,7 @@ demo: $(NATIVE)
 	.venv/bin/python tools/demo.py
 
 test: $(NATIVE) $(TEST)
-	.venv/bin/python -m pytest -n auto $(ARGS)
+	.venv/bin/python -m pytest -n auto --dist worksteal $(ARGS)
 
 lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/ruff check .

@@ -1,6 +1,7 @@
 """What all tests share: the folder of real scans, and hypothesis without chance."""
 
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +15,11 @@ settings.load_profile("deterministic")
 
 
 def pytest_configure() -> None:
-    """Give each worker one thread: where there are more threads than cores they spin, a quarter of all the time."""
+    """Let processes find compiled modules, and give each worker one thread."""
+    # Tests start hundreds of processes. Without byte code each compiles volprep anew, which takes a third of a second.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
+    # Where there are more threads than cores they spin, a quarter of all the time.
     if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
 

@@ -13,19 +13,16 @@ from volprep.render.renderer import Renderer
 from volprep.render.timing import Clock
 from volprep_formats.arrays import Float64Array
 
+from .waking import is_software, wake
+
 _PATIENCE_MS = 400.0
 """What takes so long is not drawn again: it varies little."""
 _ROUND_MS = 30.0
-"""A round takes so long: a GPU draws a picture in less than it takes to leave its idle clock."""
+"""A round takes so long: a GPU draws many pictures in it."""
 _MOST_PICTURES = 64
 """Of a round."""
-_LEAST_MS = 0.001
+LEAST_MS = 0.001
 """No picture takes less; a clock with coarse steps may see none at all."""
-
-
-def is_software(renderer_name: str) -> bool:
-    """Whether GL_RENDERER names a driver that draws with the processor."""
-    return any(name in renderer_name.lower() for name in ("llvmpipe", "softpipe", "swiftshader"))
 
 
 def honest_ms(renderer_name: str, wall_ms: float, cpu_ms: float) -> float:
@@ -38,16 +35,17 @@ def honest_clock(renderer_name: str) -> Clock:
     return lambda: honest_ms(renderer_name, time.perf_counter(), time.process_time())
 
 
-def best_ms(ms_of: Callable[[int], float], *, rounds: int) -> float:
+def best_ms(renderer_name: str, ms_of: Callable[[int], float], *, rounds: int) -> float:
     """Return the milliseconds of a picture, the best of so many rounds; of slow pictures, of fewer.
 
     `ms_of` draws so many pictures and waits for each; it returns the milliseconds of one. The first picture is not
     counted: the driver compiles the shader for it.
     """
-    pictures = math.ceil(min(_MOST_PICTURES, _ROUND_MS / max(ms_of(1), _LEAST_MS)))
+    wake(renderer_name, lambda: ms_of(1))
+    pictures = math.ceil(min(_MOST_PICTURES, _ROUND_MS / max(ms_of(1), LEAST_MS)))
     found: list[float] = []
     while len(found) < rounds and sum(found) * pictures < _PATIENCE_MS:
-        found.append(max(ms_of(pictures), _LEAST_MS))
+        found.append(max(ms_of(pictures), LEAST_MS))
     return min(found)
 
 
@@ -55,5 +53,6 @@ def picture_ms(
     renderer: Renderer, camera: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None, rounds: int = 3
 ) -> float:
     """Return the milliseconds of a picture, the best of so many rounds."""
-    clock = honest_clock(renderer.driver.renderer)
-    return best_ms(lambda n: renderer.time_ms(camera, shape_hw, step_mm, repeats=n, clock=clock), rounds=rounds)
+    name = renderer.driver.renderer
+    clock = honest_clock(name)
+    return best_ms(name, lambda n: renderer.time_ms(camera, shape_hw, step_mm, repeats=n, clock=clock), rounds=rounds)

@@ -71,7 +71,7 @@ def package(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def report(package):
-    return validate(package.path, package.path.with_name("vessels.report"), Silent())
+    return validate(package.path, package.path.with_name("vessels.report"), Silent(), picture_size=96)
 
 
 def drawn(package, view="anterior", **choices):

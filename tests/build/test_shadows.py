@@ -337,6 +337,6 @@ def test_a_camera_may_stand_anywhere_and_pictures_have_any_size(tmp_path, shadow
             renderer.render(cameras["near"], (0, 5))
         renderer.render(cameras["near"], (2, 3), 2.0)
         first = +renderer._gl.live
-        for number in range(200):
+        for number in range(30):
             renderer.render(cameras["near"], (2 + number % 3, 3), 2.0)
         assert +renderer._gl.live == first

@@ -146,14 +146,14 @@ def test_a_level_that_does_not_fit_is_replaced_by_a_coarser_one(browser, server,
 SCRIPT_PROBES = """
 const { openPackage, createRenderer } = await import("/js/volpkg.js");
 const pack = await openPackage(given[0]);
-const took = [];
-for (let i = 0; i < 12; i++) {
+let least = Infinity;
+for (let i = 0; i < 12 && least >= given[1]; i++) {
   const renderer = await createRenderer(new OffscreenCanvas(8, 8).getContext("webgl2"), pack);
   await renderer.ready;
-  took.push(renderer.probes.milliseconds);
+  least = Math.min(least, renderer.probes.milliseconds);
   renderer.dispose();
 }
-return Math.min(...took);
+return least;
 """
 
 
@@ -161,8 +161,9 @@ def test_probes_take_less_than_50_milliseconds(browser, server, scene_package) -
     package = scene_package("half floats")
     server.folders["package"] = package.path.parent
     browser.open(f"{server.url}/")
-    # The best of three: what else this machine does is not the probes' time.
-    assert min(browser.run(SCRIPT_PROBES, f"/package/{package.path.name}") for _ in range(3)) < 50
+    # The best of many, as soon as there is a good one: what else this machine does is not the probes' time.
+    limit = 50
+    assert any(browser.run(SCRIPT_PROBES, f"/package/{package.path.name}", limit) < limit for _ in range(3))
 
 
 SCRIPT_LEAKS = """

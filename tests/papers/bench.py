@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks.drawing_time import best_ms, honest_clock, is_software, picture_ms
+from tests.benchmarks.drawing_time import best_ms, honest_clock, picture_ms
+from tests.benchmarks.waking import is_software
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.choose import ray_caster_of
@@ -138,8 +139,9 @@ class Bench:
         """Time a picture of OpenGL ES 1.1 and compare it."""
         self.driver = str(renderer.driver)
         camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
-        clock = honest_clock(renderer.driver.renderer)
-        ms = best_ms(lambda n: renderer.time_ms(camera, view.shape_hw, repeats=n, clock=clock), rounds=_ROUNDS)
+        name = renderer.driver.renderer
+        clock = honest_clock(name)
+        ms = best_ms(name, lambda n: renderer.time_ms(camera, view.shape_hw, repeats=n, clock=clock), rounds=_ROUNDS)
         return Measured(ms, rmse(renderer.render(camera, view.small_hw), truth))
 
     def samples(self, renderer: Renderer, package: Package, view: View, step_mm: float | None = None) -> float:

@@ -8,7 +8,8 @@ from typing import get_args
 
 import numpy as np
 
-from tests.benchmarks.drawing_time import best_ms, honest_clock, is_software
+from tests.benchmarks.drawing_time import best_ms, honest_clock
+from tests.benchmarks.waking import is_software
 from volprep.render.bindings import GLES1
 from volprep.render.box_lines import box_lines
 from volprep.render.egl import context
@@ -214,7 +215,7 @@ def _ms(renderer: SliceRenderer, draw: Callable[[], object]) -> float:
             draw()
         return (clock() - began) * 1000 / pictures
 
-    return best_ms(ms_of, rounds=_ROUNDS)
+    return best_ms(renderer.driver.renderer, ms_of, rounds=_ROUNDS)
 
 
 def _finding(

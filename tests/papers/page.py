@@ -7,7 +7,7 @@ from pathlib import Path
 
 from jinja2 import ChoiceLoader, FileSystemLoader
 
-from tests.benchmarks.drawing_time import is_software
+from tests.benchmarks.waking import is_software
 from volprep.report.environment import environment
 from volprep.report.plots import line_plot
 from volprep.truth.oracle import DEFAULT_TOLERANCE

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tests.benchmarks.drawing_time import honest_clock
+from tests.benchmarks.drawing_time import LEAST_MS, honest_clock
+from tests.benchmarks.waking import wake
 from volprep.render.progressive import Order, ShownFrame, frames, low_resolution, tile_parts
 from volprep.render.renderer import Renderer
 from volprep.truth.metrics import picture_error
@@ -34,7 +35,7 @@ class Progress:
 def budget_s_of(renderer: Renderer, view: View) -> float:
     """Return the time that a frame has: that of the paper, or a tenth of what all tiles take."""
     *_, whole = finishing(renderer, "tiles", view, math.inf)
-    return min(BUDGET_S, whole.ms / 1000 / FRAMES)
+    return min(BUDGET_S, max(whole.ms, LEAST_MS) / 1000 / FRAMES)
 
 
 def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> Iterator[ShownFrame]:
@@ -44,6 +45,7 @@ def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> 
     if order == "classic":
         yield ShownFrame(low_resolution(renderer, camera, view.shape_hw, step_mm), 0.0, 0.0)
     clock = honest_clock(renderer.driver.renderer)
+    wake(renderer.driver.renderer, lambda: renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1))
     yield from frames(renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock)
 
 
@@ -51,7 +53,7 @@ def progress(renderer: Renderer, order: Order, view: View, budget_s: float, trut
     """Time the frames of a picture; the error is that of the last one with fewer pixels, as `truth` has."""
     # First the small one: the driver compiles the shaders for it.
     *_, last = finishing(renderer, order, View(view.camera, view.small_hw), math.inf)
-    times = [frame.ms for frame in finishing(renderer, order, view, budget_s)]
+    times = [max(frame.ms, LEAST_MS) for frame in finishing(renderer, order, view, budget_s)]
     return Progress(tuple(times[1:]), rmse(last.picture, truth))
 
 

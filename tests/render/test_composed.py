@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from collections import Counter
 from contextlib import ExitStack
 from itertools import product
 
@@ -72,12 +73,12 @@ LIGHTS = [
 ]
 
 
-@pytest.fixture(params=PACKAGES.values(), ids=PACKAGES.keys())
-def package(request, tmp_path):
+@pytest.fixture(scope="module", params=PACKAGES.values(), ids=PACKAGES.keys())
+def package(request, tmp_path_factory):
     profile, wishes = request.param
     wishes = {"skip": DISTANCE, "normals": NormalSettings(), "proxy": ProxySettings(), **wishes}
     codes = np.random.default_rng(1).integers(0, 256, wishes.pop("shape", (5, 4, 3))).astype(np.uint8)
-    return tiny_package(tmp_path / "p", codes, GREY, profile, cutoff=0.99, **wishes)
+    return tiny_package(tmp_path_factory.mktemp("composed") / "p", codes, GREY, profile, cutoff=0.99, **wishes)
 
 
 def designs(package):
@@ -105,8 +106,13 @@ def designs(package):
         yield ProgramDesign(**base | {"sampling": "subvolumes"})
 
 
+@pytest.fixture(scope="module")
 def composed(package):
-    """Vertex and fragment shader of every program, with all that may be left out and without."""
+    """Vertex and fragment shader of every program, with all that may be left out and without; each pair once."""
+    return sorted(set(compose_all(package)))
+
+
+def compose_all(package):
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
         if ends_early and not COMPOSITINGS[design.compositing].ends_early:
             continue
@@ -172,29 +178,30 @@ def dead_words(text):
     """Functions, constants, uniforms, inputs and variables that are named once."""
     code = re.sub(r"//.*", "", text)
     kinds = r"(?:float|vec[234]|ivec3|mat4|sampler2D|highp sampler[23]D)"
+    times = Counter(re.findall(r"\w+", code))
     for name in re.findall(rf"\b{kinds} (\w+)(?:\[\d+\])?(?: =|\(|;|,|\))", code):
-        if len(re.findall(rf"\b{name}\b", code)) == 1:
+        if times[name] == 1:
             yield name
 
 
-def test_every_shader_reads_as_if_one_person_had_written_it(package):
-    for text in {text for texts in composed(package) for text in texts}:
+def test_every_shader_reads_as_if_one_person_had_written_it(package, composed):
+    for text in {text for texts in composed for text in texts}:
         assert not list(wrong_lines(text)), text
     assert not list(wrong_lines(depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")))
 
 
-def test_nothing_in_a_shader_is_left_over(package):
-    for vertex, fragment in composed(package):
+def test_nothing_in_a_shader_is_left_over(composed):
+    for vertex, fragment in composed:
         # The vertex shader gives what the fragment shader reads.
         assert not [name for name in dead_words(fragment) if f" {name};" not in vertex], fragment
         assert not list(dead_words(vertex))
 
 
-def test_the_driver_takes_every_shader(package):
+def test_the_driver_takes_every_shader(package, composed):
     depth = depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")
     with ExitStack() as stack:
         gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
-        for vertex, fragment in sorted(set(composed(package))):
+        for vertex, fragment in composed:
             with gl.program("program", ShaderText("vertex", vertex), ShaderText("fragment", fragment)):
                 pass
             if "v_clip" in vertex:
@@ -204,12 +211,12 @@ def test_the_driver_takes_every_shader(package):
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")
 @pytest.mark.parametrize("numbers", [str, in_half_floats, with_half_coordinates])
-def test_the_validator_of_khronos_takes_every_shader(package, numbers, tmp_path):
+def test_the_validator_of_khronos_takes_every_shader(composed, numbers, tmp_path):
+    texts = {("vert", vertex) for vertex, _ in composed} | {("frag", numbers(fragment)) for _, fragment in composed}
     files = []
-    for number, (vertex, fragment) in enumerate(sorted(set(composed(package)))):
-        for ending, text in (("vert", vertex), ("frag", numbers(fragment))):
-            files.append(tmp_path / f"{number}.{ending}")
-            files[-1].write_text(text, encoding="ascii")
+    for number, (ending, text) in enumerate(sorted(texts)):
+        files.append(tmp_path / f"{number}.{ending}")
+        files[-1].write_text(text, encoding="ascii")
     done = subprocess.run(["glslangValidator", *files], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 

@@ -38,6 +38,11 @@ def listing(language: str) -> str:
     return text
 
 
+@pytest.fixture
+def no_gl_object_leaks() -> None:
+    """Nothing: the reader of the text leaves its objects to the context, which ends."""
+
+
 @pytest.fixture(scope="module")
 def reader() -> types.ModuleType:
     module = types.ModuleType("reader")

@@ -31,6 +31,8 @@ def main() -> int:
     options = parser.parse_args()
     warnings.simplefilter("error")  # as in the tests
     sys.path.append(str(ROOT / "tests" / "support"))
+    from write_anew import write_anew
+
     from volprep_formats.isolation import workers
 
     from .dicom_lies import LIES, lie_outcome
@@ -62,7 +64,7 @@ def main() -> int:
             for subject, whole in subjects:
                 file = KEPT / f"damaged{subject.suffix}"
                 for case in range(turn * BATCH, (turn + 1) * BATCH):
-                    file.write_bytes(subject.pack(mutation(whole, options.seed, case)))
+                    write_anew(file, subject.pack(mutation(whole, options.seed, case)))
                     name = f"{subject.name} case {case} of seed {options.seed}"
                     count(subject.name, partial(outcome, file, subject.read, name))
                 file.unlink()

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+from write_anew import write_anew
 
 from volprep_formats.diagnostics import VolprepError
 
@@ -86,7 +87,7 @@ def assert_survives(
     outcomes: Counter[str] = Counter()
     file = folder / f"damaged{suffix}"
     for case in range(count):
-        file.write_bytes(pack(mutation(whole, seed, case)))
+        write_anew(file, pack(mutation(whole, seed, case)))
         outcomes[outcome(file, read, f"case {case} of seed {seed}")] += 1
     print(f"{count} damaged files{suffix and ' ' + suffix}, seed {seed}: {dict(outcomes.most_common())}")
     return outcomes

@@ -21,6 +21,7 @@ from pydicom.uid import (
     ImplicitVRLittleEndian,
     RLELossless,
 )
+from write_anew import write_anew
 
 from volprep_formats import _dicom
 from volprep_formats.diagnostics import VolprepError
@@ -100,7 +101,7 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
     file = tmp_path / "damaged"
     plain_files = 0
     for case in range(1000):
-        file.write_bytes(mutation(whole, 7, case))
+        write_anew(file, mutation(whole, 7, case))
         plain = plain_header(file)
         if plain is None:
             continue
@@ -136,7 +137,7 @@ def test_what_slices_share_is_interpreted_once_and_never_differently(tmp_path) -
     file = tmp_path / "damaged"
     sound = 0
     for case in range(500):
-        file.write_bytes(mutation(whole, 11, case))
+        write_anew(file, mutation(whole, 11, case))
         plain = plain_header(file)
         if plain is not None:
             header = (file, plain.elements, plain.transfer_syntax, plain.pixels)

@@ -33,7 +33,7 @@ FILES = {
 """Verbs that write one file, and its name; a cut begins with this one."""
 FOLDERS = {
     "export good.volpkg {}/series": "series",
-    "validate good.volpkg --report {}/a.report --size 128": "a.report",
+    "validate good.volpkg --report {}/a.report --size 32": "a.report",
     "build phantom.toml -o {}/a.volpkg": "a.volpkg",
     "import phantom.toml -o {}/a.volpkg": "a.volpkg",
 }

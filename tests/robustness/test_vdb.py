@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from header_files import read, refusal_at_open
 from vdb_files import TILE, HandGrid, write_vdb_by_hand
+from write_anew import write_anew
 
 from .mutations import assert_survives, outcome, prefixes
 from .subjects import VDB, read_volume, sound_file
@@ -30,7 +31,7 @@ def test_two_thousand_damaged_files_are_read_or_refused_with_a_code(sound, tmp_p
 def test_every_beginning_of_a_file_is_refused(sound, tmp_path) -> None:
     file = tmp_path / "cut.vdb"
     for data in prefixes(sound, most=300):
-        file.write_bytes(data)
+        write_anew(file, data)
         assert outcome(file, read_volume, f"prefix {len(data)}") in {"VP1200", "VP1002"}
 
 
@@ -38,7 +39,7 @@ def test_every_hundredth_of_a_real_file_is_refused(scans: Path, tmp_path) -> Non
     whole = (scans / "vdb" / "sphere.vdb").read_bytes()
     file = tmp_path / "cut.vdb"
     for percent in range(1, 100):
-        file.write_bytes(whole[: len(whole) * percent // 100])
+        write_anew(file, whole[: len(whole) * percent // 100])
         assert outcome(file, read_volume, f"{percent} %") == "VP1200"
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from volprep.compositing.record import Compositing
+from volprep.kernels import _native
 from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
@@ -18,7 +19,15 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 
-def _rays(
+def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
+    if not isinstance(spacing_mm, float):
+        return _lit_rays(columns, spacing_mm, table, between)
+    light = np.empty((columns.shape[1], 4))
+    _native.column_light(np.ascontiguousarray(columns), spacing_mm, between == "nearest", *table.points, light)
+    return light
+
+
+def _lit_rays(
     columns: Float64Array,
     spacing_mm: Spacing,
     table: Table,
@@ -99,7 +108,7 @@ EMISSION_ABSORPTION = Compositing(
     every_value=False,
     visible=_visible,
     rays=_rays,
-    lit_rays=_rays,
+    lit_rays=_lit_rays,
     oracle=_oracle,
     truth="an integral of the scan",
     fixed_path=False,

@@ -122,6 +122,37 @@ def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArr
         If an array has another type or order.
     """
 
+def column_light(columns: numpy.typing.NDArray[numpy.float64], spacing_mm: float, nearest: bool, values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the light of rays through the centres of columns of voxels.
+
+    Each sample has opacity 1 - exp(-extinction · length), front to back. Between two voxels the value is linear, and has two
+    samples, a quarter of the way from either; half a voxel beyond the first and the last centre it is constant.
+
+    Parameters
+    ----------
+    columns
+        float64 [voxel, n], finite: values, front to back.
+    spacing_mm
+        Distance of the voxels.
+    nearest
+        Whether each voxel is one sample instead, as labels are.
+    values, colours, extinctions_per_mm
+        Control points of the transfer function: float64 [k] ascending, [k, 3] linear RGB, [k] not negative. Linear between
+        them and constant outside; two points at one value make a jump, where the upper side counts.
+    light
+        float64 [n, 4], written: premultiplied linear colour, and opacity.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit, or values do not ascend.
+    TypeError
+        If an array has another type or order.
+    """
+
 def count_values(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to histogram how often each stored integer occurs in src.
@@ -819,6 +850,34 @@ def pack_tiles(planes: Sequence[numpy.typing.NDArray[numpy.uint8]], step: int, g
         If an array has another type or order.
     """
 
+def sample_patches(patches: numpy.typing.NDArray[numpy.float64], starts: numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], step_mm: float, values: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write samples along rays through patches, whose faces throw rays back.
+
+    Ray r runs through patch r modulo their number; its sample i lies at start + (i + 0.5) · step · velocity. The field is
+    trilinear between the centres of voxels, and constant beyond the outer ones.
+
+    Parameters
+    ----------
+    patches
+        float64 [patch, z, y, x], at least one voxel along each axis.
+    starts, velocities
+        float64 [n, 3], z, y, x: where each ray begins, in voxels from the corner of its patch, and voxels per millimetre.
+    step_mm
+        Distance of the samples.
+    values
+        float64 [sample, n], written.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def preintegrate(front: numpy.typing.NDArray[numpy.float64], back: numpy.typing.NDArray[numpy.float64], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], step_mm: float, light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write the light of ray segments along which the value changes linearly.
@@ -1073,6 +1132,36 @@ def slice_ranges(src: numpy.typing.NDArray[numpy.generic], row_low: numpy.typing
     ------
     ValueError
         If a shape does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def straight_light(rays: numpy.typing.NDArray[numpy.float64], pieces: int, piece_mm: float, values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the light of rays in equal pieces, along each of which the value changes linearly.
+
+    All attenuation inside a piece counts, as in preintegrate. At the ends of a piece the value is that of the ray, linear
+    between samples.
+
+    Parameters
+    ----------
+    rays
+        float64 [sample, n], finite: values in the middles of equal segments, front to back.
+    pieces
+        Number of equal pieces that each ray is cut into.
+    piece_mm
+        Length of a piece.
+    values, colours, extinctions_per_mm
+        Control points of the transfer function, as for preintegrate.
+    light
+        float64 [n, 4], written: premultiplied linear colour, and opacity.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit, values do not ascend, or a length is not positive.
     TypeError
         If an array has another type or order.
     """

@@ -1,5 +1,6 @@
 """The templates of pages, and how numbers look in them."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -10,10 +11,12 @@ from volprep.validation.pictures import css_colour
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
+@lru_cache(maxsize=8)
 def environment(truth_bound: float) -> Environment:
     """Return the environment of the page templates: everything is escaped, and an undefined name is an error.
 
-    Errors below `truth_bound`, that of the truth itself, are shown as such.
+    Errors below `truth_bound`, that of the truth itself, are shown as such. It is kept, with the templates that it has
+    compiled, for the next page.
     """
     found = Environment(
         loader=FileSystemLoader(_TEMPLATES),

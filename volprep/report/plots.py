@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
@@ -289,10 +290,15 @@ def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, 
     values = np.array([low, *(point.value for point in function.points), high])
     extinctions = np.array([point.extinction_per_mm for point in points])
     channels = np.array([point.colour for point in points]).T
+    strips, colours = [], []
     for left, right in pairwise(np.linspace(low, high, _COLOUR_STRIPS + 1)):
         inside = np.unique(np.concatenate([[left, right], values[(values > left) & (values < right)]]))
         red, green, blue = (float(np.interp((left + right) / 2, values, channel)) for channel in channels)
-        axes.fill_between(inside, np.interp(inside, values, extinctions), color=css_colour((red, green, blue)))
+        upper = np.column_stack([inside, np.interp(inside, values, extinctions)])
+        strips.append([(left, 0.0), *upper, (right, 0.0)])
+        colours.append(css_colour((red, green, blue)))
+    # All strips at once: one call of fill_between for each took half of the time of the page.
+    axes.add_collection(PolyCollection(strips, facecolors=colours, edgecolors=colours))
     axes.plot(values, extinctions, color=_SERIES[0])
     axes.set_xlim(low, high)
     axes.set_ylim(bottom=0)

@@ -218,11 +218,11 @@ class _Sampler:
         return self._z[-1].finite()
 
     def rays_zyx(self, slope: float, intercept: float) -> Rays:
-        # In place: of 10 000 slices each copy would take 80 MB.
-        values = self._columns.astype(np.float64)
+        # In place: of 10 000 slices each copy would take 80 MB. In C order, which kernels would make of them each time.
+        values = self._columns.astype(np.float64, order="C")
         values *= slope
         values += intercept
-        along_y, along_x = (np.hstack(each).astype(np.float64) for each in (self._along_y, self._along_x))
+        along_y, along_x = (np.hstack(each).astype(np.float64, order="C") for each in (self._along_y, self._along_x))
         return values, slope * along_y + intercept, slope * along_x + intercept
 
     def patches(self) -> NDArray[np.generic]:

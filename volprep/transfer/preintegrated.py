@@ -34,9 +34,7 @@ def segment_light(
     _native.preintegrate(
         np.ascontiguousarray(front, dtype=np.float64).ravel(),
         np.ascontiguousarray(back, dtype=np.float64).ravel(),
-        table.values,
-        np.ascontiguousarray(table.colour),
-        table.extinction_per_mm,
+        *table.points,
         step_mm,
         light,
     )

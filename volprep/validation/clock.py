@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 class Clock:
-    """Adds up wall time by part."""
+    """Adds up wall time by part. Parts of different names may run at one time, in threads."""
 
     def __init__(self) -> None:
         """Start at nothing."""

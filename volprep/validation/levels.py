@@ -35,7 +35,7 @@ def compare_levels(bench: Bench, program: Program, view: str) -> tuple[LevelComp
     if not levels:
         return ()
     with bench.clock.part("oracle"):
-        small = subject.small()
+        small = subject.small
         truth = small.truth(program.transfer, view)
     return tuple(_comparison(bench, small, program, view, truth, level) for level in levels)
 

@@ -38,7 +38,10 @@ def changed_voxels(scan: Volume, level: Volume, function: TransferFunction) -> N
         return None
     found: list[list[int]] = []
     for z, (true, held) in enumerate(zip(inside, level.stored, strict=True)):
-        found += [[z, y, x] for y, x in np.argwhere(_values(scan, true) != _values(level, held)).tolist()]
+        differs = _values(scan, true) != _values(level, held)
+        # Mostly nothing does, and to find no place takes longer than to find out that there is none.
+        if differs.any():
+            found += [[z, y, x] for y, x in np.argwhere(differs).tolist()]
         if len(found) > _MOST:
             return None
     return np.array(found, np.intp).reshape(-1, 3)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,15 +53,20 @@ class Subject:
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
         self._levels: dict[int, Volume] = {}
+        self._truths: dict[tuple[str, str], OraclePicture] | None = None
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
         self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
 
+    @cached_property
     def small(self) -> "Subject":
-        """Return the same in a quarter of the pixels, with which parts of an error are told apart; 128² at least."""
+        """The same in a quarter of the pixels, with which parts of an error are told apart; 128² at least.
+
+        The sweep and the comparison of levels ask it for the same few pictures: it keeps those that it has drawn.
+        """
         small = copy(self)
         pixels = self.shape_hw[0]
         small.shape_hw = (min(pixels, max(-(-pixels // 2), _LEAST_SMALL)),) * 2
-        small._on_coarse = {}
+        small._truths, small._on_coarse = {}, {}
         return small
 
     @property
@@ -80,6 +86,13 @@ class Subject:
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
+        if self._truths is None:
+            return self._truth(transfer, view)
+        if (transfer, view) not in self._truths:
+            self._truths[transfer, view] = self._truth(transfer, view)
+        return self._truths[transfer, view]
+
+    def _truth(self, transfer: str, view: str) -> OraclePicture:
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
@@ -115,7 +128,6 @@ class Subject:
         """
         if self.is_classified:
             return self.truth(transfer, view)
-        # The sweep and the comparison of levels ask for the same few pictures.
         key = (transfer, view, level)
         if key not in self._on_coarse:
             drawn = self._on_data(transfer, view, level)

@@ -59,7 +59,7 @@ class _Sweeper:
     def __init__(self, bench: Bench, program: Program, viewed: ViewedProgram) -> None:
         subject = bench.subject
         self._subject = subject
-        self.small = subject.small()
+        self.small = subject.small
         """The same in fewer pixels."""
         self._program = program
         self._truth = viewed.truth.rgba

@@ -1,5 +1,6 @@
 """The nine standard views of one program: drawn, and compared with the truth."""
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -90,39 +91,52 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     """
     subject, clock = bench.subject, bench.clock
     level = min(program.levels)
-    results = []
-    differences = {}
+    compared: list[Future[tuple[ViewResult, Float32Array]]] = []
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
     truths: dict[str, Float32Array] = {}
     pictures: dict[str, Float32Array] = {}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
-    with renderer_of(subject.package, level=level, transfer=program.transfer) as renderer:
+    renderer = renderer_of(subject.package, level=level, transfer=program.transfer)
+    # What compares and writes runs in one thread, and leaves the other processors idle: the next view is drawn beside.
+    with renderer, ThreadPoolExecutor(1) as beside:
         for name, box_from_clip in subject.views.items():
             with clock.part("oracle"):
                 truth = subject.truth(program.transfer, name)
                 on_data = subject.on_data_beside(truth, program.transfer, name, level)
             with clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
-            with clock.part("comparing"):
-                total = errors(drawn, truth.rgba)
-                result = ViewResult(
-                    view=name,
-                    passed=passes(total, subject.render.tolerance),
-                    total=total,
-                    data=errors(on_data.rgba, truth.rgba),
-                    drawing=errors(drawn, on_data.rgba),
-                    truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
-                    pictures=_names(program, name),
-                )
             truths[name], pictures[name] = truth.rgba.astype(np.float32), drawn
             if name == kept_view:
                 kept[name] = truth, on_data
-            _write_pictures(bench.folder, result.pictures, truth.rgba, drawn)
-            differences[result.pictures.difference] = largest_difference(drawn, truth.rgba)
-            results.append(result)
+            if compared:
+                # No more than the pictures of two views are in memory.
+                compared[-1].result()
+            compared.append(beside.submit(_compared, bench, _names(program, name), name, truth, on_data, drawn))
             bench.progress.advance()
+        results = [each.result() for each in compared]
         driver = driver_of(renderer)
-    return ViewedProgram(level, tuple(results), differences, *kept[kept_view], truths, pictures, driver)
+    views = tuple(view for view, _ in results)
+    differences = {view.pictures.difference: difference for view, difference in results}
+    return ViewedProgram(level, views, differences, *kept[kept_view], truths, pictures, driver)
+
+
+def _compared(  # noqa: PLR0917 - a view, and what is known of it
+    bench: Bench, names: ViewPictures, view: str, truth: OraclePicture, on_data: OraclePicture, drawn: Float32Array
+) -> tuple[ViewResult, Float32Array]:
+    """Compare the pictures of one view, and write them; give the difference of each pixel, too."""
+    with bench.clock.part("comparing"):
+        total = errors(drawn, truth.rgba)
+        result = ViewResult(
+            view=view,
+            passed=passes(total, bench.subject.render.tolerance),
+            total=total,
+            data=errors(on_data.rgba, truth.rgba),
+            drawing=errors(drawn, on_data.rgba),
+            truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
+            pictures=names,
+        )
+    _write_pictures(bench.folder, names, truth.rgba, drawn)
+    return result, largest_difference(drawn, truth.rgba)
 
 
 def driver_of(renderer: Renderer | SliceRenderer) -> Driver:

@@ -41,6 +41,11 @@ class Table:
             function.intensity_range,
         )
 
+    @property
+    def points(self) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Values, colours and extinctions as native kernels take control points: each in C order."""
+        return self.values, np.ascontiguousarray(self.colour), np.ascontiguousarray(self.extinction_per_mm)
+
     def at(self, values: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Colour [n, 3] and extinction per millimetre [n] at physical values [n]; at a jump the mean of both sides."""
         channels = np.column_stack([self.colour, self.extinction_per_mm])

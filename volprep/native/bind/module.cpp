@@ -8,6 +8,7 @@ NB_MODULE(_native, module) {
     volprep::bind::block_minmax(module);
     volprep::bind::block_surface(module);
     volprep::bind::box_reduce(module);
+    volprep::bind::column_light(module);
     volprep::bind::count_values(module);
     volprep::bind::distances(module);
     volprep::bind::extrema_reduce(module);
@@ -27,12 +28,14 @@ NB_MODULE(_native, module) {
     volprep::bind::oracle_sum(module);
     volprep::bind::oracle_surface(module);
     volprep::bind::pack_tiles(module);
+    volprep::bind::patch_samples(module);
     volprep::bind::preintegrate(module);
     volprep::bind::quantize(module);
     volprep::bind::ray_light(module);
     volprep::bind::ray_samples(module);
     volprep::bind::rgba_reduce(module);
     volprep::bind::slice_ranges(module);
+    volprep::bind::straight_light(module);
     volprep::bind::threads(module);
     volprep::bind::value_range(module);
 }

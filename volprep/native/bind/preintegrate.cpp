@@ -1,33 +1,26 @@
 #include "volprep/preintegrate.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "checks.hpp"
+#include "control_points.hpp"
 #include "described.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep::bind {
 namespace {
 
-using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 
 void run(const Numbers& front, const Numbers& back, const Numbers& values, const Colours& colours,
          const Numbers& extinctions_per_mm, double step_mm, const Light& light, int threads) {
     require(back.shape(0) == front.shape(0) && light.shape(0) == front.shape(0),
             "front, back and light must have one length");
-    const std::size_t count = values.shape(0);
-    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
-            "values, colours and extinctions_per_mm must have one length, at least 1");
-    require(std::is_sorted(values.data(), values.data() + count), "values must ascend");
+    const ControlPoints points = checked_points(values, colours, extinctions_per_mm);
     require(step_mm > 0 && std::isfinite(step_mm),
             "step_mm is " + std::to_string(step_mm) + ", expected a positive number");
     require_threads(threads);
     const int team = resolve_threads(threads);
-    const ControlPoints points{static_cast<int64_t>(count), values.data(), colours.data(), extinctions_per_mm.data()};
     const nb::gil_scoped_release released;
     volprep::preintegrate(front.data(), back.data(), static_cast<int64_t>(front.shape(0)), points, step_mm,
                           light.data(), team);

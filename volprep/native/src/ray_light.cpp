@@ -20,13 +20,18 @@ struct Medium {
     double extinction_per_mm;
 };
 
-inline Medium look_up(const LightTable& table, double value) noexcept {
+// Between which entries of a table a value lies.
+struct Entry {
+    const double* low;
+    double weight;
+
+    double mix(int channel) const noexcept { return low[channel] + weight * (low[channel + 4] - low[channel]); }
+};
+
+inline Entry find_entry(const LightTable& table, double value) noexcept {
     const double position = std::clamp(value, 0.0, 1.0) * static_cast<double>(table.entries - 1);
     const int64_t k = std::min(static_cast<int64_t>(position), table.entries - 2);
-    const double weight = position - static_cast<double>(k);
-    const double* const low = table.rgba + 4 * k;
-    const auto mix = [&](int channel) { return low[channel] + weight * (low[channel + 4] - low[channel]); };
-    return {{mix(0), mix(1), mix(2)}, mix(3)};
+    return {table.rgba + 4 * k, position - static_cast<double>(k)};
 }
 
 // Calls each(value, medium, transmittance in front, transmittance of the segment) front to back, for segments in which
@@ -39,10 +44,12 @@ double march(const RaySamples& rays, const LightTable& table, int64_t ray, const
     double transmittance = 1.0;
     for (int64_t i = begin; i < end && transmittance >= least_transmittance; ++i) {
         const double value = rays.scale * static_cast<double>(rays.samples[i]);
-        const Medium medium = look_up(table, value);
-        if (!(medium.extinction_per_mm > 0)) {
+        const Entry entry = find_entry(table, value);
+        const double extinction_per_mm = entry.mix(3);
+        if (!(extinction_per_mm > 0)) {
             continue;
         }
+        const Medium medium{{entry.mix(0), entry.mix(1), entry.mix(2)}, extinction_per_mm};
         const double through = std::exp(-medium.extinction_per_mm * segment_mm);
         each(value, medium, transmittance, through);
         transmittance *= through;

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from volprep.kernels import _native
 from volprep_formats.arrays import Float64Array
 
 FINE = 8
@@ -40,13 +41,9 @@ def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm
     shape = np.array(patches.shape[1:], dtype=np.float64)
     starts, directions = _lines(np.random.default_rng(_SEED), views, shape)
     step_mm = length_mm / samples
-    at_mm = (np.arange(samples) + 0.5) * step_mm
-    values = np.empty((count, samples))
-    for ray in range(count):
-        velocity = directions[ray] / np.array(spacing_mm_zyx)
-        places = starts[ray][:, None] + velocity[:, None] * at_mm
-        values[ray] = _trilinear(patches[ray % len(patches)], _thrown_back(places, shape[:, None]))
-    return PatchRays(np.ascontiguousarray(values.T), step_mm, views)
+    values = np.empty((samples, count))
+    _native.sample_patches(patches, starts, directions / np.array(spacing_mm_zyx), step_mm, values)
+    return PatchRays(values, step_mm, views)
 
 
 def _lines(
@@ -67,37 +64,3 @@ def _lines(
     oblique = slice(0, views[0].stop, 2)
     starts[oblique, 0] = np.where(directions[oblique, 0] > 0, 0.0, shape[0])
     return starts, directions
-
-
-def _thrown_back(places: Float64Array, shape: Float64Array) -> Float64Array:
-    """Bring places [zyx, n], in voxels from the corner of a patch, into the patch of `shape` [zyx, 1]."""
-    # Whole periods are taken off by hand: the operator % takes three times as long.
-    period = 2 * shape
-    inside: Float64Array = shape - np.abs(shape - (places - period * np.floor(places / period)))
-    return inside
-
-
-def _trilinear(patch: Float64Array, places: Float64Array) -> Float64Array:
-    """Return the field of a patch [z, y, x] at places [zyx, n], in voxels from its corner."""
-    last = np.array(patch.shape)[:, None] - 1
-    centred = np.clip(places - 0.5, 0.0, last)
-    lower = np.minimum(centred.astype(np.intp), np.maximum(last - 1, 0))
-    z, y, x = centred - lower
-    # Along an axis of one voxel the next one is itself.
-    steps = np.array([patch.shape[1] * patch.shape[2], patch.shape[2], 1])
-    next_z, next_y, next_x = np.where(last[:, 0] > 0, steps, 0).tolist()
-    first = steps[0] * lower[0] + steps[1] * lower[1] + lower[2]
-    voxels = patch.ravel()
-
-    def row(beyond: int) -> Float64Array:
-        return _between(voxels.take(first + beyond), voxels.take(first + (beyond + next_x)), x)
-
-    def plane(beyond: int) -> Float64Array:
-        return _between(row(beyond), row(beyond + next_y), y)
-
-    return _between(plane(0), plane(next_z), z)
-
-
-def _between(one: Float64Array, other: Float64Array, share: Float64Array) -> Float64Array:
-    mixed: Float64Array = one + share * (other - one)
-    return mixed

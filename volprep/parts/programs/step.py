@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
+from volprep.kernels import _native
 from volprep.parts.programs.patch_rays import PatchRays, patch_rays
 from volprep.parts.values.labels import label_step_voxels
 from volprep.plan.probe import PictureDifference, difference, worst
@@ -19,7 +20,6 @@ from volprep.plan.records import LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
 from volprep.techniques import TECHNIQUES
-from volprep.transfer.preintegrated import segment_light
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
@@ -161,7 +161,7 @@ class _Bench:
             truth = self._truth(rays.values, table)
             seen = truth[:, 3] > _SEEN
             views = [np.flatnonzero(seen[view]) + view.start for view in rays.views]
-            self._cases += [(table, rays.values[:, view], truth[view]) for view in views if len(view)]
+            self._cases += [(table, rays.values.take(view, axis=1), truth[view]) for view in views if len(view)]
 
     def error(self, step_mm: float) -> PictureDifference:
         """Return the worst error of any function in any view, over the rays that show something."""
@@ -176,26 +176,22 @@ class _Bench:
         return self._compositing.rays(rays, self._fine_mm, table, "nearest")
 
     def _samples_light(self, rays: Float64Array, table: Table, step_mm: float) -> Float64Array:
-        ends, segment_mm = self._cut(rays, step_mm)
+        count, segment_mm = self._cut(rays, step_mm)
+        ends = np.linspace(0.0, len(rays), count + 1)
         middles = _at(rays, (ends[:-1] + ends[1:]) / 2)
         return self._compositing.rays(middles, segment_mm, table, "nearest")
 
     def _segments_light(self, rays: Float64Array, table: Table, step_mm: float) -> Float64Array:
-        ends, segment_mm = self._cut(rays, step_mm)
-        values = _at(rays, ends)
-        colour, extinction = segment_light(table, values[:-1], values[1:], segment_mm)
-        before = np.zeros((len(values), rays.shape[1]))
-        np.cumsum(extinction, axis=0, out=before[1:])
-        before *= -segment_mm
-        np.exp(before, out=before)
-        weight = before[:-1] - before[1:]
-        return np.column_stack([np.einsum("sr,src->rc", weight, colour), 1.0 - before[-1]])
+        pieces, piece_mm = self._cut(rays, step_mm)
+        light = np.empty((rays.shape[1], 4))
+        _native.straight_light(rays, pieces, piece_mm, *table.points, light)
+        return light
 
-    def _cut(self, rays: Float64Array, step_mm: float) -> tuple[Float64Array, float]:
-        """Return where equal segments, none longer than the step, end, in samples of the rays; and their length."""
+    def _cut(self, rays: Float64Array, step_mm: float) -> tuple[int, float]:
+        """Return how many equal segments, none longer than the step, rays are cut into; and their length."""
         length_mm = len(rays) * self._fine_mm
         count = max(1, int(np.ceil(length_mm / step_mm - 1e-3)))
-        return np.linspace(0.0, len(rays), count + 1), length_mm / count
+        return count, length_mm / count
 
 
 def _at(rays: Float64Array, places: Float64Array) -> Float64Array:

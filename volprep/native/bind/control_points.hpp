@@ -1,0 +1,22 @@
+// A transfer function as arrays.
+#pragma once
+
+#include <algorithm>
+
+#include "checks.hpp"
+#include "volprep/preintegrate.hpp"
+
+namespace volprep::bind {
+
+using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+inline ControlPoints checked_points(const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm) {
+    const std::size_t count = values.shape(0);
+    require(count > 0 && colours.shape(0) == count && extinctions_per_mm.shape(0) == count,
+            "values, colours and extinctions_per_mm must have one length, at least 1");
+    require(std::is_sorted(values.data(), values.data() + count), "values must ascend");
+    return {static_cast<int64_t>(count), values.data(), colours.data(), extinctions_per_mm.data()};
+}
+
+}  // namespace volprep::bind
