@@ -65,7 +65,10 @@ def build(
     if as_json:
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
     else:
-        levels = ", ".join(voxels_text(level.grid.shape_zyx) for level in manifest.levels)
+        levels = ", ".join(
+            voxels_text(level.grid.shape_zyx) + (" (for previews)" if level.preview_only else "")
+            for level in manifest.levels
+        )
         print_line(
             f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}"
         )

@@ -113,7 +113,7 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
     yield "CHANNELS", header, [_channel(channel) for channel in manifest.channels]
     yield (
         "LEVELS",
-        ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter"),
+        ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use"),
         [
             (
                 str(level.index),
@@ -121,6 +121,7 @@ def _tables(manifest: "Manifest") -> Iterator[tuple[str, tuple[str, ...], Rows]]
                 voxels_text(level.grid.spacing_mm_zyx),
                 voxels_text(level.factors_zyx),
                 level.filter,
+                "previews" if level.preview_only else "pictures",
             )
             for level in manifest.levels
         ],

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from volprep.validation.ablation.records import Ablation, Measurement
-    from volprep.validation.records import EmptySpace, OtherDrawing, ProgramResult, Report
+    from volprep.validation.records import EmptySpace, OtherDrawing, ProgramResult, Report, Verdict
     from volprep.validation.witness.records import Witness
 
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
@@ -148,6 +148,8 @@ def _print(report: "Report", folder: Path) -> None:
         _print_ablation(report.ablation)
     if report.derivation is not None:
         print_line(f"made again from the scan and compared: {report.derivation.files} files")
+    if report.verdict.previews:
+        print_line(f"levels for previews only, told and not judged: {_previews(report.verdict)}")
     print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
     print_line(f"report: {folder / 'index.html'}")
 
@@ -197,13 +199,19 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
             other.item,
             other.program,
             str(other.pixels),
-            number(max(view.rmse for view in other.views)),
+            number(other.rmse),
             number(max(view.maximum for view in other.views)),
-            "within" if other.passed else "beyond",
+            ("within" if other.passed else "beyond") + (", for previews" if other.preview_only else ""),
         )
         for other in others
     ]
     print_table(("drawn", "program", "pixels", "RMSE", "largest", "verdict"), rows)
+
+
+def _previews(verdict: "Verdict") -> str:
+    from volprep.report.text import number
+
+    return ", ".join(f"{each.item} has RMSE {number(each.rmse)}" for each in verdict.previews)
 
 
 def _print_witness(witness: "Witness") -> None:

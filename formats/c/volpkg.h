@@ -209,6 +209,7 @@ typedef struct volpkg_level {
     volpkg_grid grid;
     double texture_from_box_per_mm_xyz[3];
     volpkg_level_filter filter;
+    int32_t preview_only; /* 1: draw it while finer levels load or the camera moves, but settle on a finer one */
 } volpkg_level;
 
 typedef struct volpkg_transfer_point {
@@ -2032,6 +2033,7 @@ static const volpkg__field volpkg__level_fields[] = {
     VOLPKG__MUST(volpkg_level, grid, volpkg__grid_type),
     VOLPKG__MUST(volpkg_level, texture_from_box_per_mm_xyz, volpkg__three_reals),
     VOLPKG__MUST(volpkg_level, filter, volpkg__level_filter_type),
+    VOLPKG__NULL(volpkg_level, preview_only, volpkg__truth, 0),
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__level_type, volpkg_level, volpkg__level_fields)
 VOLPKG__MANY(volpkg__levels, volpkg__level_type, 0, 64)
@@ -3693,6 +3695,8 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
         const volpkg_level* level = &channel->levels.at[i];
         const int32_t* texels = level->grid.shape_zyx;
         VOLPKG__RULE(i == 0 || level[-1].index < level->index, channel->name, "the levels are not in ascending order");
+        VOLPKG__RULE(i == 0 ? !level->preview_only : level->preview_only || !level[-1].preview_only, channel->name,
+                     "the levels for previews only are not the coarsest ones, without the finest");
         for (t = 0; t < p->textures.count; ++t)
             if (p->textures.at[t].mipmap >= 0 && p->textures.at[t].level == level->index &&
                 volpkg__texture_concerns(p, c, &p->textures.at[t]))

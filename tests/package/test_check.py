@@ -177,6 +177,9 @@ CONTRADICTIONS: dict[str, Change] = {
     "textures/bone.ktx2 is working data": set_to("files", 3, "role", to="work"),
     "nothing uses preview.png": drop("preview"),
     "the plan names gone.ktx2": lambda manifest: manifest["plan"][0]["files"].append("gone.ktx2"),
+    "the levels for previews only are not the coarsest ones, without the finest": lambda manifest: manifest["channels"][
+        0
+    ]["levels"][0].update(preview_only=True),
     "the levels are not in ascending order": lambda manifest: manifest["channels"][0]["levels"].reverse(),
     "the grid is no part of the source's grid": set_to("grid", "spacing_mm_zyx", 0, to=2.0),
     "shape_zyx of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "shape_zyx", to=[5, 4, 4]),

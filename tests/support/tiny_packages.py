@@ -132,7 +132,7 @@ def tiny_package(
         source=SourceRecord(info=source, sha256=KEY),
         statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
         quantization=quantization or _quantization(plan.quantize),
-        levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"))),
+        levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"), ())),
     )
     heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=render)
     # Of the 0.2 s that a package takes, nine tenths are its 34 calls of fsync; other tests kill and look.

@@ -47,6 +47,14 @@ def test_one_voxel_beyond_the_last_that_shows_is_kept_because_the_field_slopes_t
     assert crop.stop_zyx == (5, 6, 7)
 
 
+def test_what_reaches_further_keeps_more_of_the_border_as_far_as_there_is_one() -> None:
+    voxels = spot()
+    ranges = [np.column_stack([voxels.min(axis=o), voxels.max(axis=o)]) for o in ((1, 2), (0, 2), (0, 1))]
+    crop = choose_crop("auto", [Table.exact(ABOVE_10)], ranges, reach=1)
+    assert crop.start_zyx == (1, 2, 3)
+    assert crop.stop_zyx == (6, 7, 7)
+
+
 def test_a_value_at_the_very_start_of_the_slope_does_not_show() -> None:
     assert crop_of(spot(background=10.0), ABOVE_10).start_zyx == (2, 3, 4)
     assert crop_of(spot(background=10.001), ABOVE_10).start_zyx == (0, 0, 0)

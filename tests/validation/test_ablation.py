@@ -5,7 +5,9 @@ import json
 import pytest
 from phantom_scene import write_phantom_scene
 
+from volprep.pipeline import make_plan
 from volprep.pipeline.build import build
+from volprep.plan.crop import choose_crop
 from volprep.report.ablation_page import ablation_page
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
@@ -89,7 +91,9 @@ def test_what_no_program_can_draw_without_earns_its_place(found) -> None:
     for name in ("level 0", "lookup table core", "shaders"):
         row = row_of(found, name)
         assert row.outcome == "earns its place"
-        assert "VP5018" in row.finding
+        # The package that could not be drawn is gone: its place says nothing.
+        assert f"VP5018 {name}: the package cannot draw" in row.finding
+        assert "/" not in row.finding
 
 
 def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
@@ -99,6 +103,30 @@ def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
         assert row.change_maximum <= MOST_CHANGE
         assert row.other.gpu_bytes > found.planned.gpu_bytes
         assert row.other.package_bytes > found.planned.package_bytes
+
+
+@pytest.mark.parametrize("reach", [1, 0])
+def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_path, monkeypatch) -> None:
+    """Gradients of the outermost voxels that are seen reach one voxel into the border."""
+    monkeypatch.setattr(make_plan, "choose_crop", lambda *given, **_: choose_crop(*given, reach=reach))
+    monkeypatch.setattr(measure, "ITEMS", (NAMED["empty border"],))
+    monkeypatch.setattr(gauge, "_LEAST_TURNS", 2)
+    monkeypatch.setattr(gauge, "_SECONDS", 0.0)
+    monkeypatch.setattr(judge, "_CLEARLY_FASTER", 0.0)
+    scene = write_phantom_scene(tmp_path)
+    text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 400.0")
+    text = text.replace("value = 600.0", "value = 410.0").replace("extinction_per_mm = 0.2", "extinction_per_mm = 5.0")
+    text = text[: text.rindex("[[transfer]]")] + '[render]\nlighting = "headlight"\n'
+    scene.write_text(text, encoding="utf-8")
+    build(load_request(scene), tmp_path / "lit.volpkg", Silent())
+    judged_by = find_scan(tmp_path / "lit.volpkg", None)
+    (tmp_path / "scratch").mkdir()
+    measured = measure_ablation(
+        Package.open(tmp_path / "lit.volpkg").manifest, judged_by, tmp_path / "scratch", Silent(), 48
+    )
+    row = row_of(measured, "empty border")
+    assert row.outcome == ("rightly left out" if reach else "wrongly left out"), row.finding
+    assert (row.change_maximum < 1e-6) == bool(reach)
 
 
 def test_a_skip_table_changes_no_pixel(found) -> None:

@@ -5,6 +5,7 @@ from phantom_scene import write_phantom_scene
 from tamper_scenes import write_kind
 from tampering import built
 
+from volprep.parts.levels import preview
 from volprep.pipeline.build import build
 from volprep.report.page import page
 from volprep.report.validate import validate
@@ -70,11 +71,40 @@ def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
     assert all(view.rmse < 0.01 for other in pieces for view in other.views)
 
 
-def test_a_level_beyond_the_tolerance_is_named_and_fails_the_package(report) -> None:
+def test_a_level_for_previews_is_drawn_and_told_and_does_not_fail_the_package(report) -> None:
     """Five voxels along the longest axis are too few for the tolerance of this scene."""
-    assert report.verdict.failed == 0
+    verdict = report.verdict
+    assert [(each.item, each.within) for each in verdict.previews] == [
+        ("level 1 with shell", True),
+        ("level 2 with shell", False),
+    ]
+    told = {each.item: each.rmse for each in verdict.previews}
+    assert told["level 2 with shell"] > report.tolerance.rmse > told["level 1 with shell"] > 0
+    assert verdict.beyond == ()
+    assert verdict.passed
+
+
+def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fails_the_package(
+    tmp_path, monkeypatch
+) -> None:
+    """As if the build had found levels to be good enough, both when it ran and when validation derives them."""
+    monkeypatch.setattr(preview, "_PICTURES", 0.0)
+    report = validate(built(tmp_path, write_kind(tmp_path, "house")), tmp_path / "report", Silent(), picture_size=SIZE)
     assert set(report.verdict.beyond) == {"level 2 with shell"}
+    assert report.verdict.previews == ()
     assert not report.verdict.passed
+
+
+def test_the_mark_that_excuses_a_level_follows_from_the_scan_and_not_from_the_package(tmp_path, monkeypatch) -> None:
+    """A package from a build that marked everything; validation, with the rule as it is, excuses what it finds."""
+    text = write_kind(tmp_path, "house")
+    text.write_text(text.read_text(encoding="utf-8").replace("rmse = 0.01", "rmse = 0.035"), encoding="utf-8")
+    monkeypatch.setattr(preview, "_PICTURES", 1e6)
+    package = built(tmp_path, text)
+    monkeypatch.undo()
+    verdict = validate(package, tmp_path / "report", Silent(), picture_size=SIZE).verdict
+    assert verdict.previews == ()
+    assert verdict.differing == ("manifest.json",)
 
 
 def test_everything_that_ships_was_drawn(report) -> None:
@@ -92,6 +122,8 @@ def test_a_program_that_nothing_has_drawn_is_named(report) -> None:
 def test_the_page_lists_them(report) -> None:
     text = page(report)
     assert "level 2 with shell" in text
+    assert "for previews, beyond" in text
+    assert "for previews, within" in text
     assert "pieces around points 1, 3, ... with shell" in text
 
 

@@ -283,6 +283,18 @@ CASES = (
         in_manifest(lambda m: m["channels"][0]["levels"][1].update(filter="median")),
         "levels[1].filter",
     ),
+    Case(
+        "a level marked for previews that is not",
+        "editable",
+        in_manifest(lambda m: m["channels"][0]["levels"][1].update(preview_only=True)),
+        "levels[1].preview_only is True, nothing follows",
+    ),
+    Case(
+        "a level for previews without its mark",
+        "editable",
+        in_manifest(lambda m: m["channels"][0]["levels"][2].pop("preview_only")),
+        "levels[2].preview_only is nothing, True follows",
+    ),
     Case("preview of another package", "house", other_preview, "preview.png"),
     Case("two tiles of a mosaic swapped", "mosaic", of_texture("volume", swapped(1, 3, 20), 0), "mosaic-scan-0"),
     Case(

@@ -323,3 +323,19 @@ def test_a_surface_says_at_which_value_it_is_and_its_light_is_never_within_the_v
         """)
         assert browser.run("return document.getElementById('problem').hidden")
         assert np.abs(picture(browser) - before).max() > 0.1
+
+
+def test_levels_for_previews_are_told_where_levels_are_listed(browser, tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path)
+    text = scene.read_text(encoding="utf-8").replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 4")
+    scene.write_text(text, encoding="utf-8")
+    levels = build(load_request(scene), tmp_path / "p.volpkg", Silent()).levels
+    marked = [level.index for level in levels if level.preview_only]
+    assert 0 < len(marked) < len(levels)
+    with served(tmp_path / "p.volpkg") as server:
+        opened(browser, server.url)
+        browser.run("document.getElementById('contents').open = true")
+        assert text_of(browser, "contents-body").count("(for previews)") == len(marked)
+        options = browser.run("return [...document.getElementById('level').options].map((each) => each.textContent)")
+    told = [text for text in options if text.endswith(", for previews")]
+    assert [int(text.partition(":")[0]) for text in told] == marked

@@ -9,6 +9,7 @@ import numpy as np
 
 from volprep.compositing.record import Compositing
 from volprep.kernels import _native
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
@@ -18,10 +19,39 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 
-def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
+    if not isinstance(spacing_mm, float):
+        return _lit_rays(columns, spacing_mm, table, between)
     light = np.empty((columns.shape[1], 4))
     _native.column_light(np.ascontiguousarray(columns), spacing_mm, between == "nearest", *table.points, light)
     return light
+
+
+def _lit_rays(
+    columns: Float64Array,
+    spacing_mm: Spacing,
+    table: Table,
+    between: SampleFilter,
+    light: Float64Array | None = None,
+) -> Float64Array:
+    result = np.zeros((columns.shape[1], 4))
+    transmittance = np.ones(columns.shape[1])
+    first = 0
+    for samples, step_mm in segments(columns, spacing_mm, between):
+        kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
+        before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
+        weight = before[:-1] - before[1:]
+        # Most of what rays run through gives no light: its colour need not be found.
+        shown = weight > 0.0
+        given = np.zeros(weight.shape)
+        lit = weight if light is None else weight * light[first : first + len(samples)]
+        first += len(samples)
+        for channel in range(3):
+            given[shown] = lit[shown] * np.interp(samples[shown], table.values, table.colour[:, channel])
+            result[:, channel] += given.sum(axis=0)
+        transmittance = before[-1]
+    result[:, 3] = 1.0 - transmittance
+    return result
 
 
 def _visible(table: Table) -> Float64Array:
@@ -70,7 +100,6 @@ EMISSION_ABSORPTION = Compositing(
     ends_early=True,
     meshes=True,
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
-    lit=True,
     several=True,
     labels=True,
     level_filter=None,
@@ -79,6 +108,7 @@ EMISSION_ABSORPTION = Compositing(
     every_value=False,
     visible=_visible,
     rays=_rays,
+    lit_rays=_lit_rays,
     oracle=_oracle,
     truth="an integral of the scan",
     fixed_path=False,

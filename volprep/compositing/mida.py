@@ -10,7 +10,7 @@ import numpy as np
 
 from volprep.compositing.maximum import MAXIMUM
 from volprep.compositing.record import Compositing
-from volprep.transfer.rays import segments
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
 from volprep.truth.mida import mida_picture
 from volprep.truth.oracle import Medium, OraclePicture
@@ -20,7 +20,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 
-def _rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
     low, high = table.intensities
     result = np.zeros((columns.shape[1], 4))
     greatest = np.zeros(columns.shape[1])
@@ -56,7 +56,6 @@ MIDA = Compositing(
     ends_early=False,
     meshes=True,
     classifications=frozenset(("lookup",)),
-    lit=False,
     several=False,
     labels=False,
     level_filter="box",
@@ -66,6 +65,7 @@ MIDA = Compositing(
     # As of a maximum: a value up to which nothing is shown is less than any that something in front of it has.
     visible=MAXIMUM.visible,
     rays=_rays,
+    lit_rays=None,
     oracle=_oracle,
     truth="maximum intensity difference accumulation in the scan, refined until two halvings of the steps agree",
     fixed_path=False,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from volprep.compositing.record import Compositing, Oracle, Rays, Visible
-from volprep.transfer.rays import segments
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.projection import Projection, projected_picture
@@ -16,7 +16,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import SampleFilter
 
-Segments = Iterator[tuple[Float64Array, float]]
+Segments = Iterator[tuple[Float64Array, Spacing]]
 
 
 def shown(values: Float64Array, table: Table) -> Float64Array:
@@ -45,7 +45,6 @@ def projection(
         ends_early=False,
         meshes=True,
         classifications=classifications,
-        lit=False,
         several=False,
         labels=False,
         level_filter=level_filter,
@@ -54,6 +53,7 @@ def projection(
         every_value=every_value,
         visible=visible,
         rays=_rays_of(projected),
+        lit_rays=None,
         oracle=_oracle_of(name),
         truth=truth,
         fixed_path=True,
@@ -64,7 +64,7 @@ def projection(
 
 
 def _rays_of(projected: Callable[[Segments], Float64Array]) -> Rays:
-    def rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+    def rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
         return shown(projected(segments(columns, spacing_mm, between)), table)
 
     return rays

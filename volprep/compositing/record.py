@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
@@ -27,8 +28,25 @@ class Visible(Protocol):
 class Rays(Protocol):
     """Pictures of few rays, for decisions of the plan."""
 
-    def __call__(self, columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+    def __call__(self, columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
         """Return colour and opacity of rays, [ray, 4], premultiplied; `columns` are physical values, [voxel, ray]."""
+
+
+class LitRays(Protocol):
+    """As `Rays`, of samples whose colours light changes."""
+
+    def __call__(
+        self,
+        columns: Float64Array,
+        spacing_mm: Spacing,
+        table: Table,
+        between: SampleFilter,
+        light: Float64Array | None = None,
+    ) -> Float64Array:
+        """Return what `Rays` returns, with the colour of each voxel times `light`, [voxel, ray].
+
+        `light` goes with rays that have nothing between voxels: `between` is "nearest".
+        """
 
 
 class Oracle(Protocol):
@@ -59,8 +77,6 @@ class Compositing:
     """Whether rays may begin at proxy geometry."""
     classifications: frozenset[ClassificationName]
     """Kinds of classification that it goes with."""
-    lit: bool
-    """Whether samples may be lit."""
     several: bool
     """Whether several channels may be drawn into one picture."""
     labels: bool
@@ -78,6 +94,8 @@ class Compositing:
     """What can be seen of extinctions, for crop, empty space, bricks and meshes."""
     rays: Rays
     """Pictures of sampled rays."""
+    lit_rays: LitRays | None
+    """Pictures of sampled rays that are lit; None where samples have no light."""
     oracle: Oracle
     """The true picture."""
     truth: str
@@ -90,6 +108,11 @@ class Compositing:
     """Order with which the error falls as steps get finer."""
     order_limit: str | None = None
     """Why the order is not 2, for people."""
+
+    @property
+    def lit(self) -> bool:
+        """Whether samples may be lit."""
+        return self.lit_rays is not None
 
     def visible_table(self, table: Table) -> Table:
         """Return a transfer function whose extinction is 0 where nothing can be seen."""

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing.projection import shown
-from volprep.compositing.record import Compositing, Oracle, Rays, Visible
-from volprep.transfer.rays import segments
+from volprep.compositing.record import Compositing, LitRays, Oracle, Visible
+from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.surface import surface_picture
@@ -28,7 +28,6 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
         ends_early=False,
         meshes=True,
         classifications=frozenset(("lookup",)),
-        lit=True,
         several=False,
         labels=False,
         level_filter="box",
@@ -37,6 +36,7 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
         every_value=True,
         visible=visible,
         rays=_rays(solid=solid),
+        lit_rays=_rays(solid=solid),
         oracle=_oracle(solid=solid),
         truth=truth,
         fixed_path=True,
@@ -63,17 +63,23 @@ def next_values(table: Table) -> tuple[Float64Array, Float64Array]:
     return before, after
 
 
-def _rays(*, solid: bool) -> Rays:
-    def rays(columns: Float64Array, spacing_mm: float, table: Table, between: SampleFilter) -> Float64Array:
+def _rays(*, solid: bool) -> LitRays:
+    def rays(
+        columns: Float64Array,
+        spacing_mm: Spacing,
+        table: Table,
+        between: SampleFilter,
+        light: Float64Array | None = None,
+    ) -> Float64Array:
         isovalue = isovalue_of(table)
         samples = np.concatenate([values for values, _ in segments(columns, spacing_mm, between)])
         inside = samples >= isovalue
-        values = np.full(samples.shape[1], isovalue)
-        met: NDArray[np.bool_] = (inside != inside[0]).any(axis=0)
-        if solid:
-            values = np.where(inside[0], samples[0], isovalue)
-            met |= inside[0]
-        return shown(values, table) * met[:, None]
+        values = np.where(inside[0] & solid, samples[0], isovalue)
+        met: NDArray[np.bool_] = np.concatenate([inside[:1] & solid, inside[1:] != inside[0]])
+        result: Float64Array = shown(values, table) * met.max(axis=0)[:, None]
+        if light is not None:
+            result[:, :3] *= np.take_along_axis(light, met.argmax(axis=0)[None], axis=0)[0][:, None]
+        return result
 
     return rays
 

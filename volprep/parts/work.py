@@ -1,6 +1,6 @@
 """The working data of a draft: volumes without a header, the scene, and the keys of what has run."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
@@ -84,9 +84,15 @@ def finest_level(plan: "ChannelPlan") -> tuple[Level, ...]:
     return tuple(_level(plan, level, "none") for level in plan.levels if level.index == 0)
 
 
-def coarser_levels(plan: "ChannelPlan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:
-    """Return the levels that `filters` made as the manifest lists them."""
-    return tuple(_level(plan, level, filters[level.index]) for level in plan.levels if level.index in filters)
+def coarser_levels(
+    plan: "ChannelPlan", filters: Mapping[int, LevelFilter], previews: Collection[int]
+) -> tuple[Level, ...]:
+    """Return the levels that `filters` made as the manifest lists them; `previews` are those for previews only."""
+    return tuple(
+        _level(plan, level, filters[level.index], preview=level.index in previews)
+        for level in plan.levels
+        if level.index in filters
+    )
 
 
 def is_current(name: str, key: str, manifest: Manifest) -> bool:
@@ -100,7 +106,9 @@ def generator() -> str:
     return f"volprep {version('volprep')}"
 
 
-def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter) -> Level:
+def _level(
+    plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter, *, preview: bool = False
+) -> Level:
     grid = _grid(plan.grid, level.factors_zyx)
     return Level(
         index=level.index,
@@ -108,6 +116,7 @@ def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | L
         grid=grid,
         texture_from_box_per_mm_xyz=_per_mm_xyz(level.texels_zyx, grid.spacing_mm_zyx),
         filter=made_by,
+        preview_only=preview or None,
     )
 
 

@@ -127,8 +127,12 @@ def _channel_scans(scene: Scene, scanned: Sequence[Scanned]) -> list[ChannelScan
 def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     """Return the smallest box that holds what each channel shows."""
     shown = COMPOSITINGS[scene.render.compositing].visible_table
+    # Not for normals that nothing lights by: the verb that adds them to a draft would have to begin again.
+    reach = 0 if scene.render.lighting == "none" else 1
     crops = [
-        choose_crop(scene.crop, [shown(Table.exact(each)) for each in scan.functions], scan.measured.ranges_zyx)
+        choose_crop(
+            scene.crop, [shown(Table.exact(each)) for each in scan.functions], scan.measured.ranges_zyx, reach=reach
+        )
         for scan in scans
     ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))

@@ -13,7 +13,13 @@ _CHUNK = 64
 """Slices that are composited at one time."""
 
 
-def segments(columns: Float64Array, spacing_mm: float, between: SampleFilter) -> Iterator[tuple[Float64Array, float]]:
+Spacing = float | Float64Array
+"""Millimetres between two voxels on a ray: the same for all rays, or for each of them, [ray]."""
+
+
+def segments(
+    columns: Float64Array, spacing_mm: Spacing, between: SampleFilter
+) -> Iterator[tuple[Float64Array, Spacing]]:
     """Return samples along rays, front to back, [sample, ray], with the length that each stands for.
 
     `columns` are values at voxels, [voxel, ray]; `between` says what is between two voxels: labels are not mixed.

@@ -64,6 +64,7 @@ def judge_edit(bench: Bench, program: Program) -> Iterator[OtherDrawing]:
             item=f"level {level.index} with an edited {program.transfer}",
             program=renderer.program.name,
             level=level.index,
+            preview_only=bool(level.preview_only),
             pixels=pixels,
             views=tuple(views),
         )

@@ -84,6 +84,7 @@ def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> Othe
         item=f"level {chosen.level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
         level=chosen.level.index,
+        preview_only=bool(chosen.level.preview_only),
         pixels=pixels,
         views=tuple(views),
     )

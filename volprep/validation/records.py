@@ -287,6 +287,8 @@ class OtherDrawing(Record):
     """Name of the program that draws it."""
     level: Annotated[int, Field(ge=0)] | None = None
     """Level that is drawn; null for a cut, which is part of none."""
+    preview_only: bool = False
+    """Whether it is a level for previews only, whose errors are told and not judged."""
     pixels: Count
     """Width and height of the pictures: one pixel for a voxel of a level, or as large as those of the report."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
@@ -296,6 +298,11 @@ class OtherDrawing(Record):
     def passed(self) -> bool:
         """Whether all views are within the tolerance."""
         return all(view.passed for view in self.views)
+
+    @property
+    def rmse(self) -> float:
+        """RMSE of the worst view."""
+        return max(view.rmse for view in self.views)
 
 
 class ProgramResult(Record):
@@ -352,6 +359,17 @@ class Derivation(Record):
         return self.model_copy(update={"findings": (*self.findings, *found)})
 
 
+class PreviewOutcome(Record):
+    """A level for previews only, and how far its pictures are from the truth."""
+
+    item: str
+    """What was drawn."""
+    rmse: NonNegative
+    """Root mean square error of the worst view, with one pixel for a voxel of the level."""
+    within: bool
+    """Whether it is within the tolerance all the same."""
+
+
 class Verdict(Record):
     """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
 
@@ -367,7 +385,10 @@ class Verdict(Record):
     differing: tuple[str, ...] = ()
     """Items that do not follow from scene and scan."""
     beyond: tuple[str, ...] = ()
-    """Coarse levels, pieces of level 0, edits and cuts of which a view is beyond the tolerance."""
+    """Coarse levels, pieces of level 0, edits and cuts of which a view is beyond the tolerance; not those for previews
+    only."""
+    previews: tuple[PreviewOutcome, ...] = ()
+    """Levels for previews only, with what their pictures had: they are told, and decide nothing."""
     unproved: tuple[str, ...] = ()
     """What the package ships and no picture has judged."""
     disagreeing: tuple[str, ...] = ()

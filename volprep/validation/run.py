@@ -36,6 +36,7 @@ from volprep.validation.witness.judge import ask_witness
 from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import require_pyvista
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channel import Channel
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.reader import Package
@@ -78,7 +79,7 @@ def measure_package(
                 derivation = derivation.with_findings(stated)
         if {each.name for each in package.manifest.channels} != derived.scans.keys():
             raise error_of(derivation.findings, path)
-        package = _judged(package, found.scene.tolerance)
+        package = _judged(package, derived.manifest, found.scene.tolerance)
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
         subjects = [*_together(package, channels), *channels.values()]
         subject = subjects[0]
@@ -134,13 +135,25 @@ def _with_preview(derivation: Derivation, package: Package) -> Derivation:
         raise error_of(derivation.findings, package.path) from error
 
 
-def _judged(package: Package, tolerance: Tolerance) -> Package:
-    """Return the package with the tolerance of its scene, whatever it says of itself."""
+def _judged(package: Package, derived: Manifest, tolerance: Tolerance) -> Package:
+    """Return the package with the tolerance of its scene and the levels for previews only that follow from the scan.
+
+    Whatever it says of itself.
+    """
     manifest = package.manifest
     if manifest.render is None:
         return package
     render = manifest.render.model_copy(update={"tolerance": tolerance})
-    return Package(package.path, manifest.model_copy(update={"render": render}))
+    previews = {(each.name, level.index): level.preview_only for each in derived.channels for level in each.levels}
+    channels = tuple(_with_previews(channel, previews) for channel in manifest.channels)
+    return Package(package.path, manifest.model_copy(update={"render": render, "channels": channels}))
+
+
+def _with_previews(channel: Channel, previews: Mapping[tuple[str, int], bool | None]) -> Channel:
+    levels = tuple(
+        level.model_copy(update={"preview_only": previews.get((channel.name, level.index))}) for level in channel.levels
+    )
+    return channel.model_copy(update={"levels": levels})
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:

@@ -80,7 +80,8 @@ class Subject:
         return bool(self._channels)
 
     @property
-    def _is_classified(self) -> bool:
+    def is_classified(self) -> bool:
+        """Whether the package holds classified voxels: colours in place of values."""
         return any(texture.reference_mm is not None for texture in self.package.manifest.textures)
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
@@ -97,8 +98,8 @@ class Subject:
     def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
         """Return what `on_data` draws, given the truth of this view: only rays that meet another field are drawn."""
         voxels = self._changed(transfer, level)
-        if self._is_classified or voxels is None:
-            return truth if self._is_classified else self.on_data(transfer, view, level)
+        if self.is_classified or voxels is None:
+            return truth if self.is_classified else self.on_data(transfer, view, level)
         picture = OraclePicture(truth.rgba.copy(), truth.bound.copy())
         volume = self.level(level)
         camera = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
@@ -111,7 +112,7 @@ class Subject:
         return picture
 
     def _changed(self, transfer: str, level: int) -> NDArray[np.intp] | None:
-        if self._is_classified or self.is_of_several or self._compositing is not _OF_SLICES:
+        if self.is_classified or self.is_of_several or self._compositing is not _OF_SLICES:
             return None
         if level != 0 or self.has_own_table(transfer, level):
             return None
@@ -125,7 +126,7 @@ class Subject:
         A table of the level's own belongs to its data: there is nothing else that it could be the table of. Classified
         voxels have no values to integrate: there it is the truth, and all error counts as that of drawing.
         """
-        if self._is_classified:
+        if self.is_classified:
             return self.truth(transfer, view)
         key = (transfer, view, level)
         if key not in self._on_coarse:
@@ -144,7 +145,7 @@ class Subject:
 
     def on_codes(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the codes of `level` with the control points of the transfer function."""
-        if not self._is_classified and not self.is_of_several and not self.has_own_table(transfer, level):
+        if not self.is_classified and not self.is_of_several and not self.has_own_table(transfer, level):
             return self.on_data(transfer, view, level)
         return self.on_volume(self.level(level), transfer, view)
 
@@ -162,7 +163,7 @@ class Subject:
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with the lookup table as the transfer function."""
-        if self._is_classified:
+        if self.is_classified:
             return self.truth(transfer, view)
         return self._draw([(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)], view)
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from volprep.plan.form_trial import FormTrial
-from volprep.validation.records import ErrorNumbers, ProgramResult, Verdict
+from volprep.validation.records import ErrorNumbers, PreviewOutcome, ProgramResult, Verdict
 from volprep_formats.package.manifest import Tolerance
 
 # A tolerance of 0 asks for equality; float32 pictures cannot tell less than this apart.
@@ -39,7 +39,12 @@ def judge(
     worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
     failed = sum(not view.passed for _, view in views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
-    beyond = tuple(other.item for each in programs for other in each.others if not other.passed)
+    others = [other for each in programs for other in each.others]
+    beyond = tuple(other.item for other in others if not other.passed and not other.preview_only)
+    # Two programs may draw one level: the worse of them counts.
+    told = {other.item: other for other in sorted(others, key=lambda other: other.rmse) if other.preview_only}
+    named = dict.fromkeys(other.item for other in others if other.preview_only)
+    previews = tuple(PreviewOutcome(item=name, rmse=told[name].rmse, within=told[name].passed) for name in named)
     return Verdict(
         passed=not (failed or changed or differing or beyond or unproved or disagreeing),
         views=len(views),
@@ -47,6 +52,7 @@ def judge(
         changed=changed,
         differing=tuple(differing),
         beyond=beyond,
+        previews=previews,
         unproved=tuple(unproved),
         disagreeing=tuple(disagreeing),
         worst_program=worst_program,

@@ -103,7 +103,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6035": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: the finest level is within the tolerance, but these are beyond it where they would be used: {listed}",
-        "See {report}. Leave such levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
+        "See {report}. Leave levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
         "or allow more in [tolerance].",
     ),
     "VP6040": Diagnostic(

@@ -97,6 +97,11 @@ class Level(Resolution):
     texels, of which a mipmap may have more than the level has voxels."""
     filter: Literal["none"] | LevelFilter
     """Filter that made the level from level 0; none for level 0."""
+    preview_only: bool | None = None
+    """Whether the level is for previews only, because its pictures will be beyond the tolerance even where one of its
+    voxels is one pixel: an app draws it while finer levels load and while the camera moves, and settles on a finer one
+    if the device can hold it. Absent where it is not; never true of the finest level, and always of those that are
+    coarser than one for previews only."""
 
 
 class ChannelPart(Record):

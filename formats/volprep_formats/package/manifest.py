@@ -221,8 +221,14 @@ class Manifest(Heading):
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Levels that any channel has, finest first, each as the first channel that has it says."""
-        by_index = {level.index: level for channel in reversed(self.channels) for level in channel.levels}
+        """Levels that any channel has, finest first, each as the first channel that has it says.
+
+        A level is for previews only if it is so in any channel.
+        """
+        every = [level for channel in reversed(self.channels) for level in channel.levels]
+        by_index = {level.index: level for level in every}
+        for index in {level.index for level in every if level.preview_only}:
+            by_index[index] = by_index[index].model_copy(update={"preview_only": True})
         return tuple(by_index[index] for index in sorted(by_index))
 
     @property

@@ -152,6 +152,9 @@ def _levels(manifest: Manifest) -> Iterator[str]:
     grid = manifest.grid or manifest.source.info.grid
     if not _is_part(grid, manifest.source.info.grid):
         yield "the grid is no part of the source's grid"
+    previews = [bool(level.preview_only) for channel in manifest.channels for level in channel.levels]
+    if previews[:1] == [True] or previews != sorted(previews):
+        yield "the levels for previews only are not the coarsest ones, without the finest"
     texels = mipmap_shapes(manifest)
     for level in manifest.levels:
         expected = grid.coarser(level.factors_zyx)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from volprep.parts.levels.joint_histogram import joint_counts, reference_mm, shares_of_counts
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.made import Classified, Factors, level_slices
-from volprep.parts.levels.rays import random_lines, sample_both
+from volprep.parts.levels.rays import random_lines, sample_sets
 from volprep.parts.levels.records import Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.grid import Grid
@@ -65,12 +65,12 @@ def promising(
     levels = {name: _Tried() for name in candidates}
     for seed, block in enumerate(_blocks(scan, ranges)):
         lines = [random_lines(block.grid, count, 2 * seed + k) for k, count in enumerate((_RAYS, _CHECK_RAYS))]
-        fine.append(Sampled(*sample_both(block.volume, block.grid.spacing_mm_zyx, lines)))
+        fine.append(Sampled(*sample_sets(block.volume, block.grid.spacing_mm_zyx, lines)))
         for name, tried in levels.items():
             began = time.perf_counter()
             level = _InMemory.of(np.concatenate([each for each, _ in level_slices(block, name, factors)]))
             tried.seconds += time.perf_counter() - began
-            tried.samples.append(Sampled(*sample_both(level, block.spacing_mm_zyx(factors), lines)))
+            tried.samples.append(Sampled(*sample_sets(level, block.spacing_mm_zyx(factors), lines)))
             if editable:
                 tried.counts += joint_counts(block.volume, level, factors)
     light = RayLight(scan.tables, Sampled.joined(fine), adapt=adapt)

@@ -18,7 +18,7 @@ from volprep.parts.levels.blocks import promising
 from volprep.parts.levels.joint_histogram import joint_shares, reference_mm
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.made import Classified, Factors, level_slices, written
-from volprep.parts.levels.rays import random_lines, sample_both
+from volprep.parts.levels.rays import random_lines, sample_sets
 from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.channel import LevelFilter
@@ -92,4 +92,4 @@ class Chooser:
         return self._light.compared(name, self._sampled(volume, factors), histogram, seconds)
 
     def _sampled(self, volume: RawVolume, factors: Factors) -> Sampled:
-        return Sampled(*sample_both(volume, self._scan.spacing_mm_zyx(factors), self._lines))
+        return Sampled(*sample_sets(volume, self._scan.spacing_mm_zyx(factors), self._lines))

@@ -5,6 +5,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
+from volprep.parts.levels.preview import preview_levels, preview_reason
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.parts.work import choice_name
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
@@ -60,7 +61,11 @@ def settled_items(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tupl
         for table in _tables(each)
     }
     unused = {key for key, table in common.items() if table.name not in textures}
-    planned = [settled.pop((item.channel, item.name), item) for item in items]
+    previews: dict[tuple[str | None, str], str] = {
+        (each.channel, name): why for each in plan.channels for name, why in _previews(draft, each)
+    }
+    keys = [(item.channel, item.name) for item in items]
+    planned = [_also(settled.pop(key, item), previews.get(key)) for key, item in zip(keys, items, strict=True)]
     reason = "every level has a table of its own"
     return tuple(
         PlanItem(name=item.name, channel=item.channel, kept=False, reason=reason, size_bytes=item.size_bytes)
@@ -99,6 +104,19 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 f"{common.rmse:.2g} with the common one",
                 files=(file,) if kept else (),
             )
+
+
+def _previews(draft: Draft, plan: ChannelPlan) -> Iterator[tuple[str, str]]:
+    """Return the items of levels that are for previews only, and why they are."""
+    choices, tolerance = choices_of(draft, plan), plan.render.tolerance
+    previews = preview_levels(choices, plan.levels[0].index, tolerance)
+    for choice in choices:
+        if choice.level in previews:
+            yield f"level {choice.level}", preview_reason(choice, tolerance)
+
+
+def _also(item: PlanItem, reason: str | None) -> PlanItem:
+    return item if reason is None else item.model_copy(update={"reason": f"{item.reason}; {reason}"})
 
 
 def _pairs(choice: LevelChoice) -> Iterator[tuple[Trial, Trial]]:

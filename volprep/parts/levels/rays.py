@@ -18,6 +18,7 @@ from volprep.parts.levels.look import largest_code
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.texture import SampleFilter
 
 _MOST_SAMPLES = 8_000_000
 """Along all rays together, in level 0: 32 MB."""
@@ -94,10 +95,21 @@ def random_lines(grid: Grid, wanted: int, seed: int) -> RaySegments:
     return RaySegments(*joined)
 
 
-def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: RaySegments) -> RaySamples:
-    """Sample the codes of a level twice a voxel along rays through its box; one pass over the file."""
+def sample_level(
+    volume: RawVolume,
+    spacing_mm_zyx: tuple[float, float, float],
+    lines: RaySegments,
+    *,
+    between: SampleFilter = "linear",
+    multiple: int = 1,
+) -> RaySamples:
+    """Sample the codes of a level twice a voxel along rays through its box; one pass over the file.
+
+    `between` says what is between voxels: labels are not mixed. The samples of each ray are a `multiple` of so many.
+    """
     spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
-    counts = np.maximum(1, np.ceil(2 * lines.lengths_mm / spacing_mm_xyz.min())).astype(np.int64)
+    counts = np.maximum(1, np.ceil(2 * lines.lengths_mm / (multiple * spacing_mm_xyz.min()))).astype(np.int64)
+    counts *= multiple
     offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
     origins = np.ascontiguousarray(lines.starts_mm_xyz / spacing_mm_xyz - 0.5)
     directions = np.ascontiguousarray(lines.directions_xyz / spacing_mm_xyz)
@@ -106,19 +118,50 @@ def sample_level(volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], 
     for z0, z1 in slab_ranges(max(depth - 1, 1), volume.slice_bytes):
         # One slice more: the upper one of the last cell.
         slab = volume.read_slab(z0, min(z1 + 1, depth))
-        _native.sample_rays(slab, z0, depth, origins, directions, lines.lengths_mm, offsets, values)
+        if between == "linear":
+            _native.sample_rays(slab, z0, depth, origins, directions, lines.lengths_mm, offsets, values)
+        else:
+            _sample_nearest(slab, z0, depth, RaySegments(origins, directions, lines.lengths_mm), offsets, values)
     scale = 1.0 / largest_code(volume.dtype)
     return RaySamples(values, offsets, np.ascontiguousarray(lines.lengths_mm), scale)
 
 
-def sample_both(
-    volume: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: Sequence[RaySegments]
+def sample_sets(
+    volume: RawVolume,
+    spacing_mm_zyx: tuple[float, float, float],
+    lines: Sequence[RaySegments],
+    *,
+    between: SampleFilter = "linear",
+    multiple: int = 1,
 ) -> list[RaySamples]:
-    """Sample a level along several sets of rays; one pass over the file."""
+    """Sample a level along several sets of rays, as `sample_level` does; one pass over the file."""
     joined = RaySegments(*(np.concatenate(each) for each in zip(*map(_arrays, lines), strict=True)))
-    samples = sample_level(volume, spacing_mm_zyx, joined)
+    samples = sample_level(volume, spacing_mm_zyx, joined, between=between, multiple=multiple)
     ends = np.cumsum([0, *(len(each.lengths_mm) for each in lines)])
     return [samples.part(begin, end) for begin, end in pairwise(ends.tolist())]
+
+
+def _sample_nearest(  # noqa: PLR0917 - as the kernel of the other filter takes them
+    slab: NDArray[np.generic],
+    z0: int,
+    depth: int,
+    lines: RaySegments,
+    offsets: NDArray[np.int64],
+    values: Float32Array,
+) -> None:
+    """Write the codes of the voxels that samples lie in, of those whose voxel is in the slab, without its last slice.
+
+    `lines` are in voxels; the last slice is that of the next slab, unless there is none.
+    """
+    counts = np.diff(offsets)
+    number = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
+    along_mm = (number + 0.5) * np.repeat(lines.lengths_mm / counts, counts)
+    starts, directions = (np.repeat(each, counts, axis=0) for each in (lines.starts_mm_xyz, lines.directions_xyz))
+    last = np.array([slab.shape[2], slab.shape[1], depth]) - 1
+    x, y, z = np.clip(np.rint(starts + along_mm[:, None] * directions), 0, last).astype(np.intp).T
+    end = z0 + len(slab) - (1 if z0 + len(slab) < depth else 0)
+    here = (z >= z0) & (z < end)
+    values[here] = slab[z[here] - z0, y[here], x[here]]
 
 
 def _inside(

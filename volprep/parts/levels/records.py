@@ -32,6 +32,16 @@ class Trial(Record):
     """What it took to make the level, and the table if it is an adapted one."""
 
 
+class LightError(Record):
+    """How far a level, as it was made, is from level 0 through one transfer function."""
+
+    transfer: str
+    """Transfer function."""
+    rmse: float
+    """Root mean square over random rays and channels of the difference of light, premultiplied linear, as the package
+    draws it: with the tables, the compositing and the lighting that it has."""
+
+
 class LevelChoice(Record):
     """What was chosen for one level, and from what."""
 
@@ -43,6 +53,20 @@ class LevelChoice(Record):
     """Lookup tables of its own, for those transfer functions that gain by them."""
     trials: tuple[Trial, ...] = ()
     """Everything that was tried; nothing where there was no choice."""
+    errors: tuple[LightError, ...] = ()
+    """How far what was chosen is from level 0, for each transfer function."""
+
+    @property
+    def tried(self) -> tuple[LightError, ...]:
+        """What was measured of what was chosen when it was tried: with its own table where it has one."""
+        own = {table.transfer for table in self.tables}
+        return tuple(
+            LightError(transfer=trial.transfer, rmse=trial.rmse)
+            for trial in self.trials
+            if trial.filter == self.filter
+            and trial.on == "whole"
+            and (trial.table == "adapted") == (trial.transfer in own)
+        )
 
     @property
     def without_tables(self) -> "LevelChoice":

@@ -10,8 +10,10 @@ from collections.abc import Iterator
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.choice import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
-from volprep.parts.levels.made import Classified, level_slices
+from volprep.parts.levels.made import Classified, level_slices, written
+from volprep.parts.levels.preview import preview_levels
 from volprep.parts.levels.records import LevelChoice
+from volprep.parts.levels.seen import RaySight, SeenLevels
 from volprep.parts.stage import Stage, Work, present
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import choice_name, classified_name, coarser_levels, codes_name, codes_of_source
@@ -20,7 +22,8 @@ from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
-from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.manifest import Contribution, Tolerance
+from volprep_formats.package.program import CompositingName
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -31,39 +34,70 @@ FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 """Those that depend on no transfer function, for packages whose users edit them."""
 
 
+class _Drawing(Record):
+    """What of a plan says how levels are seen, apart from tables."""
+
+    compositing: CompositingName
+    lit: bool
+    tolerance: Tolerance
+
+
+def _drawing(plan: ChannelPlan) -> _Drawing:
+    lit = any(program.lighting != "none" for program in plan.programs)
+    return _Drawing(compositing=plan.shared.compositing, lit=lit, tolerance=plan.render.tolerance)
+
+
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated)
-    return (*common, *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
+    return (*common, _drawing(plan), *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
-    # Labels are not mixed, so that their tables fit every level; other ways to classify have no table of a level.
-    adapts = COMPOSITINGS[plan.shared.compositing].level_filter is None
-    adapt = adapts and bool(plan.lookups or plan.preintegrated) and not plan.quantize.labels
-    measured = adapt or any(level.filter == "auto" for level in coarser)
     progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
-    chooser: Chooser | ClassifiedChooser | None = None
-    if plan.is_classified:
-        chooser = ClassifiedChooser(scan, voxels_of(plan))
-    elif measured:
-        chooser = Chooser(scan, adapt=adapt, editable=plan.editing is not None)
-    filters: dict[int, LevelFilter] = {}
+    chooser = _chooser(scan, plan) if coarser else None
+    seen = _seen(scan, plan) if coarser else None
+    choices: list[LevelChoice] = []
     for level in coarser:
+        candidates = _candidates(level, plan)
         if chooser is None:
-            (made_by,) = _candidates(level, plan)
-            choice = LevelChoice(level=level.index, filter=made_by)
-            draft.write(codes_name(level.index, plan.channel), "work", _made(scan, made_by, level, progress))
+            choice, codes = _made(scan, level, candidates[0], draft, progress)
         else:
-            choice, codes = chooser.choose(
-                level.index, level.factors_zyx, _candidates(level, plan), draft.scratch, progress.advance
-            )
-            name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
-            draft.write(name, "work", _bytes(codes))
-        filters[level.index] = choice.filter
+            choice, codes = chooser.choose(level.index, level.factors_zyx, candidates, draft.scratch, progress.advance)
+        errors = choice.tried if seen is None else seen.errors(codes, level.factors_zyx, choice.tables)
+        choice = choice.model_copy(update={"errors": errors})
+        name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
+        draft.write(name, "work", _bytes(codes))
         draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
-    return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters)))
+        choices.append(choice)
+    filters = {choice.level: choice.filter for choice in choices}
+    previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance)
+    return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters, previews)))
+
+
+def _chooser(scan: Classified, plan: ChannelPlan) -> Chooser | ClassifiedChooser | None:
+    """Return what chooses a filter and tables by the light of lookup tables; None where these do not make the light."""
+    if plan.is_classified:
+        return ClassifiedChooser(scan, voxels_of(plan))
+    if not _is_light_of_tables(plan):
+        return None
+    return Chooser(scan, adapt=bool(plan.lookups or plan.preintegrated), editable=plan.editing is not None)
+
+
+def _seen(scan: Classified, plan: ChannelPlan) -> SeenLevels | None:
+    """Return what measures levels as they are drawn; None where their choice measured just that."""
+    drawing, quantize = _drawing(plan), plan.quantize
+    if plan.is_classified or (_is_light_of_tables(plan) and not drawing.lit):
+        return None
+    compositing = COMPOSITINGS[drawing.compositing]
+    sight = RaySight(plan.transfer_functions, quantize.window, quantize.filter, compositing, drawing.lit)
+    return SeenLevels(scan, sight)
+
+
+def _is_light_of_tables(plan: ChannelPlan) -> bool:
+    """Return whether rays make light of mixed values by lookup tables: labels are not mixed, projections have none."""
+    return COMPOSITINGS[plan.shared.compositing].level_filter is None and not plan.quantize.labels
 
 
 def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
@@ -86,10 +120,12 @@ def _tables(plan: ChannelPlan) -> dict[str, Float64Array]:
     }
 
 
-def _made(scan: Classified, name: LevelFilter, level: LevelPlan, progress: Progress) -> Iterator[memoryview]:
-    for slices, read in level_slices(scan, name, level.factors_zyx):
-        yield bytes_of(slices)
-        progress.advance(read)
+def _made(
+    scan: Classified, level: LevelPlan, name: LevelFilter, draft: Draft, progress: Progress
+) -> tuple[LevelChoice, RawVolume]:
+    slices = level_slices(scan, name, level.factors_zyx)
+    codes = written(slices, draft.scratch(f"{level.index}.raw"), level.shape_zyx, progress.advance)
+    return LevelChoice(level=level.index, filter=name), codes
 
 
 def _bytes(codes: RawVolume) -> Iterator[memoryview]:

@@ -93,11 +93,12 @@ def behind_cutoff(  # noqa: PLR0917 - rays, and what is asked of them
     cutoff: float,
     light: float,
 ) -> tuple[float, float]:
-    """Return the largest `behind` and `saved` of `EarlyEnd`, over transfer functions.
+    """Return the largest `behind` and the largest `saved` of `EarlyEnd`, each over all transfer functions.
 
     `rays_zyx` are physical values along each axis, [voxel, ray]; rays go both ways. `light` is what `light_cost` gives.
     """
-    return max(_shares(Table.exact(each), rays_zyx, spacing_mm_zyx, between, cutoff, light) for each in functions)
+    shares = [_shares(Table.exact(each), rays_zyx, spacing_mm_zyx, between, cutoff, light) for each in functions]
+    return max(behind for behind, _ in shares), max(saved for _, saved in shares)
 
 
 def _shares(  # noqa: PLR0917 - as above

@@ -131,6 +131,8 @@ class PackageGauge:
         return max(rmse for rmse, _ in found), max(maximum for _, maximum in found)
 
     def _change(self, package: Package, transfer: str) -> tuple[float, float]:
+        if package.manifest.levels[0].grid != self.planned.manifest.levels[0].grid and not self.subject.is_classified:
+            return worst_difference(self._integrals(package, transfer), self._integrals(self.planned, transfer))
         for part in _SHORT:
             pictures = self._with_short_steps(package, transfer, part)
             if pictures is not None:
@@ -138,6 +140,16 @@ class PackageGauge:
                 if planned is not None:
                     return worst_difference(pictures, planned)
         return worst_difference(self._drawn(package, transfer, None), self._drawn(self.planned, transfer, None))
+
+    def _integrals(self, package: Package, transfer: str) -> dict[str, FloatArray]:
+        """Integrate what a package holds, in all views.
+
+        Rays begin at the faces of the box. In another box all samples lie elsewhere, and of lit scenes, whose light
+        jumps from sample to sample, even an eighth of the step left 0.009 of that.
+        """
+        subject = Subject(package, self.subject.scan, self.subject.shape_hw[0])
+        subject.cameras = self.subject.cameras
+        return {name: subject.on_data(transfer, name, _finest(package)).rgba for name in subject.cameras}
 
     def _short_of_planned(self, transfer: str, part: float) -> Mapping[str, Float32Array] | None:
         key = (transfer, part, "")

@@ -1,6 +1,7 @@
 """Take each item out of a package, put each into it that was left out, and tell what that changes."""
 
 import math
+import re
 import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -85,6 +86,7 @@ class VariantBench:
 
     def __init__(self, request: Request, folder: Path, picture_size: int) -> None:
         """Take a scene with its profile, an empty folder, and the width and height of pictures in pixels."""
+        self._folder = folder
         self._workshop = Workshop(request, folder)
         self._tolerance = request.scene.tolerance
         self.scene = request.scene
@@ -154,7 +156,7 @@ class VariantBench:
                 return row.model_copy(update={"finding": finding})
             other, change_rmse, change_maximum = self._compared(package, transfers)
         except VolprepError as error:
-            return row.model_copy(update={"finding": f"{error.code} {error.summary}"})
+            return row.model_copy(update={"finding": self._told(error, row.item)})
         row = row.model_copy(update={"other": other, "change_rmse": change_rmse, "change_maximum": change_maximum})
         if not kept:
             planned = self._planned_for(transfers)
@@ -259,7 +261,7 @@ class VariantBench:
             levels = {each.level for each in textures if each.role == "volume"} - {manifest.levels[0].index}
             if not item.kept or not files or item.name == "preview" or levels or _is_known(item.name):
                 continue
-            outcome, finding = self._drawn_without(files)
+            outcome, finding = self._drawn_without(item.name, files)
             yield AblationRow(
                 item=item.name,
                 kept=True,
@@ -270,7 +272,7 @@ class VariantBench:
                 finding=finding,
             )
 
-    def _drawn_without(self, files: set[str]) -> tuple[Outcome, str]:
+    def _drawn_without(self, name: str, files: set[str]) -> tuple[Outcome, str]:
         manifest = self.planned.manifest
         kept = {
             "textures": tuple(each for each in manifest.textures if each.file not in files),
@@ -283,8 +285,13 @@ class VariantBench:
                 with kind(without, level=min(program.levels), transfer=program.transfer):
                     pass
             except VolprepError as error:
-                return "earns its place", f"without it: {error.code} {error.summary}"
+                return "earns its place", f"without it: {self._told(error, name)}"
         return "does not earn its place", "everything is drawn without it"
+
+    def _told(self, error: VolprepError, item: str) -> str:
+        """Return code and text of an error, with the item in place of a file that is gone after the measurement."""
+        text = re.sub(rf"{re.escape(str(self._folder))}[^\s:,]*", item, error.summary)
+        return f"{error.code} {text}"
 
     def _bytes_of(self, path: str) -> int:
         return next(record.size_bytes for record in self.planned.manifest.files if record.path == path)

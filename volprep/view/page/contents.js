@@ -12,7 +12,7 @@ export function contents(manifest) {
     ["For", `${manifest.profile.name} (${apiText(manifest.profile.api)})`],
     ["Scan", `${info.modality || info.format}, ${voxels(info.grid.shape_zyx)} voxels${manifest.channels.length > 1 ? `, ${manifest.channels.length} channels` : ""}`],
     ["Voxels", `${info.grid.spacing_mm_zyx.map((/** @type {number} */ each) => Number(each.toPrecision(3))).reverse().join(" × ")} mm`],
-    ["Levels", manifest.channels[0].levels.map((/** @type {any} */ each) => voxels(each.grid.shape_zyx)).join(", ")],
+    ["Levels", manifest.channels[0].levels.map((/** @type {any} */ each) => `${voxels(each.grid.shape_zyx)}${each.preview_only ? " (for previews)" : ""}`).join(", ")],
     ["Made by", manifest.generator],
   ];
   return [

@@ -84,5 +84,5 @@ function levelText(manifest, picture, index) {
   const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
   const files = new Set(manifest.textures.filter((/** @type {any} */ each) => each.level === index && ["volume", "bricks", "normals"].includes(each.role)).map((/** @type {any} */ each) => each.file));
   const size = manifest.files.filter((/** @type {any} */ each) => files.has(each.path)).reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
-  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}`;
+  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${level.preview_only ? ", for previews" : ""}`;
 }
