@@ -21,6 +21,7 @@ from volprep_formats.package.texture import SampleFilter
 
 def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
     if not isinstance(spacing_mm, float):
+        # The kernel takes rays of one spacing.
         return _lit_rays(columns, spacing_mm, table, between)
     light = np.empty((columns.shape[1], 4))
     _native.column_light(np.ascontiguousarray(columns), spacing_mm, between == "nearest", *table.points, light)
