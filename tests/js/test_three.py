@@ -3,6 +3,8 @@
 import base64
 import io
 import re
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +58,14 @@ def encoded(light: np.ndarray) -> np.ndarray:
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
+def _screenshots(page) -> Iterator[np.ndarray]:
+    """What the canvas shows, as long as it may take a busy machine to draw it."""
+    end = time.monotonic() + 20
+    while time.monotonic() < end:
+        yield np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))[:SIZE, :SIZE] / 255
+        time.sleep(0.1)
+
+
 LINES = re.findall(r"^```js\n(.*?)^```$", (JS / "README.md").read_text(), re.MULTILINE | re.DOTALL)
 
 
@@ -67,13 +77,13 @@ def test_the_lines_of_the_readme_show_the_volume(page, package) -> None:
     canvas.width = canvas.height = 60;
     canvas.style.display = "block";
     await import(URL.createObjectURL(new Blob([given[0]], { type: "text/javascript" })));
-    await new Promise((resolve) => setTimeout(resolve, 500));
     """
     page.run(script, lines)
-    shown = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))[:SIZE, :SIZE] / 255
     picture = reference(package, camera_of(package, 4))
     assert picture[..., 3].max() > 0.5
-    assert rmse(shown, encoded(picture[..., :3])) < TWO_STEPS
+    wanted = encoded(picture[..., :3])
+    # The lines do not say when they have drawn.
+    assert any(rmse(shown, wanted) < TWO_STEPS for shown in _screenshots(page))
 
 
 BEGIN = """
