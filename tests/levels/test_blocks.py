@@ -65,3 +65,12 @@ def test_small_volumes_and_single_candidates_are_tried_whole(wide, tmp_path) -> 
     small = scan_of(tmp_path / "small", thin_things())
     assert promising(small, FACTORS, CANDIDATES, adapt=True, editable=False) == (CANDIDATES, ())
     assert promising(wide, FACTORS, ("median",), adapt=True, editable=False) == (("median",), ())
+
+
+def test_blocks_that_stay_on_the_disk_give_the_same_choice(wide, monkeypatch) -> None:
+    in_memory = promising(wide, (4, 4, 4), CANDIDATES, adapt=True, editable=False)
+    monkeypatch.setattr(blocks, "_LARGEST_IN_MEMORY_BYTES", 0)
+    on_disk = promising(wide, (4, 4, 4), CANDIDATES, adapt=True, editable=False)
+    assert on_disk[0] == in_memory[0]
+    assert [trial.rmse for trial in on_disk[1]] == [trial.rmse for trial in in_memory[1]]
+    assert len(on_disk[1]) > 0

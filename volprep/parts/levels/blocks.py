@@ -34,6 +34,8 @@ _RAYS, _CHECK_RAYS = 250, 125
 """Through each block."""
 _WEIGHTS = 24
 """Along an axis of a block: as fine as those of a volume of 500 voxels are."""
+_LARGEST_IN_MEMORY_BYTES = 2**26
+"""Larger blocks, of levels far down, are read slab by slab for each filter."""
 _LARGEST_SHARE = 1 / 4
 """Blocks that are more of the volume save too little."""
 
@@ -51,6 +53,24 @@ class _InMemory(RawVolume):
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         return self.voxels[z0:z1]
+
+
+@dataclass(frozen=True)
+class _OnFile(RawVolume):
+    """A part of a volume, left where it is."""
+
+    whole: RawVolume
+    ranges_zyx: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
+
+    @classmethod
+    def of(cls, whole: RawVolume, ranges_zyx: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]) -> "_OnFile":
+        z, y, x = (stop - start for start, stop in ranges_zyx)
+        return cls(Path(), (z, y, x), whole.dtype, whole, ranges_zyx)
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        (first, _), y, x = self.ranges_zyx
+        rows = self.whole.read_rows(slice(first + z0, first + z1), slice(*y))
+        return np.ascontiguousarray(rows[:, :, slice(*x)])
 
 
 def promising(
@@ -108,6 +128,8 @@ def _ranges(voxels: int, factor: int) -> list[tuple[int, int]]:
 
 def _blocks(scan: Classified, ranges: Sequence[Sequence[tuple[int, int]]]) -> Iterator[Classified]:
     for z, y, x in product(*ranges):
-        rows = scan.volume.read_rows(slice(*z), slice(*y))
-        voxels = np.ascontiguousarray(rows[:, :, slice(*x)])
-        yield Classified(_InMemory.of(voxels), Grid.of(voxels.shape, scan.grid.spacing_mm_zyx), scan.tables, _WEIGHTS)
+        part = _OnFile.of(scan.volume, (z, y, x))
+        volume: RawVolume = part
+        if part.slice_bytes * part.shape_zyx[0] <= _LARGEST_IN_MEMORY_BYTES:
+            volume = _InMemory.of(part.read_slab(0, part.shape_zyx[0]))
+        yield Classified(volume, Grid.of(part.shape_zyx, scan.grid.spacing_mm_zyx), scan.tables, _WEIGHTS)
