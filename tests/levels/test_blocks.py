@@ -67,10 +67,13 @@ def test_small_volumes_and_single_candidates_are_tried_whole(wide, tmp_path) -> 
     assert promising(wide, FACTORS, ("median",), adapt=True, editable=False) == (("median",), ())
 
 
-def test_blocks_that_stay_on_the_disk_give_the_same_choice(wide, monkeypatch) -> None:
-    in_memory = promising(wide, (4, 4, 4), CANDIDATES, adapt=True, editable=False)
+def test_blocks_that_stay_on_the_disk_give_the_same_choice(wide, tmp_path, monkeypatch) -> None:
+    voxels = wide.volume.read_slab(0, wide.volume.shape_zyx[0])
+    # Several blocks along z, too.
+    tall = scan_of(tmp_path, np.ascontiguousarray(voxels.transpose(1, 0, 2)))
+    in_memory = promising(tall, FACTORS, CANDIDATES, adapt=True, editable=False)
     monkeypatch.setattr(blocks, "_LARGEST_IN_MEMORY_BYTES", 0)
-    on_disk = promising(wide, (4, 4, 4), CANDIDATES, adapt=True, editable=False)
+    on_disk = promising(tall, FACTORS, CANDIDATES, adapt=True, editable=False)
     assert on_disk[0] == in_memory[0]
     assert [trial.rmse for trial in on_disk[1]] == [trial.rmse for trial in in_memory[1]]
     assert len(on_disk[1]) > 0
