@@ -68,12 +68,16 @@ def test_small_volumes_and_single_candidates_are_tried_whole(wide, tmp_path) -> 
 
 
 def test_blocks_that_stay_on_the_disk_give_the_same_choice(wide, tmp_path, monkeypatch) -> None:
-    voxels = wide.volume.read_slab(0, wide.volume.shape_zyx[0])
-    # Several blocks along z, too.
-    tall = scan_of(tmp_path, np.ascontiguousarray(voxels.transpose(1, 0, 2)))
-    in_memory = promising(tall, FACTORS, CANDIDATES, adapt=True, editable=False)
+    in_memory = promising(wide, FACTORS, CANDIDATES, adapt=True, editable=False)
     monkeypatch.setattr(blocks, "_LARGEST_IN_MEMORY_BYTES", 0)
-    on_disk = promising(tall, FACTORS, CANDIDATES, adapt=True, editable=False)
+    on_disk = promising(wide, FACTORS, CANDIDATES, adapt=True, editable=False)
     assert on_disk[0] == in_memory[0]
     assert [trial.rmse for trial in on_disk[1]] == [trial.rmse for trial in in_memory[1]]
     assert len(on_disk[1]) > 0
+
+
+def test_a_block_on_the_disk_is_that_part_of_the_volume(wide) -> None:
+    voxels = wide.volume.read_slab(0, wide.volume.shape_zyx[0])
+    block = blocks._OnFile.of(wide.volume, ((3, 14), (20, 300), (7, 91)))
+    assert block.shape_zyx == (11, 280, 84)
+    assert np.array_equal(block.read_slab(2, 9), voxels[5:12, 20:300, 7:91])
