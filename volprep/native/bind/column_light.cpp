@@ -7,7 +7,6 @@ namespace volprep::bind {
 namespace {
 
 using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 
 void run(const Values& columns, double spacing_mm, bool nearest, const Numbers& values, const Colours& colours,
          const Numbers& extinctions_per_mm, const Light& light, int threads) {

@@ -1,7 +1,9 @@
-// A transfer function as arrays.
+// A transfer function as arrays, the light that it makes, and lengths on a ray.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include "checks.hpp"
 #include "volprep/preintegrate.hpp"
@@ -10,6 +12,12 @@ namespace volprep::bind {
 
 using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+
+inline void require_length(const std::string& name, double length_mm) {
+    require(length_mm > 0 && std::isfinite(length_mm),
+            name + " is " + std::to_string(length_mm) + ", expected a positive number");
+}
 
 inline ControlPoints checked_points(const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm) {
     const std::size_t count = values.shape(0);

@@ -1,8 +1,5 @@
 #include "volprep/preintegrate.hpp"
 
-#include <cmath>
-#include <string>
-
 #include "control_points.hpp"
 #include "described.hpp"
 #include "volprep/threads.hpp"
@@ -10,15 +7,12 @@
 namespace volprep::bind {
 namespace {
 
-using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-
 void run(const Numbers& front, const Numbers& back, const Numbers& values, const Colours& colours,
          const Numbers& extinctions_per_mm, double step_mm, const Light& light, int threads) {
     require(back.shape(0) == front.shape(0) && light.shape(0) == front.shape(0),
             "front, back and light must have one length");
     const ControlPoints points = checked_points(values, colours, extinctions_per_mm);
-    require(step_mm > 0 && std::isfinite(step_mm),
-            "step_mm is " + std::to_string(step_mm) + ", expected a positive number");
+    require_length("step_mm", step_mm);
     require_threads(threads);
     const int team = resolve_threads(threads);
     const nb::gil_scoped_release released;

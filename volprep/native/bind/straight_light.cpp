@@ -1,6 +1,5 @@
 #include "volprep/straight_light.hpp"
 
-#include <cmath>
 #include <string>
 
 #include "control_points.hpp"
@@ -10,7 +9,6 @@ namespace volprep::bind {
 namespace {
 
 using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 
 void run(const Values& rays, int64_t pieces, double piece_mm, const Numbers& values, const Colours& colours,
          const Numbers& extinctions_per_mm, const Light& light, int threads) {
@@ -18,8 +16,7 @@ void run(const Values& rays, int64_t pieces, double piece_mm, const Numbers& val
     require(rays.shape(0) > 0, "rays must have a sample");
     require(light.shape(0) == rays.shape(1), "light must have a row for each ray");
     require(pieces > 0, "pieces is " + std::to_string(pieces) + ", expected at least 1");
-    require(piece_mm > 0 && std::isfinite(piece_mm),
-            "piece_mm is " + std::to_string(piece_mm) + ", expected a positive number");
+    require_length("piece_mm", piece_mm);
     require_threads(threads);
     const SampledRays checked{rays.data(), static_cast<int64_t>(rays.shape(0)), static_cast<int64_t>(rays.shape(1))};
     const nb::gil_scoped_release released;
