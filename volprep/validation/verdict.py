@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from volprep.plan.form_trial import FormTrial
-from volprep.validation.records import ErrorNumbers, PreviewOutcome, ProgramResult, Verdict
+from volprep.validation.records import ErrorNumbers, OtherDrawing, PreviewOutcome, ProgramResult, Verdict
 from volprep_formats.package.manifest import Tolerance
 
 # A tolerance of 0 asks for equality; float32 pictures cannot tell less than this apart.
@@ -41,10 +41,12 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     others = [other for each in programs for other in each.others]
     beyond = tuple(other.item for other in others if not other.passed and not other.preview_only)
-    # Two programs may draw one level: the worse of them counts.
-    told = {other.item: other for other in sorted(others, key=lambda other: other.rmse) if other.preview_only}
-    named = dict.fromkeys(other.item for other in others if other.preview_only)
-    previews = tuple(PreviewOutcome(item=name, rmse=told[name].rmse, within=told[name].passed) for name in named)
+    told: dict[str, OtherDrawing] = {}
+    for other in others:
+        # Two programs may draw one level: the worse of them counts.
+        if other.preview_only and (other.item not in told or other.rmse >= told[other.item].rmse):
+            told[other.item] = other
+    previews = tuple(PreviewOutcome(item=name, rmse=other.rmse, within=other.passed) for name, other in told.items())
     return Verdict(
         passed=not (failed or changed or differing or beyond or unproved or disagreeing),
         views=len(views),

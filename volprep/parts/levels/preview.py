@@ -18,7 +18,7 @@ Pictures of several channels are not measured: a level is for previews there if 
 
 from collections.abc import Sequence
 
-from volprep.parts.levels.records import LevelChoice, LightError
+from volprep.parts.levels.records import LevelChoice
 from volprep_formats.package.manifest import Tolerance
 
 _PICTURES = 0.8
@@ -36,8 +36,7 @@ def preview_levels(choices: Sequence[LevelChoice], finest: int, tolerance: Toler
 
 def preview_reason(choice: LevelChoice, tolerance: Tolerance) -> str:
     """Say why a level is for previews only."""
-    worst = max(choice.errors, key=_rmse)
-    measured = f"along random rays its light is {worst.rmse:.2g} from that of level 0"
+    measured = f"along random rays its light is {_worst(choice):.2g} from that of level 0"
     if _expected(choice) > tolerance.rmse:
         expected = f"a picture may have {_PICTURES:g} times that, the tolerance is {tolerance.rmse:g}"
     else:
@@ -46,8 +45,8 @@ def preview_reason(choice: LevelChoice, tolerance: Tolerance) -> str:
 
 
 def _expected(choice: LevelChoice) -> float:
-    return _PICTURES * max(map(_rmse, choice.errors), default=0.0)
+    return _PICTURES * _worst(choice)
 
 
-def _rmse(error: LightError) -> float:
-    return error.rmse
+def _worst(choice: LevelChoice) -> float:
+    return max((error.rmse for error in choice.errors), default=0.0)
