@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from queue import Empty, Queue
 from typing import Any, Literal, Self
@@ -101,8 +102,12 @@ class Browser:
             raise RuntimeError(f"{method}: {found['error']}")
         return found["result"]
 
-    def open(self, url: str) -> None:
-        """Go to a page and wait until it has loaded."""
+    def open(self, url: str, screen: Mapping[str, object] | None = None) -> None:
+        """Go to a page and wait until it has loaded; on a screen of other measures than the window's, if they are given."""
+        if screen is None:
+            self.send("Emulation.clearDeviceMetricsOverride")
+        else:
+            self.send("Emulation.setDeviceMetricsOverride", **screen)
         self.console.clear()
         while not self._events.empty():
             self._events.get()

@@ -53,8 +53,7 @@ def served(package: Path, devices: Path | None = None) -> Iterator[ViewServer]:
 
 def opened(browser: Browser, url: str) -> str:
     """Open the page on a small screen; return "ready", or "problem" if it shows one."""
-    browser.send("Emulation.setDeviceMetricsOverride", **PHONE)
-    browser.open(url)
+    browser.open(url, PHONE)
     return str(browser.run(_READY))
 
 
