@@ -103,7 +103,7 @@ class Browser:
         return found["result"]
 
     def open(self, url: str, screen: Mapping[str, object] | None = None) -> None:
-        """Go to a page and wait until it has loaded; on a screen of other measures than the window's, if they are given."""
+        """Go to a page and wait until it has loaded. The screen is the window, if none is given."""
         if screen is None:
             self.send("Emulation.clearDeviceMetricsOverride")
         else:
