@@ -102,7 +102,7 @@ class Browser:
             raise RuntimeError(f"{method}: {found['error']}")
         return found["result"]
 
-    def open(self, url: str, screen: Mapping[str, object] | None = None) -> None:
+    def open(self, url: str, screen: Mapping[str, Any] | None = None) -> None:
         """Go to a page and wait until it has loaded. The screen is the window, if none is given."""
         if screen is None:
             self.send("Emulation.clearDeviceMetricsOverride")
