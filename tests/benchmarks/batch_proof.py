@@ -41,6 +41,8 @@ from bench_scans import voxels
 from command_line import COMMAND
 
 _EDGE = 24
+_LOOK_S = 0.1
+"""Between two looks at the ledger: what is watched must not be slowed by it."""
 _DIM, _DATATYPE, _OFFSET, _SFORM = 40, 70, 108, 280
 
 
@@ -131,15 +133,20 @@ class Disturbed:
         while process.poll() is None:
             with contextlib.suppress(psutil.Error):
                 self.parent_bytes = max(self.parent_bytes, psutil.Process(process.pid).memory_info().rss)
-            if until is not None and len(records(self._out)) >= until:
+            if until is not None and self._lines() >= until:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
                 break
             if left and time.monotonic() > next_kill and self._kill_one(process):
                 left -= 1
                 next_kill = time.monotonic() + every_s * self._chance.uniform(0.5, 1.5)
-            time.sleep(0.02)
+            time.sleep(_LOOK_S)
         return process
+
+    def _lines(self) -> int:
+        """Whole lines of the ledger."""
+        ledger = self._out / "ledger.jsonl"
+        return ledger.read_bytes().count(b"\n") if ledger.exists() else 0
 
     def _kill_one(self, process: subprocess.Popen[bytes]) -> bool:
         with contextlib.suppress(psutil.Error):
