@@ -1,6 +1,7 @@
 """How a level is made: with the filter and the lookup tables whose light comes nearest to that of level 0.
 
-Each candidate makes blocks of the level, and those that are nearly the best there make all of it (blocks.py). The light
+Each candidate makes blocks of the level, and those that are nearly the best there make all of it (blocks.py), except
+far down, where means of level 0 are kept (means.py) and all of it costs little. The light
 of a level along random rays is compared with that of level 0, through every transfer function, once with the common
 lookup table and once with one that was fitted to it along other rays. What counts is the error of the better one, in
 units of the box filter's with the common table, as the mean over transfer functions. Where users may edit transfer
@@ -56,7 +57,12 @@ class Chooser:
         advance: Callable[[int], None],
     ) -> tuple[LevelChoice, RawVolume]:
         """Make a level with the candidates; give the choice, and the codes of the chosen one in a scratch file."""
-        near, tried_on_blocks = promising(self._scan, factors, candidates, adapt=self._adapt, editable=self._editable)
+        near: tuple[LevelFilter, ...] = tuple(candidates)
+        tried_on_blocks: tuple[Trial, ...] = ()
+        if factors not in self._scan.means:
+            near, tried_on_blocks = promising(
+                self._scan, factors, candidates, adapt=self._adapt, editable=self._editable
+            )
         # Those that do not make the level are done.
         advance((len(candidates) - len(near)) * self._scan.grid.shape_zyx[0])
         best: tuple[float, RawVolume, LevelFilter, tuple[AdaptedTable, ...]] | None = None

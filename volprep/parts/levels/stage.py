@@ -5,12 +5,14 @@ a lookup table of its own. What was decided stands in the draft for later stages
 are classified, too (classified.py).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.choice import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
-from volprep.parts.levels.made import Classified, level_slices, written
+from volprep.parts.levels.look import Look
+from volprep.parts.levels.made import FITTED, Classified, Factors, level_slices, look_of, written
+from volprep.parts.levels.means import are_kept, keep_means
 from volprep.parts.levels.preview import preview_levels
 from volprep.parts.levels.records import LevelChoice
 from volprep.parts.levels.seen import RaySight, SeenLevels
@@ -32,6 +34,10 @@ CANDIDATES: tuple[LevelFilter, ...] = ("box", "median", "least-squares", "appear
 """What "auto" chooses from; the first is what the others are compared with."""
 FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
 """Those that depend on no transfer function, for packages whose users edit them."""
+_NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median"})
+"""Not tried where means are kept. On six scans with three choices of functions each, at 16 and 32 voxels along an edge,
+the median had 1.02 to 2.2 times box's error in all 36; with tables of histograms it was the best in 3 of 36, by 1.3 %
+at most."""
 
 
 class _Drawing(Record):
@@ -55,7 +61,11 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
-    progress.start("pyramid", sum(len(_candidates(level, plan)) for level in coarser) * plan.grid.shape_zyx[0])
+    looks = _looks_far_down(scan, coarser, plan)
+    passes = sum(len(_candidates(level, plan)) for level in coarser) + bool(looks)
+    progress.start("pyramid", passes * plan.grid.shape_zyx[0])
+    if looks:
+        scan.means.update(keep_means(scan.volume, looks, draft.scratch, progress.advance))
     chooser = _chooser(scan, plan) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     choices: list[LevelChoice] = []
@@ -108,7 +118,20 @@ def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
         return (level.filter,)
     if plan.is_classified:
         return CLASSIFIED_CANDIDATES
-    return CANDIDATES if plan.editing is None else FREE_CANDIDATES
+    candidates = CANDIDATES if plan.editing is None else FREE_CANDIDATES
+    return tuple(name for name in candidates if not (name in _NEVER_FAR_DOWN and are_kept(level.factors_zyx)))
+
+
+def _looks_far_down(scan: Classified, coarser: Sequence[LevelPlan], plan: ChannelPlan) -> dict[Factors, Look]:
+    """Return the looks of the levels, by their factors, for whose fits means are kept."""
+    looks = {}
+    for level in coarser:
+        fitted = FITTED.intersection(_candidates(level, plan))
+        if fitted and are_kept(level.factors_zyx) and not plan.is_classified:
+            # Means with looks serve both.
+            name: LevelFilter = "appearance" if "appearance" in fitted else "least-squares"
+            looks[level.factors_zyx] = look_of(scan, name, level.factors_zyx)
+    return looks
 
 
 def _tables(plan: ChannelPlan) -> dict[str, Float64Array]:
