@@ -7,7 +7,9 @@ from string import Formatter
 
 import pytest
 
+from volprep.batch import ledger_lines
 from volprep.batch.ledger import Ledger
+from volprep.batch.ledger_lines import beginning_of
 from volprep.batch.place import Place
 from volprep.batch.records import JobRecord, job_error, unexpected
 from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
@@ -71,6 +73,54 @@ def test_many_writers_lose_no_record(ledger) -> None:
         for name, _ in zip(names, pool.map(lambda each: ledger.append(record(each)), names), strict=True):
             assert ledger.last(name, "gles3") is not None
     assert len(ledger.place.ledger.read_bytes().splitlines()) == 60
+
+
+def test_what_others_do_to_the_file_is_seen(ledger, tmp_path) -> None:
+    """Lines are added, torn, replaced by those of another file, taken away: what a process remembers follows."""
+    path = ledger.place.ledger
+    for name in ("b", "a", "longer", "z"):
+        ledger.append(record(name))
+    assert ledger.last("a", "gles3") == record("a")
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([lines[2], *lines[:2], lines[3]]))  # the same file, another order
+    assert ledger.last("b", "gles3") == record("b")
+    assert ledger.last("a", "gles3") == record("a")
+    first = lines[0].replace(b'"b"', b'"first"')
+    path.with_suffix(".new").write_bytes(b"".join([first, *lines]))
+    path.with_suffix(".new").replace(path)
+    assert ledger.last("first", "gles3") == record("first")
+    with path.open("ab") as file:
+        file.write(lines[0].replace(b'"b"', b'"c"')[:-9])
+    assert ledger.last("c", "gles3") is None
+    ledger.append(record("c", retries=1))
+    assert ledger.last("c", "gles3") == record("c", retries=1)
+    ledger.append(record("b", retries=2))
+    ledger.tidy()
+    assert ledger.last("b", "gles3") == record("b", retries=2)
+    path.write_bytes(lines[1])
+    assert ledger.last("c", "gles3") is None
+    assert ledger.last("a", "gles3") == record("a")
+    path.unlink()
+    assert ledger.last("a", "gles3") is None
+
+
+@pytest.mark.parametrize("name", ['q"u', 'a", "profile": "x", ', "back\\", "é"])
+def test_a_line_is_found_whatever_its_name_holds(ledger, name) -> None:
+    for each in ("a", name, "b"):
+        ledger.append(record(each))
+    assert ledger.last(name, "gles3") == record(name)
+    assert ledger.last("b", "gles3") == record("b")
+
+
+def test_a_process_reads_only_what_is_new_to_it(ledger, monkeypatch) -> None:
+    ledger.append(record("a"))
+    assert ledger.last("a", "gles3") is not None
+    looked: list[bytes] = []
+    monkeypatch.setattr(ledger_lines, "beginning_of", lambda line: looked.append(line) or beginning_of(line))
+    ledger.append(record("b"))
+    assert ledger.last("b", "gles3") == record("b")
+    assert ledger.last("a", "gles3") == record("a")
+    assert [line[:11] for line in looked] == [b'{"name": "b']
 
 
 def test_a_line_that_is_no_record_is_named(ledger) -> None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from volprep.batch.ledger_lines import known_lines
 from volprep.batch.place import Place
 from volprep.batch.records import JobRecord
 from volprep_formats.diagnostics import VolprepError
@@ -35,14 +36,19 @@ class Ledger:
         return found
 
     def last(self, name: str, profile: str) -> JobRecord | None:
-        """Return the last record of one job, without looking at the others. Raises VP8010 if it is no record."""
-        content = self._content()
-        content = content[: content.rfind(b"\n") + 1]
-        at = content.rfind(_beginning(name, profile))
-        if at < 0:
+        """Return the last record of one job, without parsing the others. Raises VP8010 if it is no record."""
+        with output_errors(self.place.ledger):
+            try:
+                found = known_lines(self.place.ledger).find(_beginning(name, profile))
+            except FileNotFoundError:
+                return None
+        if found is None:
             return None
-        number = content.count(b"\n", 0, at) + 1
-        return self._record(content[at : content.index(b"\n", at)], number)
+        begin, line = found
+        try:
+            return JobRecord.model_validate_json(line)
+        except ValidationError as error:
+            raise self._no_record(error, self._content().count(b"\n", 0, begin) + 1) from error
 
     def append(self, record: JobRecord) -> None:
         """Add a record, which is on the disk when this returns. Raises VP4020, and then nothing has been added."""
@@ -89,7 +95,10 @@ class Ledger:
         try:
             return JobRecord.model_validate_json(line)
         except ValidationError as error:
-            raise VolprepError("VP8010", path=self.place.ledger, line=number, problem=problems(error)) from error
+            raise self._no_record(error, number) from error
+
+    def _no_record(self, error: ValidationError, number: int) -> VolprepError:
+        return VolprepError("VP8010", path=self.place.ledger, line=number, problem=problems(error))
 
 
 def _line(record: JobRecord) -> bytes:
@@ -99,7 +108,7 @@ def _line(record: JobRecord) -> bytes:
 
 
 def _beginning(name: str, profile: str) -> bytes:
-    """Return how the line of a job begins, by which it is found without parsing all lines."""
+    """Return how the line of a job begins: what `beginning_of` gives of it."""
     return f'{{"name": {json.dumps(name)}, "profile": {json.dumps(profile)}, '.encode()
 
 
