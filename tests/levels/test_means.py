@@ -1,7 +1,5 @@
 """Levels far down are made from means that one pass over level 0 keeps: the same bytes, without level 0."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import pytest
 
@@ -19,14 +17,6 @@ FILTERS = ("box", "least-squares", "appearance")
 TABLES = {each.name: lookup_table(each, (0.0, 255.0), 256) for each in (VEIL, SOLID)}
 
 
-@dataclass(frozen=True)
-class Gone(RawVolume):
-    """A volume that nobody may read any more."""
-
-    def read_slab(self, z0: int, z1: int) -> np.ndarray:
-        raise AssertionError(f"slices {z0} to {z1} are read")
-
-
 @pytest.fixture(params=[np.uint8, np.uint16])
 def scan(tmp_path, request) -> Classified:
     # Cells hang over the edges; there are more strips than are in memory at a time.
@@ -37,13 +27,9 @@ def scan(tmp_path, request) -> Classified:
     return Classified(RawVolume(path, voxels.shape, voxels.dtype), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), TABLES)
 
 
-def kept(scan: Classified, tmp_path, name: str = "appearance") -> Classified:
+def keep(scan: Classified, tmp_path, name: str = "appearance") -> None:
     looks = {factors: look_of(scan, name, factors) for factors in FACTORS}
-    means = keep_means(scan.volume, looks, tmp_path.joinpath, lambda _: None)
-    known = replace(scan, means=means)
-    # What a fit weighs is known before.
-    vars(known)["looks"] = scan.looks
-    return known
+    scan.means.update(keep_means(scan.volume, looks, tmp_path.joinpath, lambda _: None))
 
 
 def level_of(scan: Classified, name: str, factors) -> np.ndarray:
@@ -54,30 +40,31 @@ def level_of(scan: Classified, name: str, factors) -> np.ndarray:
 def test_levels_of_kept_means_are_those_of_level_0_and_do_not_read_it(scan, tmp_path, monkeypatch, name) -> None:
     expected = {factors: level_of(scan, name, factors) for factors in FACTORS}
     monkeypatch.setattr(slabs, "SLAB_BYTES", 32 * scan.volume.slice_bytes)
-    known = kept(scan, tmp_path)
-    known = replace(known, volume=Gone(scan.volume.path, scan.volume.shape_zyx, scan.volume.dtype))
-    vars(known)["looks"] = scan.looks
+    keep(scan, tmp_path)
+    scan.volume.path.unlink()
     for factors in FACTORS:
-        assert np.array_equal(level_of(known, name, factors), expected[factors])
-        assert sum(read for _, read in level_slices(known, name, factors)) == scan.volume.shape_zyx[0]
+        assert np.array_equal(level_of(scan, name, factors), expected[factors])
+        assert sum(read for _, read in level_slices(scan, name, factors)) == scan.volume.shape_zyx[0]
 
 
 def test_means_without_looks_serve_filters_of_values(scan, tmp_path) -> None:
-    known = kept(scan, tmp_path, "least-squares")
+    expected = {factors: level_of(scan, "least-squares", factors) for factors in FACTORS}
+    keep(scan, tmp_path, "least-squares")
+    scan.volume.path.unlink()
     for factors in FACTORS:
-        assert np.array_equal(level_of(known, "least-squares", factors), level_of(scan, "least-squares", factors))
+        assert np.array_equal(level_of(scan, "least-squares", factors), expected[factors])
 
 
 def test_all_filters_make_the_whole_level_and_the_choice_is_the_same(scan, tmp_path) -> None:
     factors = FACTORS[0]
-    known = kept(scan, tmp_path)
-    choice, codes = Chooser(known, adapt=True).choose(4, factors, FILTERS, tmp_path.joinpath, lambda _: None)
+    without, codes = Chooser(scan, adapt=True).choose(4, factors, FILTERS, tmp_path.joinpath, lambda _: None)
+    expected = codes.read_slab(0, codes.shape_zyx[0])
+    keep(scan, tmp_path)
+    choice, codes = Chooser(scan, adapt=True).choose(4, factors, FILTERS, tmp_path.joinpath, lambda _: None)
     assert {trial.filter for trial in choice.trials if trial.on == "whole"} == set(FILTERS)
     assert not [trial for trial in choice.trials if trial.on == "blocks"]
-    made = codes.read_slab(0, codes.shape_zyx[0])
-    without, codes = Chooser(scan, adapt=True).choose(4, factors, FILTERS, tmp_path.joinpath, lambda _: None)
     assert choice.filter == without.filter
-    assert np.array_equal(made, codes.read_slab(0, codes.shape_zyx[0]))
+    assert np.array_equal(codes.read_slab(0, codes.shape_zyx[0]), expected)
 
 
 def test_means_are_kept_where_they_are_a_small_part_of_level_0() -> None:

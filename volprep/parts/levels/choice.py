@@ -1,11 +1,11 @@
 """How a level is made: with the filter and the lookup tables whose light comes nearest to that of level 0.
 
 Each candidate makes blocks of the level, and those that are nearly the best there make all of it (blocks.py), except
-far down, where means of level 0 are kept (means.py) and all of it costs little. The light
-of a level along random rays is compared with that of level 0, through every transfer function, once with the common
-lookup table and once with one that was fitted to it along other rays. What counts is the error of the better one, in
-units of the box filter's with the common table, as the mean over transfer functions. Where users may edit transfer
-functions, the other table is not fitted, but comes from the level's joint histogram.
+far down, where means of level 0 are kept (means.py) and all of it costs little. The light of a level along random rays
+is compared with that of level 0, through every transfer function, once with the common lookup table and once with one
+that was fitted to it along other rays. What counts is the error of the better one, in units of the box filter's with
+the common table, as the mean over transfer functions. Where users may edit transfer functions, the other table is not
+fitted, but comes from the level's joint histogram.
 
 A level has one channel. A second one, the maximum or the spread of a cell, with a table over both, brought the light of
 four scans 3 to 4 % of box's error nearer; as many bytes for twice the voxels brought 10 to 16 %.
