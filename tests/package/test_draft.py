@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Heading, StageRecord
-from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
+from volprep_formats.package.manifest_json import decode_manifest, encode_manifest, read_manifest
 from volprep_formats.package.storage.draft import Draft
 
 KEY = "0" * 64
@@ -97,14 +97,22 @@ def test_the_same_stages_write_the_same_bytes(tmp_path: Path, build_package) -> 
         assert (first / name).read_bytes() == (second / name).read_bytes()
 
 
-def test_a_manifest_has_sorted_keys_two_spaces_and_a_newline_and_reads_back_as_itself(draft: Draft) -> None:
-    data = encode_manifest(draft.manifest)
-    assert data == (draft.folder / "manifest.json").read_bytes()
+def test_a_manifest_has_sorted_keys_two_spaces_and_a_newline_and_reads_back_as_itself(sealed: Path) -> None:
+    manifest = read_manifest(sealed)
+    data = encode_manifest(manifest)
+    assert data == (sealed / "manifest.json").read_bytes()
     assert data.startswith(b'{\n  "channels": [\n    {\n      "levels": [\n        {\n          "factors_zyx": [\n')
     assert data.endswith(b"\n}\n")
-    assert decode_manifest(data, draft.folder) == draft.manifest
+    assert decode_manifest(data, sealed) == manifest
     assert b"0.7," in data  # a float has the fewest digits that give it back
     assert b"null" not in data
+
+
+def test_the_manifest_of_a_draft_is_one_line_and_reads_back_as_itself(draft: Draft) -> None:
+    data = encode_manifest(draft.manifest)
+    assert data == (draft.folder / "manifest.json").read_bytes()
+    assert data.index(b"\n") == len(data) - 1
+    assert decode_manifest(data, draft.folder) == draft.manifest
 
 
 @pytest.mark.parametrize("name", ["../a", "/a", "a/../b", "a//b", ".a", "a/.b", "A", "a\\b", "", "a/", "a\n", "a b"])
