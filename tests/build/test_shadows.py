@@ -340,3 +340,29 @@ def test_a_camera_may_stand_anywhere_and_pictures_have_any_size(tmp_path, shadow
         for number in range(30):
             renderer.render(cameras["near"], (2 + number % 3, 3), 2.0)
         assert +renderer._gl.live == first
+
+
+STACKS = {
+    "view-slices": ("view-slices", "none"),
+    "half-angle": ("view-slices", "half-angle"),
+    "as-published": ("view-slices-as-published", "none"),
+}
+
+
+@pytest.mark.parametrize("stack", STACKS)
+def test_a_ray_from_within_a_layer_meets_it_once(tmp_path, stack):
+    technique, shadows = STACKS[stack]
+    points = "\n    ".join(POINT.format(value, "#ffffff", 0.01) for value in (0, 255))
+    light = ABOVE + RAYS.replace("rays", shadows)
+    render = f'technique = "{technique}"\nopacity_cutoff = 1.0'
+    package = built(tmp_path, light, render=render, voxels=np.full(SHAPE_ZYX, 99, np.uint8), points=points)
+    # Some of the rays go against the stack of half-angle slices.
+    matrix = eye_at((8.0, 2.5, 9.0), (10.0, 9.0, 11.0)) @ np.diag([3.0, 3.0, 1.0, 1.0])
+    diagonal = float(np.hypot(np.hypot(19.2, 16.8), 20.0))
+    # One layer; two would part in the middle of the volume.
+    alpha = drawn(package, matrix, 4 * diagonal)[..., 3]
+    if stack == "as-published":
+        assert np.abs(alpha[..., None] - [0.0, 0.01 * diagonal]).min(axis=-1).max() < 1e-3
+        assert alpha.any()
+    else:
+        assert np.abs(alpha - truth_of(package, matrix).rgba[..., 3]).max() < 2e-4

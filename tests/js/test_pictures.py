@@ -46,6 +46,17 @@ def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, sce
             assert rmse(picture, reference) < TWO_STEPS
 
 
+@pytest.mark.parametrize("name", ["half-angle slices", "half-angle slices in perspective"])
+def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
+    matrices = box_from_clip_of(package)
+    # Few layers, so that the rounding of half floats does not add up. SwiftShader rounds corners to a 16th of a pixel.
+    level = levels_of(package, "shell")[-1]
+    found = drawn_in_page(browser, server, package.path, matrices, options={"program": "shell", "level": level})
+    wanted = drawn_by_reference(package, matrices, level=level, transfer="shell")
+    assert max(np.abs(picture - other).max() for picture, other in zip(found.pictures, wanted, strict=True)) < 1 / 255
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) -> None:
     package = scene_package(name)

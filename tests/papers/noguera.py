@@ -112,8 +112,7 @@ def _finding(cells: _Cells, volume: Volume, shape_hw: tuple[int, int], *, softwa
     why = (
         "The factor of two is found."
         if speed > 1.6
-        else f"The factor of two of the paper is not found.{blending} Slices cover the corners of a cube around the "
-        "volume, too, and no slice knows that a pixel is opaque already."
+        else f"The factor of two of the paper is not found.{blending} No slice knows that a pixel is opaque already."
     )
     return (
         "The paper finds that time grows with pixels times steps, and that slices are about twice as fast as rays. "

@@ -1,11 +1,13 @@
 """The papers' tables on a ball of 12 voxels: rows, columns and pages, not times."""
 
 import json
+import sys
 from itertools import count
 
 import numpy as np
 import pytest
 
+from tests.papers import __main__ as run
 from tests.papers import diaz_garcia, moser_weiskopf, noguera, progress, schultz_bailey
 from tests.papers.bench import Bench, techniques_of
 from tests.papers.browsers import about_browsers, native_and_browser
@@ -14,6 +16,7 @@ from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
 from tests.papers.volumes import Volume
 from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo
 
@@ -138,3 +141,41 @@ def test_a_browser_on_the_same_driver_draws_the_same_picture(ball, tmp_path):
         assert there.rmse == pytest.approx(here.rmse, abs=1e-4)
         assert here.rmse < 0.02
     assert "of the time of a native program" in about_browsers(table)
+
+
+@pytest.mark.parametrize("form", [[], ["--quick"]], ids=["full", "quick"])
+def test_a_paper_that_fails_loses_no_other(tmp_path, monkeypatch, capsys, form):
+    there_before = {}
+
+    def paper_of(name, error):
+        def measure(bench):
+            there_before[name] = {path.name for path in tmp_path.iterdir()}
+            if error is not None:
+                raise error
+            assert bench.quick == bool(form)
+            return Paper(name, name, "Nobody 2020", (), "It holds.", ())
+
+        return measure
+
+    def sheet(_, folder):
+        (folder / "contact-sheet.png").touch()
+        return folder / "contact-sheet.png"
+
+    fails = {"moser-weiskopf": VolprepError("VP5040", light=0), "thesis": ZeroDivisionError("by zero")}
+    monkeypatch.setattr(run, "PAPERS", {name: paper_of(name, fails.get(name)) for name in run.PAPERS})
+    monkeypatch.setattr(run, "write_contact_sheet", sheet)
+    monkeypatch.setattr(sys, "argv", ["papers", *form, "-o", str(tmp_path)])
+    with pytest.raises(SystemExit, match="1"):
+        run.main()
+    kept = ["noguera", "schultz-bailey", "diaz-garcia"]
+    files = {f"{name}.{kind}" for name in kept for kind in ("html", "json")}
+    assert {path.name for path in tmp_path.iterdir()} == files | {"contact-sheet.png"}
+    assert there_before["moser-weiskopf"] == {"noguera.html", "noguera.json"}
+    assert 'href="diaz-garcia.html"' in (tmp_path / "noguera.html").read_text(encoding="utf-8")
+    said = capsys.readouterr()
+    assert "VP5040" in said.out
+    assert "ZeroDivisionError: by zero" in said.out
+    assert "not measured: moser-weiskopf, thesis" in said.err
+    first, *_, last = [line for line in said.out.splitlines() if " min left" in line]
+    assert first == f"noguera: 1 of 6, 0 min so far, about {4 if form else 37} min left"
+    assert last == "contact-sheet: 6 of 6, 0 min so far, about 0 min left"

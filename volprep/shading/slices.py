@@ -58,12 +58,14 @@ def published_view_slices(wanted: Wanted) -> Walk:
 
 
 def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
+    along = geometry == "axis-slices"
     slots: dict[str, Slot] = {
         "rays": "slices/layer",
         "rays_ends": "slices/layer:ends",
         "rays_start": None,
         "steps": None,
         "cut": "slices/layer:cut",
+        "layer_sides": "slices/layer:either" if along else "slices/layer:ordered",
         "count": "slices/layer:count",
         "loop": "slices/layer:one",
     }
@@ -79,7 +81,7 @@ def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
         ),
     )
     return Walk(
-        compose("slices/vertex", wanted.dialect, {}, {}),
+        compose("slices/along" if along else "slices/across", wanted.dialect, {}, {}),
         feature,
         math.hypot(*wanted.grid.extent_mm_zyx) / MOST_LAYERS,
         geometry=geometry,

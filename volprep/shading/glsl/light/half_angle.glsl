@@ -12,7 +12,7 @@ float light_reaching(vec3 place_mm, float extinction) {
   float reaching = 1.0 - texture(u_shadow, 0.5 * seen.xy / seen.w + 0.5).a;
   vec3 ray = u_light_mm - place_mm;
   vec3 across = u_box_from_slices[2].xyz / dot(u_box_from_slices[2].xyz, u_box_from_slices[2].xyz);
-  float ahead = dot(place_mm - u_box_from_slices[3].xyz, across) - v_layer.x;
+  float ahead = dot(place_mm - u_box_from_slices[3].xyz, across) - min(v_layer.x, v_layer.y);
   float fraction = ahead / max(-dot(ray, across), 1e-6);
   return reaching * exp(-extinction * min(fraction, clip_to_box(place_mm, ray).y) * length(ray));
 }

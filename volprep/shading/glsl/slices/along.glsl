@@ -1,4 +1,4 @@
-//: Vertex shader of programs that draw a stack of layers, both dialects, highp throughout.
+//: Vertex shader of programs that draw a stack of layers across an axis of the volume, both dialects, highp throughout.
 //: In: a_slice, a corner (x and y: -1 or 1), the number of its layer, and which of the layer's sides it is in (0: the
 //: front one); u_slices, number of layers; u_box_from_slices, 4x4, from a cube from -1 to 1,
 //: whose third axis goes through the layers; u_clip_from_box, 4x4. Out: v_clip, x, y and w of clip coordinates;
