@@ -205,6 +205,24 @@ class TestWhatItDoesNotDoTwice:
         assert contents(build_here(scene)) == carried_on
 
     @pytest.mark.parametrize(
+        ("before", "after", "is_kept"),
+        [(b"1", b"1", True), (b"1", b"2", False), (b"", b"1", False), (b"1", b"", True), (b"", b"", True)],
+    )
+    def test_a_draft_of_another_start_of_the_machine_is_begun_anew(
+        self, scene, monkeypatch, before, after, is_kept
+    ) -> None:
+        with monkeypatch.context() as broken:
+            broken.setattr("volprep.pipeline.build.start_of_machine", lambda: before)
+            broken.setattr(pipeline, "STAGES", failing("texture", RuntimeError("broke down")))
+            with pytest.raises(RuntimeError):
+                build_here(scene)
+        monkeypatch.setattr("volprep.pipeline.build.start_of_machine", lambda: after)
+        tasks = Tasks()
+        made = contents(build_here(scene, tasks))
+        assert ("import" not in tasks.names) == is_kept
+        assert contents(build_here(scene)) == made
+
+    @pytest.mark.parametrize(
         ("old", "new", "expected"),
         [
             (

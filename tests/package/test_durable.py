@@ -8,7 +8,7 @@ import pytest
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import StageRecord
-from volprep_formats.package.storage import chunks
+from volprep_formats.package.storage import chunks, publish
 from volprep_formats.package.storage.draft import Draft
 
 STAGING = ".stage"
@@ -23,6 +23,9 @@ class Disk:
     def sync(self, descriptor: int) -> None:
         self._synced.setdefault(os.fstat(descriptor).st_ino, set()).add(state(Path(f"/proc/self/fd/{descriptor}")))
 
+    def forget(self) -> None:
+        self._synced.clear()
+
     def holds(self, path: Path) -> bool:
         return state(path) in self._synced.get(path.stat().st_ino, set())
 
@@ -35,15 +38,24 @@ def state(path: Path) -> object:
 
 
 @pytest.fixture
-def watched(monkeypatch: pytest.MonkeyPatch):
-    """The disk, and what was not yet on it, by the name that began to count."""
+def disk(monkeypatch: pytest.MonkeyPatch) -> Disk:
+    """The disk, which sees what is synced."""
     disk = Disk()
-    early: dict[str, list[str]] = {}
-    replace, fsync = os.replace, os.fsync
+    fsync = os.fsync
 
     def watched_fsync(descriptor: int) -> None:
         fsync(descriptor)
         disk.sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", watched_fsync)
+    return disk
+
+
+@pytest.fixture
+def watched(disk: Disk, monkeypatch: pytest.MonkeyPatch):
+    """What was not yet on the disk, by the name that began to count."""
+    early: dict[str, list[str]] = {}
+    replace = os.replace
 
     def watched_replace(source, target) -> None:
         source, target = Path(source), Path(target)
@@ -56,7 +68,6 @@ def watched(monkeypatch: pytest.MonkeyPatch):
             early[step] = [str(path.relative_to(room)) for path in rest if path != target and not disk.holds(path)]
         replace(source, target)
 
-    monkeypatch.setattr(os, "fsync", watched_fsync)
     monkeypatch.setattr(os, "replace", watched_replace)
     return early
 
@@ -70,6 +81,42 @@ def test_all_that_a_stage_wrote_is_on_the_disk_before_its_step_and_under_its_nam
     new_draft.commit(StageRecord(name="import", key="0" * 64))
     assert watched == {"the step": [], "the end": []}
     assert new_draft.read_bytes("work/a.raw") == b"".join(bytes([k]) * 700 for k in range(9))
+
+
+def test_a_draft_that_need_not_last_waits_for_no_disk(tmp_path, manifest, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", synced.append)
+    folder = tmp_path / "draft.volpkg"
+    draft = Draft.create(folder, manifest, lasting=False)
+    draft.write("work/a.raw", "work", b"1")
+    draft.commit(StageRecord(name="import", key="0" * 64))
+    draft = Draft.open(folder, lasting=False)
+    draft.write("shaders/b.frag", "shader", b"void main() {}")
+    draft.commit(StageRecord(name="shaders", key="0" * 64))
+    assert synced == []
+    assert Draft.open(folder).read_bytes("shaders/b.frag") == b"void main() {}"
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_all_of_a_package_is_on_the_disk_before_it_has_its_name(
+    tmp_path, build_package, disk: Disk, monkeypatch: pytest.MonkeyPatch, is_there
+) -> None:
+    partial, target = build_package(tmp_path / "a"), tmp_path / "b.volpkg"
+    if is_there:
+        build_package(target)
+    disk.forget()
+    early: list[list[Path]] = []
+    rename = publish._renameat2
+
+    def watched_rename(source: Path, target: Path, flags: int) -> bool:
+        early.append([path for path in (source, *source.rglob("*")) if not disk.holds(path)])
+        return rename(source, target, flags)
+
+    monkeypatch.setattr(publish, "_renameat2", watched_rename)
+    publish.publish(partial, target)
+    assert early == [[]]
+    # What was there before is removed later.
+    assert is_there or disk.holds(tmp_path)
 
 
 def test_an_error_that_the_disk_tells_once_and_early_is_not_lost(

@@ -10,6 +10,7 @@ from pathlib import Path
 from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.drafts import require_sound
 from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.machine_start import START, start_of_machine
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.pipeline.origin import Origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft
@@ -46,8 +47,9 @@ def build(request: Request, target: Path, progress: Progress) -> Manifest:
     partial = target.with_name(f".{target.name}.partial")
     with _locked(partial, target):
         _require_drawing(prepared)
-        _drop_unusable(partial)
-        imported = import_draft(prepared, partial, progress)
+        start = start_of_machine()
+        _drop_unusable(partial, start)
+        imported = import_draft(prepared, partial, progress, start)
         draft, scene = imported.draft, imported.scene
         progress.start("plan", 1)
         # Trying compressed forms begins tasks of its own.
@@ -123,14 +125,17 @@ def _open_folder(partial: Path) -> int:
     return os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
 
 
-def _drop_unusable(partial: Path) -> None:
-    """Empty the folder if a build was killed so that it cannot go on: a package of another version, or a sealed one.
+def _drop_unusable(partial: Path, start: bytes) -> None:
+    """Empty the folder if what a killed build left is of no use: a sealed package, or one of another version.
 
-    The folder itself stays, because it is the lock.
+    So is a draft of another start of the machine. The folder itself stays, because it is the lock.
     """
     try:
-        Draft.open(partial)
+        draft = Draft.open(partial)
+        is_usable = not start or draft.read_bytes(START) == start
     except VolprepError:
+        is_usable = False
+    if not is_usable:
         with output_errors(partial):
             _empty(partial)
 

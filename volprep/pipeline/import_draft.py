@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.parts.work import SCENE, generator, is_current, scene_bytes
+from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
@@ -32,21 +33,22 @@ class Imported:
     """What the import measured of each channel; None where an earlier one has done it."""
 
 
-def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Imported:
+def import_draft(prepared: Prepared, folder: Path, progress: Progress, start: bytes = b"") -> Imported:
     """Return the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
 
-    Raises what the readers raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and
-    VP4023 where the draft cannot be written.
+    With the `start` of the machine the draft is good until the next one only, and faster. Raises what the readers
+    raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and VP4023 where the draft cannot
+    be written.
     """
     key = import_key([channel.spec for channel in prepared.channels], generator())
-    draft = Draft.open(folder) if (folder / MANIFEST).exists() else None
+    draft = Draft.open(folder, lasting=not start) if (folder / MANIFEST).exists() else None
     if draft is not None and is_current(NAME, key, draft.manifest):
         return Imported(draft, _scene_of_earlier(prepared, draft), None)
     heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile)
     measured: list[Measured] = []
     records: list[SourceRecord] = []
     for channel, info, source in prepared.sources(progress):
-        draft = draft or Draft.create(folder, heading)
+        draft = draft or Draft.create(folder, heading, lasting=not start)
         found = import_volume(draft, source, progress, channel.name)
         records.append(SourceRecord(info=info, sha256=found.sha256))
         measured.append(found)
@@ -55,6 +57,8 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress) -> Import
     if prepared.first_look:
         scene = with_first_look(scene, prepared.profile, records[0].info, measured[0].statistics)
     draft.write(SCENE, "work", scene_bytes(scene))
+    if start:
+        draft.write(START, "work", start)
     made = tuple(
         Contribution(channel=ChannelPart(name=channel.name, source=record, statistics=found.statistics))
         for channel, record, found in zip(prepared.channels, records, measured, strict=True)

@@ -3,7 +3,8 @@
 What a stage writes collects in the hidden folder `.stage`, at last with the manifest as it will be. The rename that
 gives `.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones
 move to their places, and `manifest.json` is replaced last. A process killed before the step leaves the draft as it
-was; what one killed after it left to do is done by the next `Draft.open`.
+was; what one killed after it left to do is done by the next `Draft.open`. After a power cut this holds for drafts that
+are lasting: each step of these waits for the disk.
 """
 
 import hashlib
@@ -35,31 +36,33 @@ _STAGE = ".stage"
 class Draft:
     """A package under construction. Make one with `create`, or go on with `open`."""
 
-    def __init__(self, folder: Path, manifest: Manifest) -> None:
+    def __init__(self, folder: Path, manifest: Manifest, *, lasting: bool = True) -> None:
         """Use `create` or `open`."""
         self._folder = folder
+        self._lasting = lasting
         self._manifest = manifest
         self._pending: dict[str, FileRecord] = {}
         self._lock: Lock | None = None
 
     @classmethod
-    def create(cls, folder: Path, heading: Heading) -> Self:
+    def create(cls, folder: Path, heading: Heading, *, lasting: bool = True) -> Self:
         """Make the folder of a new draft, and its parents.
 
-        Takes an empty folder, and one that a killed `create` left. Raises VP4023 where `folder` holds anything else,
-        VP4020 where it cannot be written.
+        `lasting` says whether it must outlive a power cut. Takes an empty folder, and one that a killed `create` left.
+        Raises VP4023 where `folder` holds anything else, VP4020 where it cannot be written.
         """
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
             require_room(folder)
             manifest = assembled(heading, (), (), "draft")
-            replace_file(folder / MANIFEST, encode_manifest(manifest))
-            sync_folder(folder.parent)
-        return cls(folder, manifest)
+            replace_file(folder / MANIFEST, encode_manifest(manifest), lasting=lasting)
+            if lasting:
+                sync_folder(folder.parent)
+        return cls(folder, manifest, lasting=lasting)
 
     @classmethod
-    def open(cls, folder: Path) -> Self:
-        """Go on with a draft, after finishing or dropping what a killed process left.
+    def open(cls, folder: Path, *, lasting: bool = True) -> Self:
+        """Go on with a draft, after finishing or dropping what a killed process left; `lasting` as for `create`.
 
         Raises VP4001 to VP4004 for what is no readable package, VP4006 for a sealed one, VP4012 while another
         process runs a stage on it.
@@ -68,7 +71,7 @@ class Draft:
         manifest = read_manifest(folder)
         if manifest.state != "draft":
             raise VolprepError("VP4006", path=folder)
-        return cls(folder, manifest)
+        return cls(folder, manifest, lasting=lasting)
 
     @property
     def folder(self) -> Path:
@@ -140,11 +143,13 @@ class Draft:
             manifest = staging / MANIFEST_IN_MAKING
             manifest.write_bytes(encode_manifest(after))
             files = [self._staged(path) for path in self._pending]
-            # All must be on the disk before the rename; in which order does not matter.
-            sync_all([manifest, *files, *_folders_around(files, self._folder)])
+            if self._lasting:
+                # All must be on the disk before the rename; in which order does not matter.
+                sync_all([manifest, *files, *_folders_around(files, self._folder)])
             manifest.replace(staging / MANIFEST)
-            sync_folder(staging)
-            _roll_forward(self._folder, before, after)
+            if self._lasting:
+                sync_folder(staging)
+            _roll_forward(self._folder, before, after, lasting=self._lasting)
             shutil.rmtree(staging)
         self._manifest = after
         self._pending.clear()
@@ -194,7 +199,7 @@ def recover(folder: Path) -> None:
         lock = Lock(staging / "lock", folder)
         if (staging / MANIFEST).exists():
             after = decode_manifest((staging / MANIFEST).read_bytes(), folder)
-            _roll_forward(folder, read_manifest(folder), after)
+            _roll_forward(folder, read_manifest(folder), after, lasting=True)
         shutil.rmtree(staging)
         lock.release()
 
@@ -221,7 +226,7 @@ def _after(
     return assembled(heading, stages, files.values(), "sealed" if seal else "draft")
 
 
-def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
+def _roll_forward(folder: Path, before: Manifest, after: Manifest, *, lasting: bool) -> None:
     """Bring `folder` from one manifest to the next. Can be cut short anywhere and run again."""
     named = {record.path for record in after.files}
     moved = []
@@ -237,9 +242,11 @@ def _roll_forward(folder: Path, before: Manifest, after: Manifest) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             staged.replace(target)
             moved.append(target)
-    sync_all(_folders_around(moved, folder))
+    if lasting:
+        sync_all(_folders_around(moved, folder))
     (folder / _STAGE / MANIFEST).replace(folder / MANIFEST)
-    sync_folder(folder)
+    if lasting:
+        sync_folder(folder)
 
 
 def _folders_around(files: Iterable[Path], outermost: Path) -> set[Path]:

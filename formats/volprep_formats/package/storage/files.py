@@ -20,8 +20,10 @@ def source_name(channel: str) -> str:
     return f"work/level0-{channel}.raw"
 
 
-def replace_file(path: Path, data: bytes) -> None:
-    """Give `path` in a package the content `data`, whole or not at all. Raises OSError.
+def replace_file(path: Path, data: bytes, *, lasting: bool = True) -> None:
+    """Give `path` in a package the content `data`, whole or not at all, where `lasting` after a power cut, too.
+
+    Raises OSError.
 
     What a killed process leaves has always the same name, MANIFEST_IN_MAKING for the manifest: a package holds nothing
     that is not known.
@@ -31,13 +33,15 @@ def replace_file(path: Path, data: bytes) -> None:
         with temporary.open("wb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            if lasting:
+                os.fsync(file.fileno())
         temporary.replace(path)
     except OSError:
         with suppress(OSError):
             temporary.unlink()
         raise
-    sync_folder(path.parent)
+    if lasting:
+        sync_folder(path.parent)
 
 
 def open_inside(folder: Path, name: str) -> BufferedReader:

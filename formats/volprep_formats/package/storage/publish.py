@@ -6,7 +6,7 @@ import os
 from pathlib import Path, PurePosixPath
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import output_errors, sync_folder
+from volprep_formats.output import output_errors, sync_all, sync_folder
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.draft import recover
 from volprep_formats.package.storage.files import (
@@ -36,14 +36,18 @@ def publish(partial: Path, target: Path) -> None:
     VP4020 if the system refuses.
     """
     recover(partial)
-    if read_manifest(partial).state != "sealed":
+    manifest = read_manifest(partial)
+    if manifest.state != "sealed":
         raise VolprepError("VP4005", path=partial)
     check_target(target)
     aside = partial.with_name(partial.name + ".old")
     if os.path.lexists(aside) and os.path.lexists(target):
         remove_package(aside)
     with output_errors(target):
-        sync_folder(partial)
+        # A draft need not have been lasting; what has a name is.
+        files = [path_inside(partial, name) for name in (*(record.path for record in manifest.files), MANIFEST)]
+        folders = {folder for file in files for folder in file.parents if folder.is_relative_to(partial)}
+        sync_all([*files, *folders])
         if os.path.lexists(target):
             _exchange(partial, target, aside)
         elif not _renameat2(partial, target, _RENAME_NOREPLACE):
