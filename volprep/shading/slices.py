@@ -81,7 +81,7 @@ def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
         ),
     )
     return Walk(
-        compose("slices/along" if along else "slices/across", wanted.dialect, {}, {}),
+        compose("slices/vertex", wanted.dialect, {"layers": f"slices/vertex:{'along' if along else 'across'}"}, {}),
         feature,
         math.hypot(*wanted.grid.extent_mm_zyx) / MOST_LAYERS,
         geometry=geometry,

@@ -1,6 +1,6 @@
 //: A fragment of a layer: one sample, in the middle of what the pixel's ray has of the layer. In: what
-//: slices/along.glsl or slices/across.glsl gives. Sections: ends of the ray; cut; either and ordered, where a ray may
-//: meet any side of the layer first, and where it must meet the first one; count.
+//: slices/vertex.glsl gives. Sections: ends of the ray; cut; either and ordered, where a ray may meet any side of the
+//: layer first, and where it must meet the first one; count.
 // x, y and w of clip coordinates; and the sides of the layer, from -1 at the front of the stack to 1 at its back.
 $VARYING_IN vec3 v_clip;
 $VARYING_IN vec2 v_layer;
