@@ -1,6 +1,6 @@
 """Which start of the machine a draft was begun in.
 
-A build's own draft need not outlive a power cut: waiting for the disk after each stage was a third of the time of two
+A build's own draft need not outlive a power cut: waiting for the disk after each stage was a fifth of the time of two
 small builds beside each other. After the next start of the machine anything may be missing in it.
 """
 
