@@ -75,7 +75,7 @@ def test_many_writers_lose_no_record(ledger) -> None:
     assert len(ledger.place.ledger.read_bytes().splitlines()) == 60
 
 
-def test_what_others_do_to_the_file_is_seen(ledger, tmp_path) -> None:
+def test_what_others_do_to_the_file_is_seen(ledger) -> None:
     """Lines are added, torn, replaced by those of another file, taken away: what a process remembers follows."""
     path = ledger.place.ledger
     for name in ("b", "a", "longer", "z"):

@@ -154,8 +154,7 @@ class _Room:
 
     def drop_first(self) -> None:
         """Make room for another strip."""
-        strips = self._strips
-        for room in (strips.values, strips.looks, strips.cells.box, strips.cells.low, strips.cells.high):
+        for room in self._strips.arrays:
             strip = len(room) // 3
             # Two copies, so that neither needs memory of its own.
             room[:strip] = room[strip : 2 * strip]

@@ -104,6 +104,11 @@ class Strip:
         write_means(slab, edges_of_means(factors_zyx), look.table, self.values, self.looks)
         self.cells.fill(slab, factors_zyx)
 
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Return all that it consists of: means first, then what cells have."""
+        return self.values, self.looks, self.cells.box, self.cells.low, self.cells.high
+
     def part(self, samples: slice, cells: slice) -> "Strip":
         """Return some slices of means, and the slices of cells that they are of."""
         return Strip(self.values[samples], self.looks[samples], self.cells[cells])
@@ -171,12 +176,12 @@ class KeptMeans:
 
     @property
     def files(self) -> tuple[RawVolume, ...]:
-        """Return what is on the disk, in the order of `_parts`."""
+        """Return what is on the disk, in the order of `Strip.arrays`."""
         return self.values, self.looks, self.box, self.low, self.high
 
     def read(self, begin: int, strip: Strip) -> None:
         """Fill a strip from the disk; it may have no looks."""
-        for file, part in zip(self.files, _parts(strip), strict=True):
+        for file, part in zip(self.files, strip.arrays, strict=True):
             if part.size:
                 first = begin * (self.samples if file in (self.values, self.looks) else 1)
                 part[...] = file.read_slab(first, first + len(part)).reshape(part.shape)
@@ -198,7 +203,7 @@ def keep_means(
             for factors, look in looks.items():
                 strip = Strip.empty(slab.shape, factors, look, slab.dtype)
                 strip.fill(slab, factors, look)
-                for file, part in zip(files[factors], _parts(strip), strict=True):
+                for file, part in zip(files[factors], strip.arrays, strict=True):
                     file.write(bytes_of(part) if part.size else b"")
             advance(z1 - z0)
     return kept
@@ -207,7 +212,3 @@ def keep_means(
 def bins_per_code(look: Look, dtype: np.dtype[np.generic]) -> float:
     """Return the bins of a look for each code."""
     return (look.bins - 1) / largest_code(dtype)
-
-
-def _parts(strip: Strip) -> tuple[NDArray[Any], ...]:
-    return strip.values, strip.looks, strip.cells.box, strip.cells.low, strip.cells.high
